@@ -1,0 +1,50 @@
+"""The library of physical effects: one row each, grouped by family."""
+
+from __future__ import annotations
+
+from derive.effects import actuator, body, drive, ground, sensor
+from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InputDelay, InputMap, SensorMap
+
+LIBRARY: dict[str, Effect] = {
+    row.name: row for rows in (drive.ROWS, ground.ROWS, body.ROWS, actuator.ROWS, sensor.ROWS) for row in rows
+}
+
+
+def find(name: str) -> Effect:
+    """Return the effect of that name; raises KeyError naming the known effects."""
+    if name not in LIBRARY:
+        raise KeyError(f"No effect named '{name}'. Known effects: {', '.join(sorted(LIBRARY))}")
+    return LIBRARY[name]
+
+
+def possible_on(plant) -> tuple[Effect, ...]:
+    """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
+    return tuple(e for e in LIBRARY.values() if fits(e, plant))
+
+
+def fits(effect: Effect, plant) -> bool:
+    """Whether a plant has the part that an effect acts on."""
+    match effect.enters:
+        case Force(port=port) | DryForce(port=port):
+            return any(p.name == port for p in plant.ports)
+        case Deformation(symbol=name):
+            return name in plant.geometry
+        case SensorMap(channel=channel):
+            return any(c.name == channel for c in plant.channels)
+    return True
+
+
+__all__ = [
+    "LIBRARY",
+    "Deformation",
+    "DryForce",
+    "Effect",
+    "EffectParameter",
+    "Force",
+    "InputDelay",
+    "InputMap",
+    "SensorMap",
+    "find",
+    "fits",
+    "possible_on",
+]

@@ -1,0 +1,54 @@
+"""Effects between the commanded voltage V and the voltage U that reaches the motor."""
+
+from __future__ import annotations
+
+from derive.effects.row import Effect, EffectParameter, InputDelay, InputMap
+from derive.functions import Magnitude, Ramp, Sign
+
+ROWS = (
+    Effect(
+        "actuator_delay",
+        "actuator",
+        "The commanded voltage acts later than logged.",
+        "U(t) = V(t − d)",
+        (EffectParameter("delay", "s", minimum=0.0, grid=(0.002, 0.006, 0.015, 0.04), typical=0.004),),
+        InputDelay(),
+        means="Communication, computation or the driver holds the command back; phase margin is lost.",
+    ),
+    Effect(
+        "voltage_dead_zone",
+        "actuator",
+        "The driver swallows small voltages.",
+        "U = sign V max(|V| − V0, 0)",
+        (EffectParameter("threshold", "V", minimum=0.0, grid=(0.05, 0.2, 0.6), typical=0.3),),
+        InputMap(lambda V, t, threshold: Sign(V) * Ramp(Magnitude(V) - threshold)),
+        means="Commands below the threshold do nothing: compensate it in the driver or in the controller.",
+    ),
+    Effect(
+        "voltage_sag",
+        "actuator",
+        "The supply weakens while the log runs.",
+        "U = V (1 − r t)",
+        (EffectParameter("rate", "1/s", typical=0.005),),
+        InputMap(lambda V, t, rate: V * (1 - rate * t)),
+        means="The battery empties, or something warms up: the same command does less and less.",
+    ),
+    Effect(
+        "voltage_asymmetry",
+        "actuator",
+        "The driver gives more voltage one way than the other.",
+        "U = V (1 + r sign V)",
+        (EffectParameter("ratio", "1", minimum=-1.0, maximum=1.0, typical=0.05),),
+        InputMap(lambda V, t, ratio: V * (1 + ratio * Sign(V))),
+        means="Forward and backward commands are not worth the same.",
+    ),
+    Effect(
+        "voltage_offset",
+        "actuator",
+        "A constant voltage is added to every command.",
+        "U = V + V0",
+        (EffectParameter("offset", "V", scope="per log", typical=0.2),),
+        InputMap(lambda V, t, offset: V + offset),
+        means="The driver's zero is off, or the motor is pulled one way.",
+    ),
+)

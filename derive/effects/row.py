@@ -1,0 +1,98 @@
+"""What an effect is: a row of data that says how a piece of physics enters a model.
+
+A row enters in one of six ways, each a small record below. Forces act on a port that the plant offers ("drive",
+"ground", ...), so the same row serves every plant that has such a port. Laws are written in volt-equivalents: a
+generalised force divided by the plant's scale. Resistances oppose the motion of their port: Q = −law · ∂port/∂q.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import sympy as sp
+
+from derive.functions import symbol
+
+
+class EffectParameter(NamedTuple):
+    """One number of an effect."""
+
+    name: str
+    unit: str  # "V rad/s" style, in the plant's units
+    scope: str = "shared"  # by all logs of one machine, or "per log"
+    minimum: float = -float("inf")  # physically possible range
+    maximum: float = float("inf")
+    grid: tuple[float, ...] = ()  # starting values to profile, where the problem is not locally linear
+    typical: float = 0.1  # a moderate size, for documentation and tests
+
+
+class Force(NamedTuple):
+    """A resistance on a port: law(port angle, port speed, parameters)."""
+
+    port: str
+    law: Callable[..., sp.Expr]
+
+
+class DryForce(NamedTuple):
+    """Dry friction on a port: law(direction, port speed, parameters); it may also hold at standstill."""
+
+    port: str
+    law: Callable[..., sp.Expr]
+
+
+class Deformation(NamedTuple):
+    """A change of the plant's geometry: re-derived, not added."""
+
+    symbol: str  # of Plant.geometry
+
+
+class InputMap(NamedTuple):
+    """The voltage that reaches the motor, from the one that came before: law(voltage, time, parameters)."""
+
+    law: Callable[..., sp.Expr]
+
+
+class InputDelay(NamedTuple):
+    """The input acts later than it was commanded, by any fraction of a sample."""
+
+
+class SensorMap(NamedTuple):
+    """What a sensor reports instead of the truth: law(reading, parameters)."""
+
+    channel: str
+    law: Callable[..., sp.Expr]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect: name, family, sentence, parameters, and how it enters."""
+
+    name: str
+    family: str
+    sentence: str
+    equation: str
+    parameters: tuple[EffectParameter, ...]
+    enters: Force | DryForce | Deformation | InputMap | InputDelay | SensorMap
+    dissipates: bool = False
+    means: str = ""  # what it means for the machine, in a sentence
+    needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
+
+    @property
+    def symbols(self) -> dict[str, sp.Symbol]:
+        """Symbols of the parameters, named effect.parameter."""
+        return {p.name: symbol(f"{self.name}.{p.name}") for p in self.parameters}
+
+    @property
+    def full_names(self) -> tuple[str, ...]:
+        """Names of the parameters in the parameter vector."""
+        return tuple(f"{self.name}.{p.name}" for p in self.parameters)
+
+    @property
+    def linear(self) -> tuple[EffectParameter, ...]:
+        """Parameters whose absence is a zero (all but shape parameters such as a number of periods)."""
+        return tuple(p for p in self.parameters if p.name not in SHAPE_PARAMETERS)
+
+
+SHAPE_PARAMETERS = ("periods",)  # they have no meaning while the effect's size is zero

@@ -1,0 +1,56 @@
+"""Piecewise functions of the effects' laws, with derivatives that a kernel can evaluate.
+
+SymPy's own Abs, sign and Max differentiate into Dirac deltas and Heaviside functions; at the corner itself these
+return the value from one side, which is all that a simulation meets.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+TIME = sp.Symbol("t", real=True)  # s from the log's first sample
+
+
+class Step(sp.Function):
+    """1 where the argument is positive, else 0."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative away from the corner."""
+        return sp.Integer(0)
+
+
+class Sign(sp.Function):
+    """−1, 0 or 1."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative away from the corner."""
+        return sp.Integer(0)
+
+
+class Magnitude(sp.Function):
+    """Absolute value."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative away from the corner."""
+        return Sign(self.args[0])
+
+
+class Ramp(sp.Function):
+    """The argument where it is positive, else 0."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative away from the corner."""
+        return Step(self.args[0])
+
+
+def symbol(name: str) -> sp.Symbol:
+    """A plain real symbol; a parameter may carry a dot in its name."""
+    return sp.Symbol(name, real=True)

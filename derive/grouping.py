@@ -1,0 +1,180 @@
+"""Equivalent parameters: which combinations of physical constants the equations really contain.
+
+The scaled equations are sums of (constant) × (function of the motion). The constants are grouped so that as few as
+possible remain: a constant inertia −k between two coordinates is an inertia k on their relative speed and is taken off
+both diagonal entries (it is the geared rotor), and constants that differ in sign only are one.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derive.functions import symbol
+from derive.records import Equations, Grouping, Plant
+
+Term = tuple[int, sp.Expr]  # row, function of the motion
+
+
+def scaled_rows(plant: Plant, equations: Equations) -> tuple[sp.Expr, ...]:
+    """Inertia − force of each row, divided by the plant's scale: volt-equivalents."""
+    pairs = zip(equations.inertia, equations.force, strict=True)
+    return tuple(sp.expand((i - f).subs(plant.substitutions) / plant.scale) for i, f in pairs)
+
+
+def find_parameters(plant: Plant, rows: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+    """Find the equivalent parameters, inertias first, then gravity, then damping (paper eq. 18)."""
+    coefficients = coefficients_of(plant, rows)
+    found: list[sp.Expr] = []
+    relative = relative_inertias(plant, coefficients)
+    for row, own in enumerate(plant.coordinates):
+        shared = sp.Add(*(k for pair, k in relative.items() if row in pair))
+        candidates = [coefficients.get((row, own.ddq), sp.Integer(0)) - shared]
+        candidates += [k for pair, k in relative.items() if min(pair) == row]
+        candidates += [c for (r, basis), c in coefficients.items() if r == row and _couples(plant, row, basis)]
+        found += _new(candidates, found)
+    known = relative_span(found, relative)
+    rest = [item for item in coefficients.items() if not _has_acceleration(plant, item[0][1])]
+    for (_, _basis), coefficient in sorted(rest, key=lambda item: _order(plant, item[0])):
+        found += _new([coefficient], found + known)
+    return tuple(found)
+
+
+def coefficients_of(plant: Plant, rows: tuple[sp.Expr, ...]) -> dict[Term, sp.Expr]:
+    """Split each row into terms: {(row, function of the motion): constant}, in a fixed order."""
+    moving = _motion_symbols(plant)
+    table: dict[Term, sp.Expr] = {}
+    for number, row in enumerate(rows):
+        for term in sp.Add.make_args(sp.expand(row)):
+            constant, basis = term.as_independent(*moving, as_Add=False)
+            table[number, basis] = table.get((number, basis), sp.Integer(0)) + constant
+    return {key: table[key] for key in sorted(table, key=lambda k: (k[0], sp.default_sort_key(k[1])))}
+
+
+def relative_inertias(plant: Plant, coefficients: dict[Term, sp.Expr]) -> dict[tuple[int, int], sp.Expr]:
+    """Constant inertias −k between two coordinates: inertia k on their relative speed."""
+    pairs = {}
+    for i in range(len(plant.coordinates)):
+        for j in range(i + 1, len(plant.coordinates)):
+            coupling = -coefficients.get((i, plant.coordinates[j].ddq), sp.Integer(0))
+            if coupling.subs({s: 2 for s in coupling.free_symbols}).is_positive:
+                pairs[i, j] = sp.expand(coupling)
+    return pairs
+
+
+def relative_span(found: list[sp.Expr], relative: dict[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
+    """Sums of a diagonal inertia and a relative one, which are no parameters of their own."""
+    return [sp.expand(f + k) for f in found for k in relative.values()]
+
+
+def express(target: sp.Expr, basis: tuple[sp.Expr, ...], names: tuple[sp.Symbol, ...], known: set) -> sp.Expr | None:
+    """Write a physical constant as a combination of parameters with coefficients in the known constants.
+
+    A parameter up to its sign comes first, then a combination with plain numbers, then one with known constants: a
+    slope, for instance, needs (2m + M) g R / α, which is (g/R) X1 − 2 J_w g / (R α). None where all fail.
+    """
+    for definition, name in zip(basis, names, strict=True):
+        for sign in (1, -1):
+            if sp.expand(target - sign * definition) == 0:
+                return sign * name
+    plain = _combine(target, basis, names, set())
+    return plain if plain is not None else _combine(target, basis, names, known)
+
+
+def _combine(target: sp.Expr, basis: tuple, names: tuple, known: set) -> sp.Expr | None:
+    """Solve target = Σ weight · parameter + constant for weights in the known constants."""
+    weights = sp.symbols(f"weight_0:{len(basis) + 1}")
+    combination = sp.Add(*(w * b for w, b in zip(weights, basis, strict=False))) + weights[-1]
+    difference = sp.expand(sp.numer(sp.together(target - combination)))
+    unknown = sorted(difference.free_symbols - set(weights) - known, key=str)
+    conditions = sp.Poly(difference, *unknown).coeffs() if unknown else [difference]
+    solutions = sp.linsolve(conditions, *weights)
+    if not solutions:
+        return None
+    solution = [w.subs({free: 0 for free in weights}) for w in next(iter(solutions))]
+    return sp.Add(*(w * n for w, n in zip(solution, names, strict=False))) + solution[-1]
+
+
+class NotExpressibleError(ValueError):
+    """A term's constant cannot be written with the equivalent parameters and the known constants."""
+
+
+def rewrite(plant: Plant, rows: tuple[sp.Expr, ...], basis: tuple[sp.Expr, ...], names: tuple[str, ...]) -> tuple:
+    """Write the scaled rows in terms of the equivalent parameters and the known constants."""
+    known = {sp.Symbol(c.name, positive=True) for c in plant.constants}
+    symbols = tuple(symbol(n) for n in names)
+    rewritten = [sp.Integer(0)] * len(rows)
+    for (row, motion), constant in coefficients_of(plant, rows).items():
+        expressed = express(constant, basis, symbols, known)
+        if expressed is None:
+            raise NotExpressibleError(
+                f"{plant.name}: the constant {constant} of {motion} is no combination of {', '.join(names)} "
+                f"and {', '.join(sorted(c.name for c in plant.constants))}"
+            )
+        rewritten[row] += expressed * motion
+    plain = {k: symbol(k.name) for k in known}
+    return tuple(sp.expand(r).subs(plain) for r in rewritten)
+
+
+def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Matrix] | None = None) -> Grouping:
+    """Find, name and substitute the equivalent parameters of the scaled rows.
+
+    With ``default_phi``, the regressor columns under the default assumptions, a parameter keeps the name it has there.
+    """
+    definitions = find_parameters(plant, rows)
+    names = tuple(f"X{k + 1}" for k in range(len(definitions)))
+    if default_phi is not None:
+        provisional = rewrite(plant, rows, definitions, names)
+        names = names_by_column(plant, provisional, names, default_phi)
+        order = sorted(range(len(names)), key=lambda k: int(names[k][1:]))
+        definitions, names = tuple(definitions[k] for k in order), tuple(names[k] for k in order)
+    return Grouping(names, definitions, rewrite(plant, rows, definitions, names))
+
+
+def columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.Matrix]:
+    """What multiplies each parameter in each row."""
+    return {n: sp.Matrix([sp.expand(r).coeff(symbol(n)) for r in rows]) for n in names}
+
+
+def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: dict[str, sp.Matrix]) -> tuple:
+    """Rename parameters so that each has the name of the default model's column it shares most entries with."""
+    own = columns(rows, names)
+    free, renamed = dict(default), []
+    for name in names:
+        overlap = {d: sum(a == b != 0 for a, b in zip(own[name], free[d], strict=True)) for d in free}
+        best = max(overlap, key=lambda d: overlap[d], default=None)
+        if best is None or overlap[best] == 0:
+            best = f"X{len(default) + 1 + sum(r not in default for r in renamed)}"
+        free.pop(best, None)
+        renamed.append(best)
+    return tuple(renamed)
+
+
+def _motion_symbols(plant: Plant) -> tuple[sp.Symbol, ...]:
+    states = [s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)]
+    return (*states, plant.input, *plant.geometry.values())
+
+
+def _has_acceleration(plant: Plant, basis: sp.Expr) -> bool:
+    return any(basis.has(c.ddq) for c in plant.coordinates)
+
+
+def _couples(plant: Plant, row: int, basis: sp.Expr) -> bool:
+    """Whether the term is a configuration-dependent inertia."""
+    return _has_acceleration(plant, basis) and all(basis != c.ddq for c in plant.coordinates)
+
+
+def _order(plant: Plant, term: Term) -> tuple:
+    row, basis = term
+    rates = [n for n, c in enumerate(plant.coordinates) if basis.has(c.dq)]
+    return (bool(rates), row, rates, sp.default_sort_key(basis))
+
+
+def _new(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
+    """Those candidates that are neither numbers nor, up to sign, among the known."""
+    fresh: list[sp.Expr] = []
+    for candidate in map(sp.expand, candidates):
+        if not candidate.free_symbols:
+            continue
+        if not any(sp.expand(candidate - k) == 0 or sp.expand(candidate + k) == 0 for k in known + fresh):
+            fresh.append(-candidate if candidate.subs({s: 2 for s in candidate.free_symbols}).is_negative else candidate)
+    return fresh

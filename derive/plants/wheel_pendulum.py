@@ -1,0 +1,110 @@
+"""The wheel-driven inverted pendulum of Peng, Cheng and Tsai (Electronics 2023, 12, 4569).
+
+Sign convention: θw grows when the wheels roll forward, θp grows when the body leans forward, both measured against the
+vertical. Positions are in the frame of the track (x forward along it, z away from it), tilted uphill by γ.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Port, coordinate
+
+NAME = "wheel_pendulum"
+
+ASSUMPTIONS = (
+    Assumption(
+        "ground_friction_reaction",
+        "body",
+        ("body", "none"),
+        "Whether the friction between wheels and ground, f_w, also pushes the body (the paper's eq. 13); "
+        "'none' is what virtual work gives.",
+    ),
+    Assumption("rotor_inertia", True, (True, False), "Whether the motors' rotors, geared up by ε, carry inertia."),
+    Assumption(
+        "rotor_speed",
+        "body",
+        ("body", "world"),
+        "Whether a rotor's kinetic energy counts its speed against the body (the paper's eq. 1) or against the world.",
+    ),
+    Assumption(
+        "gear_ratio_in_back_emf",
+        "once",
+        ("once", "twice"),
+        "Whether the back-EMF sees the wheel's speed (the paper's eq. 12) or the rotor's, ε times as fast.",
+    ),
+    Assumption(
+        "encoder",
+        "absolute",
+        ("absolute", "relative"),
+        "Whether theta_w is the wheel's angle against the vertical or against the body; set in [sensors].",
+    ),
+)
+
+REFERENCE = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}  # Table 1
+CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}  # paper, section 4; alpha from eq. (12)
+
+
+def build(assumptions: dict) -> Plant:
+    """State geometry, actuator and sensors of the robot under the given assumptions."""
+    wheel, pitch = coordinate("theta_w", "wheel"), coordinate("theta_p", "body")
+    theta_w, dtheta_w, theta_p, dtheta_p = wheel.q, wheel.dq, pitch.q, pitch.dq
+    m, M, L, R, g, W = sp.symbols("m M L R g W", positive=True)
+    J_w, J_b, J_m, epsilon = sp.symbols("J_w J_b J_m epsilon", positive=True)
+    K_t, K_b, R_m, f_m, f_w, alpha = sp.symbols("K_t K_b R_m f_m f_w alpha", positive=True)
+    gamma, delta = sp.symbols("track_slope com_angle", real=True)
+    V = sp.Symbol("v_in", real=True)
+
+    slip = dtheta_w - dtheta_p  # speed of the wheels against the body
+    tilt = theta_p + delta + gamma  # body's centre of mass against the normal of the track
+    axle = sp.Matrix([R * theta_w, 0, R])
+    rotor_rate = epsilon * slip + (dtheta_p if assumptions["rotor_speed"] == "world" else 0)
+    rotor_inertia = J_m if assumptions["rotor_inertia"] else sp.Integer(0)
+
+    # The motor: i R_m + K_b ω = V (paper eq. 7), torque ε K_t i on the wheel from each of two motors.
+    motor_rate = slip * (epsilon if assumptions["gear_ratio_in_back_emf"] == "twice" else 1)
+    current = (V - K_b * motor_rate) / R_m
+    reaction = "drive" if assumptions["ground_friction_reaction"] == "body" else "ground"
+
+    return Plant(
+        name=NAME,
+        sentence="A body balancing on two coaxial wheels that it drives itself.",
+        coordinates=(wheel, pitch),
+        bodies=(
+            Body("left wheel", m, axle + sp.Matrix([0, W / 2, 0]), J_w, dtheta_w),
+            Body("right wheel", m, axle - sp.Matrix([0, W / 2, 0]), J_w, dtheta_w),
+            Body("body", M, axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)]), J_b, dtheta_p),
+            Body("left rotor", sp.Integer(0), axle, rotor_inertia, rotor_rate),
+            Body("right rotor", sp.Integer(0), axle, rotor_inertia, rotor_rate),
+        ),
+        gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
+        loads=(
+            Load("motors", "drive", 2 * epsilon * K_t * current),
+            Load("gearbox friction", "drive", -2 * f_m * slip),
+            Load("ground friction", reaction, -2 * f_w * dtheta_w),
+        ),
+        ports=(
+            Port("drive", theta_w - theta_p, "between wheel and body, through motor and gearbox"),
+            Port("ground", theta_w, "between wheel and ground"),
+            Port("body", theta_p, "between body and the world"),
+        ),
+        channels=(
+            Channel("theta_w", theta_w - (theta_p if assumptions["encoder"] == "relative" else 0), "rad"),
+            Channel("theta_p", theta_p, "rad"),
+            Channel("dtheta_p", dtheta_p, "rad/s"),
+        ),
+        input=V,
+        input_unit="V",
+        scale=alpha,
+        substitutions={K_t: alpha * R_m / (2 * epsilon)},  # alpha = 2 ε K_t / R_m (paper eq. 12)
+        constants=(
+            Parameter("R", "m", "wheel radius"),
+            Parameter("g", "m/s²", "gravity"),
+            Parameter("alpha", "N m/V", "torque of both motors per volt (paper eq. 12)"),
+            Parameter("J_w", "kg m²", "inertia of one wheel about its axle"),
+            Parameter("epsilon", "1", "gear ratio"),
+        ),
+        geometry={"track_slope": gamma, "com_angle": delta},
+        controlled=("theta_p", "dtheta_p"),
+        falls="theta_p",
+    )

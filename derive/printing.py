@@ -1,0 +1,79 @@
+"""The border where SymPy ends: expressions become statements, and from here on a kernel is only strings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import sympy as sp
+from sympy.printing.pycode import PythonCodePrinter
+
+
+class Kernel(NamedTuple):
+    """The body of a generated function as text."""
+
+    unpack: tuple[str, ...]  # statements that name the entries of the arguments
+    steps: tuple[str, ...]  # common subexpressions, one assignment each
+    results: tuple[str, ...]  # assignments of the results
+    operations: int  # arithmetic operations and function calls
+
+
+class Target(NamedTuple):
+    """One entry of an output array and the expression it is assigned."""
+
+    place: str  # for instance "rate[0]"
+    value: sp.Expr
+
+
+class KernelPrinter(PythonCodePrinter):
+    """Prints scalars for a Numba kernel: math.* functions and our own piecewise ones."""
+
+    def _print_Sign(self, e: sp.Expr) -> str:  # noqa: N802
+        return f"_sign({self._print(e.args[0])})"
+
+    def _print_Step(self, e: sp.Expr) -> str:  # noqa: N802
+        return f"_step({self._print(e.args[0])})"
+
+    def _print_Magnitude(self, e: sp.Expr) -> str:  # noqa: N802
+        return f"abs({self._print(e.args[0])})"
+
+    def _print_Ramp(self, e: sp.Expr) -> str:  # noqa: N802
+        return f"max({self._print(e.args[0])}, 0.0)"
+
+    def _print_Symbol(self, e: sp.Symbol) -> str:  # noqa: N802
+        return local_name(e.name)
+
+    def _print_Pow(self, e: sp.Expr, **kwargs) -> str:  # noqa: N802
+        base, exponent = e.args
+        if exponent.is_Integer and 2 <= int(exponent) <= 4:
+            factor = self.parenthesize(base, sp.printing.precedence.PRECEDENCE["Mul"] + 1)
+            return "*".join([factor] * int(exponent))
+        return super()._print_Pow(e, **kwargs)
+
+
+PRINTER = KernelPrinter({"fully_qualified_modules": True})
+
+
+def local_name(name: str) -> str:
+    """A symbol's name as a Python variable."""
+    return name.replace(".", "_")
+
+
+def kernel(targets: Sequence[Target], sources: dict[str, str]) -> Kernel:
+    """Turn targets into statements with common subexpressions taken out.
+
+    ``sources`` says where each symbol comes from, for instance {"theta_w": "state[0]"}; only those in use are unpacked,
+    in the order given. Raises KeyError for a symbol without a source.
+    """
+    values = [sp.sympify(t.value) for t in targets]
+    used = set().union(*(v.free_symbols for v in values)) if values else set()
+    missing = sorted(s.name for s in used if s.name not in sources)
+    if missing:
+        raise KeyError(f"No source for {', '.join(missing)}")
+    names = {s.name for s in used}
+    unpack = [f"{local_name(n)} = {s}" for n, s in sources.items() if n in names and s != local_name(n)]
+    shared, reduced = sp.cse(values, symbols=sp.numbered_symbols("c", real=True), order="canonical")
+    steps = [f"{s.name} = {PRINTER.doprint(e)}" for s, e in shared]
+    results = [f"{t.place} = {PRINTER.doprint(e)}" for t, e in zip(targets, reduced, strict=True)]
+    operations = sum(int(sp.count_ops(e)) for _, e in shared) + sum(int(sp.count_ops(e)) for e in reduced)
+    return Kernel(tuple(unpack), tuple(steps), tuple(results), operations)

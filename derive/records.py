@@ -1,0 +1,176 @@
+"""The records that pass between the stages of the derivation.
+
+Angles in rad, times in s, lengths in m, masses in kg. Every record is frozen; a stage reads the record before it and
+nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import sympy as sp
+
+
+class Coordinate(NamedTuple):
+    """A generalised coordinate with its rate and acceleration, plain real symbols of one name."""
+
+    name: str  # column name of its angle, for instance theta_w
+    row: str  # name of its equation of motion, for instance wheel
+    q: sp.Symbol  # rad or m
+    dq: sp.Symbol  # rad/s or m/s
+    ddq: sp.Symbol  # rad/s² or m/s²
+    unit: str  # of q
+
+
+def coordinate(name: str, row: str, unit: str = "rad") -> Coordinate:
+    """Make a coordinate; its rate is called d<name>, its acceleration dd<name>."""
+    q, dq, ddq = sp.symbols(f"{name} d{name} dd{name}", real=True)
+    return Coordinate(name, row, q, dq, ddq, unit)
+
+
+class Body(NamedTuple):
+    """A rigid body: where its centre of mass is and how fast it turns."""
+
+    name: str
+    mass: sp.Expr  # kg
+    position: sp.Matrix  # m, of the centre of mass
+    inertia: sp.Expr  # kg m², about the centre of mass
+    rate: sp.Expr  # rad/s
+
+
+class Port(NamedTuple):
+    """A place where a force does work: the coordinate along which it acts, positive where it pushes."""
+
+    name: str
+    coordinate: sp.Expr  # rad or m, in the generalised coordinates
+    sentence: str
+
+
+class Load(NamedTuple):
+    """A generalised force in physical units that does work on a port."""
+
+    name: str
+    port: str
+    force: sp.Expr  # N m, or N along a length
+
+
+class Channel(NamedTuple):
+    """What an ideal sensor reads."""
+
+    name: str  # column in a measurement file
+    reading: sp.Expr
+    unit: str
+
+
+class Assumption(NamedTuple):
+    """A choice that the derivation makes, named so that it can be switched in model.toml."""
+
+    name: str
+    default: object
+    choices: tuple
+    sentence: str
+
+
+class Parameter(NamedTuple):
+    """A number that is identified from data, or a known constant."""
+
+    name: str
+    unit: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A machine as its geometry states it. Nothing in it has been derived yet."""
+
+    name: str
+    sentence: str
+    coordinates: tuple[Coordinate, ...]
+    bodies: tuple[Body, ...]
+    gravity: sp.Matrix  # m/s², in the frame of the positions
+    loads: tuple[Load, ...]
+    ports: tuple[Port, ...]
+    channels: tuple[Channel, ...]
+    input: sp.Symbol  # the voltage that reaches the motor [V]
+    input_unit: str
+    scale: sp.Expr  # the equations are divided by it, which turns N m into volt-equivalents
+    substitutions: dict  # physical symbols rewritten so that the scale appears in them
+    constants: tuple[Parameter, ...]  # known numbers, never identified
+    geometry: dict[str, sp.Symbol] = field(default_factory=dict)  # deformations that effects may use, 0 when absent
+    controlled: tuple[str, str] = ("", "")  # channels of the controlled angle and of its rate
+    falls: str = ""  # coordinate that must stay within ±π/2 for a log to be usable, if any
+
+    def port(self, name: str) -> Port:
+        """Return the port of that name; raises KeyError with the known ones."""
+        for port in self.ports:
+            if port.name == name:
+                return port
+        raise KeyError(f"{self.name} has no port '{name}'; it has {', '.join(p.name for p in self.ports)}")
+
+
+class Equations(NamedTuple):
+    """Equations of motion from the Lagrangian: each row reads inertia − force = 0."""
+
+    lagrangian: sp.Expr  # J (paper eq. 1)
+    inertia: tuple[sp.Expr, ...]  # left sides of Lagrange's equations (paper eqs. 3, 4)
+    force: tuple[sp.Expr, ...]  # generalised forces (paper eqs. 11, 13)
+
+
+class Grouping(NamedTuple):
+    """Equivalent parameters found in the scaled equations."""
+
+    names: tuple[str, ...]  # X1, X2, ...
+    definitions: tuple[sp.Expr, ...]  # what each is in physical symbols (paper eq. 18)
+    rows: tuple[sp.Expr, ...]  # inertia − force in volt-equivalents, in terms of the names (paper eqs. 19, 20)
+
+
+class Regressor(NamedTuple):
+    """A model that is linear in its parameters: tau = phi · X, and phi = d²/dt² phi2 + d/dt phi1 + phi0."""
+
+    parameters: tuple[sp.Symbol, ...]
+    tau: sp.Matrix  # left sides (paper eq. 21), rows x 1
+    phi: sp.Matrix  # rows x parameters (paper eq. 22)
+    phi2: sp.Matrix  # (paper eq. 26)
+    phi1: sp.Matrix
+    phi0: sp.Matrix
+
+
+class DrySurface(NamedTuple):
+    """A surface with dry friction: it slips with a given force in either direction, or sticks."""
+
+    port: str
+    slip: tuple[float, ...]  # slip speed as a combination of the coordinates' rates
+    law: sp.Expr  # friction against the slip [V], a function of the direction symbol (−1, 0 when stuck, +1)
+    direction: sp.Symbol
+
+
+@dataclass(frozen=True)
+class Model:
+    """A complete model: plant, assumptions and effects, ready to be turned into code.
+
+    Each row reads ``residual = inertia − generalised force = 0`` in volt-equivalents and holds for the accelerations
+    among its symbols; the dry forces are kept apart in ``surfaces`` because they may have to hold instead of slip.
+    """
+
+    plant: Plant
+    assumptions: dict
+    effects: tuple  # of derive.effects.Effect
+    grouping: Grouping
+    residual: tuple[sp.Expr, ...]
+    surfaces: tuple[DrySurface, ...]
+    readings: tuple[sp.Expr, ...]  # what the sensors read, in the states
+    fitted: tuple[Parameter, ...]  # parameters that may be identified, base first
+    constants: tuple[Parameter, ...]  # known numbers the equations use
+    delay: str  # name of the parameter that delays the input, or ""
+    regressor: Regressor
+
+    @property
+    def states(self) -> tuple[sp.Symbol, ...]:
+        """Coordinates, then their rates."""
+        return tuple(c.q for c in self.plant.coordinates) + tuple(c.dq for c in self.plant.coordinates)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names in the order of the parameter vector of the generated code."""
+        return tuple(p.name for p in self.fitted) + tuple(c.name for c in self.constants)

@@ -1,0 +1,186 @@
+"""State-space pieces of a model: free motion, its Jacobians, dry friction, sensors, regressor."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import sympy as sp
+
+from derive.functions import symbol
+from derive.printing import Kernel, Target, kernel
+from derive.records import Model
+
+
+class Signal(NamedTuple):
+    """A quantity to be filtered for the regression: its expression and how often it is differentiated."""
+
+    value: sp.Expr
+    derivatives: int  # 0, 1 or 2
+    held: bool  # whether it is constant between samples, as the input is
+
+
+class Code(NamedTuple):
+    """Everything the templates need; strings and numbers only."""
+
+    states: tuple[str, ...]
+    accelerations: tuple[str, ...]
+    outputs: tuple[str, ...]
+    rows: tuple[str, ...]
+    parameters: tuple[str, ...]
+    units: tuple[str, ...]
+    fitted: int  # so many of the parameters, from the first, have sensitivities
+    delay: int  # index of the input delay, or -1
+    origin: int  # index of the angle at the log's first sample, or -1
+    slips: tuple[tuple[float, ...], ...]
+    linear: tuple[str, ...]  # parameters of the regressor
+    controlled: tuple[int, int]  # outputs that the controller sees: angle, rate
+    signals: tuple[tuple[int, bool], ...]  # derivatives, held
+    kernels: dict[str, Kernel]
+
+
+def generate_code(model: Model) -> Code:
+    """Turn a model into the text of its kernels."""
+    signals = filtered_signals(model)
+    outputs = tuple(c.name for c in model.plant.channels)
+    names = model.parameters
+    return Code(
+        states=tuple(s.name for s in model.states),
+        accelerations=tuple(c.ddq.name for c in model.plant.coordinates),
+        outputs=outputs,
+        rows=tuple(c.row for c in model.plant.coordinates),
+        parameters=names,
+        units=tuple(p.unit for p in (*model.fitted, *model.constants)),
+        fitted=len(model.fitted),
+        delay=names.index(model.delay) if model.delay else -1,
+        origin=names.index("origin") if "origin" in names else -1,
+        slips=tuple(s.slip for s in model.surfaces),
+        linear=tuple(s.name for s in model.regressor.parameters),
+        controlled=tuple(outputs.index(c) for c in model.plant.controlled),
+        signals=tuple((s.derivatives, s.held) for s in signals),
+        kernels={
+            "free_motion": free_motion(model),
+            "residual_jacobian": residual_jacobian(model),
+            "dry_law": dry_law(model),
+            "outputs": outputs_kernel(model),
+            "output_jacobian": output_jacobian(model),
+            "regressor": regressor_kernel(model),
+            "regressor_parts": regressor_parts(model),
+            "signals": kernel([Target(f"signal[{n}]", s.value) for n, s in enumerate(signals)], sources(model)),
+            "assemble": assemble(model, signals),
+        },
+    )
+
+
+def sources(model: Model, **extra: str) -> dict[str, str]:
+    """Where a kernel finds each symbol among its arguments."""
+    table = {"t": "t", model.plant.input.name: "voltage"}
+    table |= {s.name: f"state[{n}]" for n, s in enumerate(model.states)}
+    table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.coordinates)}
+    table |= {s.direction.name: f"direction[{n}]" for n, s in enumerate(model.surfaces)}
+    return table | {name: f"parameters[{n}]" for n, name in enumerate(model.parameters)} | extra
+
+
+def free_motion(model: Model) -> Kernel:
+    """Accelerations without dry friction, and the inverse mass matrix, in closed form."""
+    accelerations = [c.ddq for c in model.plant.coordinates]
+    residual = sp.Matrix(model.residual)
+    mass = residual.jacobian(accelerations)
+    inverse = mass.adjugate() / mass.det()
+    at_rest = residual.subs({a: 0 for a in accelerations})
+    size = len(accelerations)
+    targets = [Target(f"rate[{i}]", -(inverse * at_rest)[i]) for i in range(size)]
+    targets += [Target(f"mobility[{i}, {j}]", inverse[i, j]) for i in range(size) for j in range(size)]
+    return kernel(targets, sources(model))
+
+
+def residual_jacobian(model: Model) -> Kernel:
+    """Derivatives of the residual, dry friction included, with the accelerations held; zero entries are left out."""
+    slipping = sp.Matrix(model.residual)
+    for surface in model.surfaces:
+        slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
+    by_state = slipping.jacobian(list(model.states))
+    by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
+    return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))
+
+
+def dry_law(model: Model) -> Kernel:
+    """Dry friction on each surface against its direction of slip [V]."""
+    return kernel([Target(f"force[{n}]", s.law) for n, s in enumerate(model.surfaces)], sources(model))
+
+
+def outputs_kernel(model: Model) -> Kernel:
+    """What the sensors read."""
+    return kernel([Target(f"output[{n}]", r) for n, r in enumerate(model.readings)], sources(model))
+
+
+def output_jacobian(model: Model) -> Kernel:
+    """Derivatives of the readings; zero entries are left out."""
+    readings = sp.Matrix(model.readings)
+    by_state = readings.jacobian(list(model.states))
+    by_parameter = readings.jacobian([symbol(p.name) for p in model.fitted])
+    return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))
+
+
+def regressor_kernel(model: Model) -> Kernel:
+    """Left side and regressor at given accelerations (paper eqs. 21-23)."""
+    regressor = model.regressor
+    targets = [Target(f"tau[{n}]", value) for n, value in enumerate(regressor.tau)]
+    return kernel(targets + nonzero("phi", regressor.phi), directed(model))
+
+
+def regressor_parts(model: Model) -> Kernel:
+    """The three pieces without accelerations (paper eqs. 25, 26)."""
+    regressor = model.regressor
+    pieces = {"phi2": regressor.phi2, "phi1": regressor.phi1, "phi0": regressor.phi0}
+    return kernel([t for name, piece in pieces.items() for t in nonzero(name, piece)], directed(model))
+
+
+def directed(model: Model) -> dict[str, str]:
+    """Sources for the regressor, in which dry friction has the sign of the slip."""
+    slips = {}
+    for surface in model.surfaces:
+        weights = zip(surface.slip, range(len(model.states) // 2, len(model.states)), strict=True)
+        slip = " + ".join(f"{w} * state[{n}]" for w, n in weights if w)
+        slips[surface.direction.name] = f"_sign({slip})"
+    return sources(model, **slips)
+
+
+def filtered_signals(model: Model) -> tuple[Signal, ...]:
+    """Distinct quantities, up to sign, that the filtered regression needs; the left sides come last."""
+    found: list[Signal] = []
+    for derivatives, piece in enumerate((model.regressor.phi0, model.regressor.phi1, model.regressor.phi2)):
+        for entry in piece:
+            if entry and _place(model, found, entry, derivatives) is None:
+                found.append(Signal(entry, derivatives, entry.has(model.plant.input)))
+    return (*found, *(Signal(entry, 0, True) for entry in model.regressor.tau))
+
+
+def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
+    """Put the filtered signals together to left side and regressor (paper eqs. 39, 40)."""
+    regressor = model.regressor
+    phi = sp.zeros(*regressor.phi.shape)
+    for derivatives, piece in enumerate((regressor.phi0, regressor.phi1, regressor.phi2)):
+        for place, entry in enumerate(piece):
+            if entry:
+                number, sign = _place(model, signals, entry, derivatives)
+                phi[place] += sign * symbol(f"signal_{number}")
+    first = len(signals) - len(regressor.tau)
+    targets = [Target(f"tau[{n}]", symbol(f"signal_{first + n}")) for n in range(len(regressor.tau))]
+    table = {f"signal_{n}": f"signal[{n}]" for n in range(len(signals))}
+    return kernel(targets + nonzero("phi", phi), table)
+
+
+def nonzero(array: str, matrix: sp.Matrix) -> list[Target]:
+    """Targets for the entries of a matrix that are not always zero."""
+    rows, columns = matrix.shape
+    return [Target(f"{array}[{i}, {j}]", matrix[i, j]) for i in range(rows) for j in range(columns) if matrix[i, j] != 0]
+
+
+def _place(model: Model, signals, entry: sp.Expr, derivatives: int) -> tuple[int, int] | None:
+    """Index and sign of an entry among the signals of the same kind."""
+    for number, signal in enumerate(signals):
+        if signal.derivatives == derivatives:
+            for sign in (1, -1):
+                if sp.expand(entry - sign * signal.value) == 0:
+                    return number, sign
+    return None
