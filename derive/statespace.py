@@ -65,7 +65,7 @@ def generate_code(model: Model) -> Code:
             "output_jacobian": output_jacobian(model),
             "regressor": regressor_kernel(model),
             "regressor_parts": regressor_parts(model),
-            "signals": kernel([Target(f"signal[{n}]", s.value) for n, s in enumerate(signals)], sources(model)),
+            "signals": kernel([Target(f"signal[{n}]", s.value) for n, s in enumerate(signals)], directed(model)),
             "assemble": assemble(model, signals),
         },
     )

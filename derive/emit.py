@@ -1,0 +1,82 @@
+"""Text to file: the templates make a module out of the pieces, and a folder is compared with it or replaced by it."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+import jinja2
+import sympy as sp
+
+from derive.records import Model
+from derive.statespace import generate_code
+
+HERE = Path(__file__).resolve().parent
+TEMPLATES = next(p for p in (HERE / "templates", HERE.parent / "templates") if p.is_dir())
+
+
+def render(model: Model, source: str = "model.toml", title: str = "") -> str:
+    """Text of the model's module."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    text = environment.get_template("module.py.j2").render(
+        source=source,
+        sympy=sp.__version__,
+        plant=model.plant.name,
+        assumptions=", ".join(f"{k}={v}" for k, v in model.assumptions.items()),
+        effects=", ".join(e.name for e in model.effects) or "none",
+        title=title or model.plant.name,
+        equations=equations_text(model),
+        code=generate_code(model),
+    )
+    return tidy(text)
+
+
+def equations_text(model: Model) -> str:
+    """The equations of motion as lines of text: residual = 0 for each row."""
+    lines = []
+    for coordinate, row in zip(model.plant.coordinates, model.residual, strict=True):
+        terms = sp.Add.make_args(row)
+        lines.append(f"{coordinate.row} row: 0 =")
+        lines += [f"    {'- ' if str(t).startswith('-') else '+ '}{str(t).lstrip('-')}" for t in terms]
+    return "\n".join(lines)
+
+
+def tidy(text: str) -> str:
+    """Two blank lines between functions, none trailing."""
+    lines: list[str] = []
+    for line in text.splitlines():
+        blank = not line.strip()
+        if blank and len(lines) >= 2 and not lines[-1] and not lines[-2]:
+            continue
+        if line.startswith("@"):
+            while lines and not lines[-1]:
+                lines.pop()
+            lines += ["", ""]
+        lines.append(line.rstrip() if not blank else "")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def differences(folder: Path, files: dict[str, str]) -> str:
+    """Unified diff from what is in the folder to what should be; empty when nothing is stale."""
+    found = []
+    for name, text in files.items():
+        path = folder / name
+        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        found += difflib.unified_diff(old.splitlines(True), text.splitlines(True), str(path), f"{path} (derived)")
+    return "".join(found)
+
+
+def write(folder: Path, files: dict[str, str]) -> None:
+    """Write files, each beside its place first and then renamed onto it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        beside = folder / f".{name}.new"
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, folder / name)

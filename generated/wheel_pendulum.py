@@ -1,0 +1,825 @@
+# Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, encoder=absolute; effects none
+"""Kernels of the model `wheel_pendulum`.
+
+wheel row: 0 =
+    - v_in
+    + X1*ddtheta_w
+    + X2*ddtheta_w
+    + X6*dtheta_w
+    - X2*ddtheta_p
+    - X7*dtheta_p
+    + X3*ddtheta_p*cos(theta_p)
+    - X3*dtheta_p**2*sin(theta_p)
+body row: 0 =
+    + v_in
+    + X2*ddtheta_p
+    + X4*ddtheta_p
+    + X7*dtheta_p
+    - X2*ddtheta_w
+    - X5*sin(theta_p)
+    - X6*dtheta_w
+    + X3*ddtheta_w*cos(theta_p)
+
+States theta_w, theta_p, dtheta_w, dtheta_p; voltage is what was commanded, held between samples; parameters as in PARAMETERS.
+Angles in rad, times in s from the log's first sample, voltages in V. Every function is compiled by Numba and may be
+called from compiled code.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
+OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
+ROWS = ('wheel', 'body')
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad')
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regressor, in the order of its columns
+FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
+DELAY = -1  # index of the input delay among PARAMETERS, or -1
+ORIGIN = -1  # index of the wheel's angle at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 7
+DRY = 0  # surfaces with dry friction
+SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights on the rates
+CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
+AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+EVENTS = 16  # stick-slip events handled within one step
+compiled = njit(cache=True, fastmath={"contract"}, error_model="numpy")
+
+
+@compiled
+def _sign(x):
+    """−1.0, 0.0 or 1.0."""
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else 0.0
+
+
+@compiled
+def _step(x):
+    """1.0 where x is positive, else 0.0."""
+    return 1.0 if x > 0.0 else 0.0
+
+
+@compiled
+def _free_motion(t, state, voltage, parameters, rate, mobility):
+    """Accelerations without dry friction into rate (NQ,), inverse mass matrix into mobility (NQ, NQ).
+
+    42 operations.
+    """
+    v_in = voltage
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    X1 = parameters[0]
+    X2 = parameters[1]
+    X3 = parameters[2]
+    X4 = parameters[3]
+    X5 = parameters[4]
+    X6 = parameters[5]
+    X7 = parameters[6]
+    c0 = X6*dtheta_w
+    c1 = math.sin(theta_p)
+    c2 = X7*dtheta_p
+    c3 = -X5*c1 - c0 + c2 + v_in
+    c4 = math.cos(theta_p)
+    c5 = X3*c4
+    c6 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c5 - X3*X3*c4*c4)
+    c7 = c6*(X2 - c5)
+    c8 = -X3*c1*dtheta_p*dtheta_p + c0 - c2 - v_in
+    c9 = c6*(X2 + X4)
+    c10 = c6*(X1 + X2)
+    rate[0] = -c3*c7 - c8*c9
+    rate[1] = -c10*c3 - c7*c8
+    mobility[0, 0] = c9
+    mobility[0, 1] = c7
+    mobility[1, 0] = c7
+    mobility[1, 1] = c10
+
+
+@compiled
+def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter):
+    """Derivatives of inertia − force at given accelerations, into (NQ, NX) and (NQ, NP); zero entries are not touched.
+
+    27 operations.
+    """
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    ddtheta_w = rate[0]
+    ddtheta_p = rate[1]
+    X3 = parameters[2]
+    X5 = parameters[4]
+    X6 = parameters[5]
+    X7 = parameters[6]
+    c0 = math.sin(theta_p)
+    c1 = X3*c0
+    c2 = math.cos(theta_p)
+    c3 = dtheta_p*dtheta_p
+    c4 = ddtheta_p - ddtheta_w
+    by_state[0, 1] = -X3*c2*c3 - c1*ddtheta_p
+    by_state[0, 2] = X6
+    by_state[0, 3] = -X7 - 2*c1*dtheta_p
+    by_state[1, 1] = -X5*c2 - c1*ddtheta_w
+    by_state[1, 2] = -X6
+    by_state[1, 3] = X7
+    by_parameter[0, 0] = ddtheta_w
+    by_parameter[0, 1] = -c4
+    by_parameter[0, 2] = -c0*c3 + c2*ddtheta_p
+    by_parameter[0, 5] = dtheta_w
+    by_parameter[0, 6] = -dtheta_p
+    by_parameter[1, 1] = c4
+    by_parameter[1, 2] = c2*ddtheta_w
+    by_parameter[1, 3] = ddtheta_p
+    by_parameter[1, 4] = -c0
+    by_parameter[1, 5] = -dtheta_w
+    by_parameter[1, 6] = dtheta_p
+
+
+@compiled
+def _dry_law(state, parameters, direction, force):
+    """Dry friction against the slip of each surface [V] into force (DRY,); direction 0 where it sticks."""
+
+    return force
+
+
+@compiled
+def read_sensors(t, state, parameters, output):
+    """What the sensors read in this state, into output (NY,)."""
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_p = state[3]
+    output[0] = theta_w
+    output[1] = theta_p
+    output[2] = dtheta_p
+
+
+@compiled
+def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
+    """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
+    by_state[0, 0] = 1
+    by_state[1, 1] = 1
+    by_state[2, 3] = 1
+
+
+@compiled
+def _slip(state, surface):
+    """Slip speed of a surface."""
+    speed = 0.0
+    for k in range(NQ):
+        speed += SLIPS[surface, k] * state[NQ + k]
+    return speed
+
+
+@compiled
+def _solve(matrix, right, size):
+    """Solve a small symmetric positive definite system in place of its right side."""
+    for i in range(size):
+        for j in range(i + 1, size):
+            factor = matrix[j, i] / matrix[i, i]
+            for k in range(i, size):
+                matrix[j, k] -= factor * matrix[i, k]
+            right[j] -= factor * right[i]
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+
+
+@compiled
+def _hold(mobility, direction, vector, force):
+    """Forces on the stuck surfaces that cancel the slip acceleration of vector (NQ,), and take them off it."""
+    stuck = 0
+    for i in range(DRY):
+        stuck += direction[i] == 0.0
+    if stuck == 0:
+        return
+    index = np.flatnonzero(direction == 0.0)
+    matrix, right = np.zeros((stuck, stuck)), np.zeros(stuck)
+    for a in range(stuck):
+        for k in range(NQ):
+            right[a] += SLIPS[index[a], k] * vector[k]
+            for b in range(stuck):
+                for m in range(NQ):
+                    matrix[a, b] += SLIPS[index[a], k] * mobility[k, m] * SLIPS[index[b], m]
+    _solve(matrix, right, stuck)
+    for a in range(stuck):
+        force[index[a]] = right[a]
+        for k in range(NQ):
+            for m in range(NQ):
+                vector[k] -= mobility[k, m] * SLIPS[index[a], m] * right[a]
+
+
+@compiled
+def _accelerate(t, state, voltage, parameters, direction, rate, mobility, force):
+    """Accelerations with dry friction: −1 and +1 slip in that direction, 0 sticks. Also fills mobility and force."""
+    _free_motion(t, state, voltage, parameters, rate, mobility)
+    if DRY == 0:
+        return
+    _dry_law(state, parameters, direction, force)
+    for i in range(DRY):
+        for k in range(NQ):
+            for m in range(NQ):
+                rate[k] -= mobility[k, m] * SLIPS[i, m] * force[i] * abs(direction[i])
+    _hold(mobility, direction, rate, force)
+
+
+@compiled
+def _limits(state, parameters, direction, upper, lower):
+    """Dry friction of every surface that is just about to slip forwards and backwards; overwrites direction."""
+    direction[:] = 1.0
+    _dry_law(state, parameters, direction, upper)
+    direction[:] = -1.0
+    _dry_law(state, parameters, direction, lower)
+
+
+@compiled
+def _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower):
+    """Decide which surfaces slip and which stick, into direction (DRY,).
+
+    A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
+    """
+    _limits(state, parameters, direction, upper, lower)
+    stuck = False
+    for i in range(DRY):
+        speed = _slip(state, i)
+        direction[i] = 1.0 if speed >= 0.0 else -1.0
+        if upper[i] > lower[i] and abs(speed) <= AT_REST:
+            direction[i] = 0.0
+            stuck = True
+    for _ in range(DRY + 1):
+        if not stuck:
+            return
+        stuck = False
+        _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+        for i in range(DRY):
+            if direction[i] == 0.0 and force[i] > upper[i]:
+                direction[i] = 1.0
+                stuck = True
+            elif direction[i] == 0.0 and force[i] < lower[i]:
+                direction[i] = -1.0
+                stuck = True
+
+
+@compiled
+def _linearise(t, state, voltage, parameters, direction, columns, work):
+    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NX + n).
+
+    Implicit differentiation of residual(acceleration, ...) = 0; a stuck surface has no slip acceleration to change.
+    A column FITTED stands for a parameter that is switched off.
+    """
+    rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
+    _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
+    for c in range(NX + columns.size):
+        for k in range(NQ):
+            column[k] = 0.0
+            for m in range(NQ):
+                entry = by_state[m, c] if c < NX else by_parameter[m, columns[c - NX]]
+                column[k] -= mobility[k, m] * entry
+        if DRY:
+            _hold(mobility, direction, column, force)
+        for k in range(NQ):
+            jacobian[k, c] = column[k]
+
+
+@compiled
+def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work):
+    """One step of the classical fourth-order method for the state (NX,) and its sensitivities (NX, n)."""
+    rate, mobility, force = work[:3]
+    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:]
+    n = sens.shape[1]
+    stage[:] = state
+    new_state[:] = state
+    sens_stage[:] = sens
+    new_sens[:] = sens
+    for number in range(4):
+        now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
+        weight = h / 6.0 if number in (0, 3) else h / 3.0
+        ahead = 0.5 * h if number < 2 else h
+        _accelerate(now, stage, voltage, parameters, direction, rate, mobility, force)
+        for k in range(NQ):
+            slope[k] = stage[NQ + k]
+            slope[NQ + k] = rate[k]
+        if n:
+            _linearise(now, stage, voltage, parameters, direction, columns, work)
+            for k in range(NQ):
+                for c in range(n):
+                    sens_slope[k, c] = sens_stage[NQ + k, c]
+                    sens_slope[NQ + k, c] = jacobian[k, c] if c >= NX else 0.0
+                for m in range(NX):
+                    for c in range(n):
+                        sens_slope[NQ + k, c] += jacobian[k, m] * sens_stage[m, c]
+            for i in range(NX):
+                for c in range(n):
+                    new_sens[i, c] += weight * sens_slope[i, c]
+                    sens_stage[i, c] = sens[i, c] + ahead * sens_slope[i, c]
+        for i in range(NX):
+            new_state[i] += weight * slope[i]
+            stage[i] = state[i] + ahead * slope[i]
+
+
+@compiled
+def _workspace(n):
+    """Scratch arrays of _runge_kutta for n sensitivity columns."""
+    return (
+        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NX)), np.zeros((NQ, FITTED + 1)),
+        np.zeros((NQ, n)), np.zeros(NQ), np.zeros(NX), np.zeros(NX), np.zeros((NX, n)), np.zeros((NX, n)),
+    )  # fmt: skip
+
+
+@compiled
+def _landing(h, start, start_rate, end, end_rate):
+    """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        u = 0.5 * (low + high)
+        value = (
+            start * (1.0 + 2.0 * u) * (1.0 - u) ** 2
+            + h * start_rate * u * (1.0 - u) ** 2
+            + end * u * u * (3.0 - 2.0 * u)
+            + h * end_rate * u * u * (u - 1.0)
+        )
+        if value * start > 0.0:
+            low = u
+        else:
+            high = u
+    return h * high
+
+
+@compiled
+def _slip_rate(rate, surface):
+    """Slip acceleration of a surface."""
+    total = 0.0
+    for k in range(NQ):
+        total += SLIPS[surface, k] * rate[k]
+    return total
+
+
+@compiled
+def _jump(state, sens, before, after, surface):
+    """Change the sensitivities at a stick-slip event: its time depends on them (saltation)."""
+    approach = _slip_rate(before, surface)
+    if approach == 0.0:
+        return
+    for c in range(sens.shape[1]):
+        slip = 0.0
+        for k in range(NQ):
+            slip += SLIPS[surface, k] * sens[NQ + k, c]
+        for k in range(NQ):
+            sens[NQ + k, c] -= (before[k] - after[k]) * slip / approach
+
+
+@compiled
+def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sens, work, friction):
+    """Advance state and sensitivities in place by h under a constant command, through stick-slip events."""
+    if DRY == 0:
+        empty = np.empty(0)
+        _runge_kutta(t, h, state, sens, voltage, parameters, empty, columns, new_state, new_sens, work)
+        state[:] = new_state
+        sens[:] = new_sens
+        return
+    rate, mobility, force = work[0], work[1], work[2]
+    direction, previous, before, upper, lower = friction
+    remaining = h
+    for event in range(EVENTS):
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        for i in range(DRY):
+            if direction[i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
+                previous[:] = direction
+                previous[i] = 1.0
+                _accelerate(t, state, voltage, parameters, previous, before, mobility, force)
+                _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                _jump(state, sens, before, rate, i)
+        _runge_kutta(t, remaining, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
+        first, landing = -1, remaining
+        if event < EVENTS - 1:
+            for i in range(DRY):
+                start, end = _slip(state, i), _slip(new_state, i)
+                if direction[i] != 0.0 and upper[i] > lower[i] and end * direction[i] < 0.0 and abs(start) > AT_REST:
+                    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                    start_rate = _slip_rate(rate, i)
+                    _accelerate(t + remaining, new_state, voltage, parameters, direction, rate, mobility, force)
+                    when = _landing(remaining, start, start_rate, end, _slip_rate(rate, i))
+                    if when < landing:
+                        first, landing = i, when
+        if first >= 0:
+            for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
+                _runge_kutta(t, landing, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
+                _accelerate(t + landing, new_state, voltage, parameters, direction, before, mobility, force)
+                approach = _slip_rate(before, first)
+                if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
+                    break
+                landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
+        state[:] = new_state
+        sens[:] = new_sens
+        if first < 0:
+            return
+        t += landing
+        remaining -= landing
+        previous[:] = direction
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        if direction[first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
+            _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+            _jump(state, sens, before, rate, first)
+        if remaining <= 0.0:
+            return
+
+
+@compiled
+def acceleration(t, state, voltage, parameters):
+    """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
+    rate, mobility, force = np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY)
+    direction, upper, lower = np.zeros(DRY), np.zeros(DRY), np.zeros(DRY)
+    if DRY:
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+    return rate
+
+
+@compiled
+def _friction_workspace():
+    """Scratch arrays of _advance for dry friction."""
+    return np.zeros(DRY), np.zeros(DRY), np.zeros(NQ), np.zeros(DRY), np.zeros(DRY)
+
+
+@compiled
+def _switch(sens, state, old, new, t, parameters, columns, work, friction):
+    """A delayed command switches: the later it does, the longer the old one acts."""
+    for c in range(columns.size):
+        if columns[c] == DELAY:
+            rate, mobility, force = work[0], work[1], work[2]
+            direction, previous, before, upper, lower = friction
+            _settle(t, state, old, parameters, direction, rate, mobility, force, upper, lower)
+            _accelerate(t, state, old, parameters, direction, before, mobility, force)
+            _settle(t, state, new, parameters, direction, rate, mobility, force, upper, lower)
+            _accelerate(t, state, new, parameters, direction, rate, mobility, force)
+            for k in range(NQ):
+                sens[NQ + k, NX + c] += before[k] - rate[k]
+
+
+@compiled
+def _interval(t, voltage, k, acting, state, sens, parameters, columns, max_step, new_state, new_sens, work, friction):
+    """Advance in place from sample k to the next; returns which sample's command acts at the end.
+
+    A delayed command switches inside the interval, which is split there. ``acting`` is the sample whose command acts at
+    the beginning.
+    """
+    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    now, end = t[k], t[k + 1]
+    while True:
+        if acting < k and t[acting + 1] + delay <= now:
+            if sens.shape[1]:
+                _switch(sens, state, voltage[acting], voltage[acting + 1], now, parameters, columns, work, friction)
+            acting += 1
+            continue
+        if now >= end:
+            return acting
+        until = min(end, t[acting + 1] + delay) if acting < k else end
+        steps = max(1, int(math.ceil((until - now) / max_step - 1e-6)))
+        h = (until - now) / steps
+        for s in range(steps):
+            _advance(
+                now + s * h, h, state, sens, voltage[acting], parameters, columns, new_state, new_sens, work, friction
+            )
+        now = until
+        if until >= end:
+            return acting
+
+
+@compiled
+def _acting_at(t, k, parameters):
+    """The sample whose command still acts just before sample k."""
+    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    acting = max(k - 1, 0)
+    while acting > 0 and t[acting] + delay > t[k]:
+        acting -= 1
+    return acting
+
+
+@compiled
+def simulate(t, voltage, state, parameters, max_step):
+    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
+    states = np.empty((t.size, NX))
+    columns = np.empty(0, np.int64)
+    now, sens = state.astype(np.float64), np.zeros((NX, 0))
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    states[0] = now
+    acting = _acting_at(t, 0, parameters)
+    for k in range(t.size - 1):
+        acting = _interval(
+            t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+        )
+        states[k + 1] = now
+    return states
+
+
+@compiled
+def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
+    """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
+
+    At each sample the sensors read the state, noise (N, NY) is added, channels with a quantum > 0 are rounded to it, and
+    the controller computes kp e + ki ∫e + kd ė from gains (3,), with e = reference − measured angle and
+    ė = reference rate − measured rate; the voltage is held until the next sample.
+    """
+    states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
+    columns = np.empty(0, np.int64)
+    now, sens, output = state.astype(np.float64), np.zeros((NX, 0)), np.zeros(NY)
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    integral, acting = 0.0, _acting_at(t, 0, parameters)
+    for k in range(t.size):
+        states[k] = now
+        read_sensors(t[k], now, parameters, output)
+        for y in range(NY):
+            reading = output[y] + noise[k, y]
+            measured[k, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
+        error = reference[k] - measured[k, CONTROLLED[0]]
+        if k > 0:
+            integral += error * (t[k] - t[k - 1])
+        slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+        voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+        if k + 1 < t.size:
+            acting = _interval(
+                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+            )
+    return states, measured, voltage
+
+
+@compiled
+def sensitivities(t, voltage, state, parameters, columns, max_step):
+    """States (N, NX), readings (N, NY) and their derivatives (N, NY, NX + n).
+
+    The derivatives are in the initial state, then in the n parameters whose indices are in columns (n,).
+    """
+    n = NX + columns.size
+    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
+    now, sens = state.astype(np.float64), np.eye(NX, n)
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    by_state, by_parameter = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    acting = _acting_at(t, 0, parameters)
+    for k in range(t.size):
+        states[k] = now
+        read_sensors(t[k], now, parameters, readings[k])
+        _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
+        _chain(sens, by_state, by_parameter, columns, derivatives[k])
+        if k + 1 < t.size:
+            acting = _interval(
+                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+            )
+    return states, readings, derivatives
+
+
+@compiled
+def _chain(sens, by_state, by_parameter, columns, derivative):
+    """Derivatives of the readings (NY, n) from those of the state."""
+    for y in range(NY):
+        for c in range(sens.shape[1]):
+            total = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+            for i in range(NX):
+                total += by_state[y, i] * sens[i, c]
+            derivative[y, c] = total
+
+
+@compiled
+def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, window, max_step, gram, residual):
+    """Simulate every segment from its own initial state and gather the weighted least-squares problem.
+
+    measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
+    gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
+    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment. residual (N, NY) receives
+    (measured − simulated) · weight.
+    """
+    n = NX + columns.size
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    by_state, by_parameter, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
+    derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
+    for s in range(bounds.shape[0]):
+        gram[s] = 0.0
+        now, sens = states[s].copy(), np.eye(NX, n)
+        acting = _acting_at(t, bounds[s, 0], parameters)
+        for k in range(bounds[s, 0], bounds[s, 1]):
+            read_sensors(t[k], now, parameters, reading)
+            _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
+            for c in range(columns.size):
+                inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
+                active[c] = columns[c] if inside else FITTED
+            _chain(sens, by_state, by_parameter, active, derivative)
+            for y in range(NY):
+                error = (measured[k, y] - reading[y]) * weight[y]
+                residual[k, y] = error
+                if np.isnan(error):
+                    continue
+                for c in range(n):
+                    row[c] = derivative[y, c] * weight[y]
+                row[n] = error
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        gram[s, a, b] += row[a] * row[b]
+            if k + 1 < bounds[s, 1]:
+                acting = _interval(
+                    t, voltage, k, acting, now, sens, parameters, active, max_step, new_state, new_sens, work, friction
+                )
+        for a in range(n + 1):
+            for b in range(a):
+                gram[s, b, a] = gram[s, a, b]
+
+
+@compiled
+def regressor(t, state, rate, voltage, parameters):
+    """Left side (NQ,) [V] and regressor φ (NQ, len(LINEAR)) at given accelerations (paper eqs. 21-23)."""
+    tau, phi = np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    v_in = voltage
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    ddtheta_w = rate[0]
+    ddtheta_p = rate[1]
+    c0 = -ddtheta_p + ddtheta_w
+    c1 = math.cos(theta_p)
+    c2 = math.sin(theta_p)
+    c3 = -dtheta_p
+    tau[0] = v_in
+    tau[1] = v_in
+    phi[0, 0] = ddtheta_w
+    phi[0, 1] = c0
+    phi[0, 2] = c1*ddtheta_p - c2*dtheta_p*dtheta_p
+    phi[0, 5] = dtheta_w
+    phi[0, 6] = c3
+    phi[1, 1] = c0
+    phi[1, 2] = -c1*ddtheta_w
+    phi[1, 3] = -ddtheta_p
+    phi[1, 4] = c2
+    phi[1, 5] = dtheta_w
+    phi[1, 6] = c3
+
+    return tau, phi
+
+
+@compiled
+def regressor_parts(t, state, voltage, parameters):
+    """φ2, φ1, φ0 (NQ, len(LINEAR)) each, with φ = d²φ2/dt² + dφ1/dt + φ0 (paper eqs. 25, 26)."""
+    phi2, phi1, phi0 = np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR)))
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    c0 = -theta_p + theta_w
+    c1 = -theta_p
+    c2 = math.cos(theta_p)
+    c3 = math.sin(theta_p)
+    phi2[0, 0] = theta_w
+    phi2[0, 1] = c0
+    phi2[1, 1] = c0
+    phi2[1, 3] = c1
+    phi1[0, 2] = c2*dtheta_p
+    phi1[0, 5] = theta_w
+    phi1[0, 6] = c1
+    phi1[1, 2] = -c2*dtheta_w
+    phi1[1, 5] = theta_w
+    phi1[1, 6] = c1
+    phi0[1, 2] = -c3*dtheta_p*dtheta_w
+    phi0[1, 4] = c3
+
+    return phi2, phi1, phi0
+
+
+SIGNALS = 11
+DERIVATIVES = np.array([0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, False, True, True])  # whether it is constant between samples
+
+
+@compiled
+def _signals(t, state, voltage, parameters, signal):
+    """The distinct quantities that are filtered, into signal (SIGNALS,)."""
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    c0 = math.sin(theta_p)
+    c1 = math.cos(theta_p)
+    c2 = -theta_p
+    signal[0] = -c0*dtheta_p*dtheta_w
+    signal[1] = c0
+    signal[2] = c1*dtheta_p
+    signal[3] = theta_w
+    signal[4] = c2
+    signal[5] = -c1*dtheta_w
+    signal[6] = theta_w
+    signal[7] = -theta_p + theta_w
+    signal[8] = c2
+    signal[9] = v_in
+    signal[10] = v_in
+
+
+@compiled
+def _assemble(signal, tau, phi):
+    """Filtered left side and regressor from the filtered signals (paper eqs. 39, 40)."""
+    signal_0 = signal[0]
+    signal_1 = signal[1]
+    signal_2 = signal[2]
+    signal_3 = signal[3]
+    signal_4 = signal[4]
+    signal_5 = signal[5]
+    signal_6 = signal[6]
+    signal_7 = signal[7]
+    signal_8 = signal[8]
+    signal_9 = signal[9]
+    signal_10 = signal[10]
+    tau[0] = signal_9
+    tau[1] = signal_10
+    phi[0, 0] = signal_6
+    phi[0, 1] = signal_7
+    phi[0, 2] = signal_2
+    phi[0, 5] = signal_3
+    phi[0, 6] = signal_4
+    phi[1, 1] = signal_7
+    phi[1, 2] = signal_0 + signal_5
+    phi[1, 3] = signal_8
+    phi[1, 4] = signal_1
+    phi[1, 5] = signal_3
+    phi[1, 6] = signal_4
+
+
+@compiled
+def _filter_step(h, tau1, tau2):
+    """Exact step of z1' = (u − z1)/τ1, z2' = (z1 − z2)/τ2 for u linear between samples.
+
+    Returns e1, e2, the coupling of z1 into z2, and the weights of the old and the new input in z1 and in z2. Needs
+    τ1 ≠ τ2.
+    """
+    e1, e2 = math.exp(-h / tau1), math.exp(-h / tau2)
+    coupling = tau1 / (tau1 - tau2) * (e1 - e2)
+    ramp1, ramp2 = 1.0 - tau1 / h * (1.0 - e1), 1.0 - tau2 / h * (1.0 - e2)
+    step1, step2 = 1.0 - e1, (tau1 * (1.0 - e1) - tau2 * (1.0 - e2)) / (tau1 - tau2)
+    both = (tau1 * ramp1 - tau2 * ramp2) / (tau1 - tau2)
+    return e1, e2, coupling, step1 - ramp1, ramp1, step2 - both, both
+
+
+@compiled
+def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hold):
+    """Left side (N, NQ) and regressor (N, NQ, len(LINEAR)) behind 1/((τ1 s + 1)(τ2 s + 1)) (paper eqs. 30-42).
+
+    No acceleration is formed: a derivative is taken of the filter's output instead. The initial conditions are the
+    paper's (42), written as the filter's own states. states (N, NX) hold the measured angles and rates; between samples
+    they are taken as linear (first_order_hold) or constant, the voltage always as constant. φ̇2(0) comes from the
+    measured rates.
+    """
+    if abs(tau1 - tau2) < 1e-3 * tau1:  # any pair will do as long as both sides share it, but not an equal one
+        tau2 = tau1 * 1.001
+    count = t.size
+    taus, phis = np.empty((count, NQ)), np.zeros((count, NQ, len(LINEAR)))
+    old, new, slope, filtered = np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS)
+    _signals(t[0], states[0], voltage[0], parameters, old)
+    ahead = states[0].copy()
+    for k in range(NQ):  # φ̇2(0) = ∂φ2/∂q · q̇, and φ2 is linear in the angles
+        ahead[k] += states[0, NQ + k]
+    _signals(t[0], ahead, voltage[0], parameters, slope)
+    z1, z2 = np.zeros(SIGNALS), np.zeros(SIGNALS)
+    for s in range(SIGNALS):
+        if DERIVATIVES[s] == 1:
+            z1[s], z2[s] = old[s], old[s]
+        elif DERIVATIVES[s] == 2:
+            speed = slope[s] - old[s]
+            z1[s], z2[s] = old[s] - speed * tau1, old[s] - speed * (tau1 + tau2)
+    last = -1.0
+    e1, e2, coupling, old1, new1, old2, new2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        if k > 0:
+            h = t[k] - t[k - 1]
+            if h != last:
+                e1, e2, coupling, old1, new1, old2, new2 = _filter_step(h, tau1, tau2)
+                last = h
+            _signals(t[k], states[k], voltage[k], parameters, new)
+            for s in range(SIGNALS):
+                end = old[s] if HELD[s] or not first_order_hold else new[s]
+                z2[s] = e2 * z2[s] + coupling * z1[s] + old2 * old[s] + new2 * end
+                z1[s] = e1 * z1[s] + old1 * old[s] + new1 * end
+                old[s] = new[s]
+        for s in range(SIGNALS):
+            if DERIVATIVES[s] == 0:
+                filtered[s] = z2[s]
+            elif DERIVATIVES[s] == 1:
+                filtered[s] = (z1[s] - z2[s]) / tau2
+            else:
+                filtered[s] = ((old[s] - z1[s]) / tau1 - (z1[s] - z2[s]) / tau2) / tau2
+        _assemble(filtered, taus[k], phis[k])
+    return taus, phis
+
+
+@compiled
+def recursive_update(estimate, covariance, phi, tau, forgetting):
+    """One recursive least-squares update in place: estimate (n,), covariance (n, n), one row phi (n,), its left side tau."""
+    n = estimate.size
+    gain = np.empty(n)
+    spread, error = forgetting, tau
+    for i in range(n):
+        gain[i] = 0.0
+        for j in range(n):
+            gain[i] += covariance[i, j] * phi[j]
+        spread += phi[i] * gain[i]
+        error -= phi[i] * estimate[i]
+    for i in range(n):
+        estimate[i] += gain[i] / spread * error
+        for j in range(i + 1):
+            covariance[i, j] = (covariance[i, j] - gain[i] * gain[j] / spread) / forgetting
+            covariance[j, i] = covariance[i, j]

@@ -1,0 +1,1121 @@
+# Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, encoder=absolute; effects coulomb_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, air_drag, com_offset, tether_spring, actuator_delay, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, gyro_scale, imu_bias, gyro_bias
+"""Kernels of the model `wheel_pendulum with every effect`.
+
+wheel row: 0 =
+    - missing.wheel
+    - voltage_offset.offset
+    + X1*ddtheta_w
+    + X2*ddtheta_w
+    + X6*dtheta_w
+    + dtheta_w*ground_viscous.coefficient
+    + tether_spring.stiffness*(-origin + theta_w)
+    - X2*ddtheta_p
+    - X7*dtheta_p
+    - cogging.cosine*cos(cogging.periods*(-theta_p + theta_w))
+    - cogging.sine*sin(cogging.periods*(-theta_p + theta_w))
+    + X3*ddtheta_p*cos(com_offset.angle + slope.angle + theta_p)
+    + air_drag.coefficient*dtheta_w*Magnitude(dtheta_w)
+    + quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
+    - X3*dtheta_p**2*sin(com_offset.angle + slope.angle + theta_p)
+    + X1*g*sin(slope.angle)/R
+    - (-t*voltage_sag.rate + 1)*(voltage_asymmetry.ratio*Sign((-t*voltage_sag.rate + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)) + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)
+    - 2*J_w*g*sin(slope.angle)/(R*alpha)
+body row: 0 =
+    + voltage_offset.offset
+    - missing.body
+    + X2*ddtheta_p
+    + X4*ddtheta_p
+    + X7*dtheta_p
+    + cogging.cosine*cos(cogging.periods*(-theta_p + theta_w))
+    + cogging.sine*sin(cogging.periods*(-theta_p + theta_w))
+    - X2*ddtheta_w
+    - X5*sin(com_offset.angle + theta_p)
+    - X6*dtheta_w
+    + X3*ddtheta_w*cos(com_offset.angle + slope.angle + theta_p)
+    - quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
+    + (-t*voltage_sag.rate + 1)*(voltage_asymmetry.ratio*Sign((-t*voltage_sag.rate + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)) + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)
+
+States theta_w, theta_p, dtheta_w, dtheta_p; voltage is what was commanded, held between samples; parameters as in PARAMETERS.
+Angles in rad, times in s from the log's first sample, voltages in V. Every function is compiled by Numba and may be
+called from compiled code.
+"""
+
+import math
+
+import numpy as np
+from numba import njit
+
+STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
+OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
+ROWS = ('wheel', 'body')
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V s²/rad²', 'rad', 'V/rad', 's', 'V', '1/s', '1', 'V', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'air_drag.coefficient', 'tether_spring.stiffness', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+FITTED = 28  # so many of PARAMETERS, from the first, have sensitivities
+DELAY = 18  # index of the input delay among PARAMETERS, or -1
+ORIGIN = 32  # index of the wheel's angle at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 33
+DRY = 2  # surfaces with dry friction
+SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
+CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
+AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+EVENTS = 16  # stick-slip events handled within one step
+compiled = njit(cache=True, fastmath={"contract"}, error_model="numpy")
+
+
+@compiled
+def _sign(x):
+    """−1.0, 0.0 or 1.0."""
+    return 1.0 if x > 0.0 else -1.0 if x < 0.0 else 0.0
+
+
+@compiled
+def _step(x):
+    """1.0 where x is positive, else 0.0."""
+    return 1.0 if x > 0.0 else 0.0
+
+
+@compiled
+def _free_motion(t, state, voltage, parameters, rate, mobility):
+    """Accelerations without dry friction into rate (NQ,), inverse mass matrix into mobility (NQ, NQ).
+
+    95 operations.
+    """
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    X1 = parameters[0]
+    X2 = parameters[1]
+    X3 = parameters[2]
+    X4 = parameters[3]
+    X5 = parameters[4]
+    X6 = parameters[5]
+    X7 = parameters[6]
+    quadratic_drive_coefficient = parameters[8]
+    cogging_sine = parameters[9]
+    cogging_cosine = parameters[10]
+    cogging_periods = parameters[11]
+    ground_viscous_coefficient = parameters[12]
+    slope_angle = parameters[14]
+    air_drag_coefficient = parameters[15]
+    com_offset_angle = parameters[16]
+    tether_spring_stiffness = parameters[17]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    voltage_asymmetry_ratio = parameters[21]
+    voltage_offset_offset = parameters[22]
+    missing_wheel = parameters[26]
+    missing_body = parameters[27]
+    R = parameters[28]
+    g = parameters[29]
+    alpha = parameters[30]
+    J_w = parameters[31]
+    origin = parameters[32]
+    c0 = com_offset_angle + theta_p
+    c1 = -theta_w
+    c2 = cogging_periods*(-c1 - theta_p)
+    c3 = -dtheta_p + dtheta_w
+    c4 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(v_in), 0.0)*_sign(v_in)
+    c5 = -X6*dtheta_w + X7*dtheta_p - c3*quadratic_drive_coefficient*abs(c3) + c4*(voltage_asymmetry_ratio*_sign(c4) + 1) + cogging_cosine*math.cos(c2) + cogging_sine*math.sin(c2) + voltage_offset_offset
+    c6 = -X5*math.sin(c0) + c5 - missing_body
+    c7 = c0 + slope_angle
+    c8 = math.cos(c7)
+    c9 = X3*c8
+    c10 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c9 - X3*X3*c8*c8)
+    c11 = c10*(X2 - c9)
+    c12 = math.sin(slope_angle)
+    c13 = 1/R
+    c14 = -2*J_w*c12*c13*g/alpha + X1*c12*c13*g - X3*dtheta_p*dtheta_p*math.sin(c7) + air_drag_coefficient*dtheta_w*abs(dtheta_w) - c5 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c1 - origin)
+    c15 = c10*(X2 + X4)
+    c16 = c10*(X1 + X2)
+    rate[0] = -c11*c6 - c14*c15
+    rate[1] = -c11*c14 - c16*c6
+    mobility[0, 0] = c15
+    mobility[0, 1] = c11
+    mobility[1, 0] = c11
+    mobility[1, 1] = c16
+
+
+@compiled
+def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter):
+    """Derivatives of inertia − force at given accelerations, into (NQ, NX) and (NQ, NP); zero entries are not touched.
+
+    118 operations.
+    """
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    ddtheta_w = rate[0]
+    ddtheta_p = rate[1]
+    direction_drive = direction[0]
+    direction_ground = direction[1]
+    X1 = parameters[0]
+    X3 = parameters[2]
+    X5 = parameters[4]
+    X6 = parameters[5]
+    X7 = parameters[6]
+    quadratic_drive_coefficient = parameters[8]
+    cogging_sine = parameters[9]
+    cogging_cosine = parameters[10]
+    cogging_periods = parameters[11]
+    ground_viscous_coefficient = parameters[12]
+    slope_angle = parameters[14]
+    air_drag_coefficient = parameters[15]
+    com_offset_angle = parameters[16]
+    tether_spring_stiffness = parameters[17]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    voltage_asymmetry_ratio = parameters[21]
+    R = parameters[28]
+    g = parameters[29]
+    alpha = parameters[30]
+    J_w = parameters[31]
+    origin = parameters[32]
+    c0 = -theta_w
+    c1 = -c0 - theta_p
+    c2 = c1*cogging_periods
+    c3 = math.sin(c2)
+    c4 = c3*cogging_cosine
+    c5 = c4*cogging_periods
+    c6 = math.cos(c2)
+    c7 = c6*cogging_sine
+    c8 = c7*cogging_periods
+    c9 = c5 - c8
+    c10 = com_offset_angle + theta_p
+    c11 = c10 + slope_angle
+    c12 = math.sin(c11)
+    c13 = X3*c12
+    c14 = dtheta_p*dtheta_p
+    c15 = math.cos(c11)
+    c16 = X3*c14*c15 + c13*ddtheta_p
+    c17 = abs(dtheta_w)
+    c18 = -dtheta_w
+    c19 = -c18 - dtheta_p
+    c20 = abs(c19)
+    c21 = c19*quadratic_drive_coefficient*_sign(c19) + c20*quadratic_drive_coefficient
+    c22 = X6 + c21
+    c23 = X7 + c21
+    c24 = c13*ddtheta_w
+    c25 = X5*math.cos(c10) + c24
+    c26 = 1/R
+    c27 = c26*g
+    c28 = ddtheta_p - ddtheta_w
+    c29 = c19*c20
+    c30 = c1*c4 - c1*c7
+    c31 = math.cos(slope_angle)
+    c32 = -voltage_dead_zone_threshold + abs(v_in)
+    c33 = max(c32, 0.0)
+    c34 = _sign(v_in)
+    c35 = c34*(-t*voltage_sag_rate + 1)
+    c36 = c33*c35
+    c37 = _sign(c36)
+    c38 = c37*voltage_asymmetry_ratio + 1
+    c39 = c35*c38*_step(c32)
+    c40 = c33*c34*c38*t
+    c41 = c36*c37
+    by_state[0, 0] = c9 + tether_spring_stiffness
+    by_state[0, 1] = -c16 - c9
+    by_state[0, 2] = air_drag_coefficient*c17 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c22 + ground_viscous_coefficient
+    by_state[0, 3] = -2*c13*dtheta_p - c23
+    by_state[1, 0] = -c9
+    by_state[1, 1] = -c25 + c5 - c8
+    by_state[1, 2] = -c22
+    by_state[1, 3] = c23
+    by_parameter[0, 0] = c27*math.sin(slope_angle) + ddtheta_w
+    by_parameter[0, 1] = -c28
+    by_parameter[0, 2] = -c12*c14 + c15*ddtheta_p
+    by_parameter[0, 5] = dtheta_w
+    by_parameter[0, 6] = -dtheta_p
+    by_parameter[0, 7] = direction_drive
+    by_parameter[0, 8] = c29
+    by_parameter[0, 9] = -c3
+    by_parameter[0, 10] = -c6
+    by_parameter[0, 11] = c30
+    by_parameter[0, 12] = dtheta_w
+    by_parameter[0, 13] = direction_ground
+    by_parameter[0, 14] = -2*J_w*c27*c31/alpha + X1*c26*c31*g - c16
+    by_parameter[0, 15] = c17*dtheta_w
+    by_parameter[0, 16] = -c16
+    by_parameter[0, 17] = -c0 - origin
+    by_parameter[0, 19] = c39
+    by_parameter[0, 20] = c40
+    by_parameter[0, 21] = -c41
+    by_parameter[0, 22] = -1
+    by_parameter[0, 26] = -1
+    by_parameter[1, 1] = c28
+    by_parameter[1, 2] = c15*ddtheta_w
+    by_parameter[1, 3] = ddtheta_p
+    by_parameter[1, 4] = -math.sin(c10)
+    by_parameter[1, 5] = c18
+    by_parameter[1, 6] = dtheta_p
+    by_parameter[1, 7] = -direction_drive
+    by_parameter[1, 8] = -c29
+    by_parameter[1, 9] = c3
+    by_parameter[1, 10] = c6
+    by_parameter[1, 11] = -c30
+    by_parameter[1, 14] = -c24
+    by_parameter[1, 16] = -c25
+    by_parameter[1, 19] = -c39
+    by_parameter[1, 20] = -c40
+    by_parameter[1, 21] = c41
+    by_parameter[1, 22] = 1
+    by_parameter[1, 27] = -1
+
+
+@compiled
+def _dry_law(state, parameters, direction, force):
+    """Dry friction against the slip of each surface [V] into force (DRY,); direction 0 where it sticks."""
+    direction_drive = direction[0]
+    direction_ground = direction[1]
+    coulomb_drive_torque = parameters[7]
+    rolling_resistance_torque = parameters[13]
+    force[0] = coulomb_drive_torque*direction_drive
+    force[1] = direction_ground*rolling_resistance_torque
+
+    return force
+
+
+@compiled
+def read_sensors(t, state, parameters, output):
+    """What the sensors read in this state, into output (NY,)."""
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_p = state[3]
+    gyro_scale_scale = parameters[23]
+    imu_bias_bias = parameters[24]
+    gyro_bias_bias = parameters[25]
+    output[0] = theta_w
+    output[1] = imu_bias_bias + theta_p
+    output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
+
+
+@compiled
+def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
+    """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
+    dtheta_p = state[3]
+    gyro_scale_scale = parameters[23]
+    by_state[0, 0] = 1
+    by_state[1, 1] = 1
+    by_state[2, 3] = gyro_scale_scale + 1
+    by_parameter[1, 24] = 1
+    by_parameter[2, 23] = dtheta_p
+    by_parameter[2, 25] = 1
+
+
+@compiled
+def _slip(state, surface):
+    """Slip speed of a surface."""
+    speed = 0.0
+    for k in range(NQ):
+        speed += SLIPS[surface, k] * state[NQ + k]
+    return speed
+
+
+@compiled
+def _solve(matrix, right, size):
+    """Solve a small symmetric positive definite system in place of its right side."""
+    for i in range(size):
+        for j in range(i + 1, size):
+            factor = matrix[j, i] / matrix[i, i]
+            for k in range(i, size):
+                matrix[j, k] -= factor * matrix[i, k]
+            right[j] -= factor * right[i]
+    for i in range(size - 1, -1, -1):
+        for k in range(i + 1, size):
+            right[i] -= matrix[i, k] * right[k]
+        right[i] /= matrix[i, i]
+
+
+@compiled
+def _hold(mobility, direction, vector, force):
+    """Forces on the stuck surfaces that cancel the slip acceleration of vector (NQ,), and take them off it."""
+    stuck = 0
+    for i in range(DRY):
+        stuck += direction[i] == 0.0
+    if stuck == 0:
+        return
+    index = np.flatnonzero(direction == 0.0)
+    matrix, right = np.zeros((stuck, stuck)), np.zeros(stuck)
+    for a in range(stuck):
+        for k in range(NQ):
+            right[a] += SLIPS[index[a], k] * vector[k]
+            for b in range(stuck):
+                for m in range(NQ):
+                    matrix[a, b] += SLIPS[index[a], k] * mobility[k, m] * SLIPS[index[b], m]
+    _solve(matrix, right, stuck)
+    for a in range(stuck):
+        force[index[a]] = right[a]
+        for k in range(NQ):
+            for m in range(NQ):
+                vector[k] -= mobility[k, m] * SLIPS[index[a], m] * right[a]
+
+
+@compiled
+def _accelerate(t, state, voltage, parameters, direction, rate, mobility, force):
+    """Accelerations with dry friction: −1 and +1 slip in that direction, 0 sticks. Also fills mobility and force."""
+    _free_motion(t, state, voltage, parameters, rate, mobility)
+    if DRY == 0:
+        return
+    _dry_law(state, parameters, direction, force)
+    for i in range(DRY):
+        for k in range(NQ):
+            for m in range(NQ):
+                rate[k] -= mobility[k, m] * SLIPS[i, m] * force[i] * abs(direction[i])
+    _hold(mobility, direction, rate, force)
+
+
+@compiled
+def _limits(state, parameters, direction, upper, lower):
+    """Dry friction of every surface that is just about to slip forwards and backwards; overwrites direction."""
+    direction[:] = 1.0
+    _dry_law(state, parameters, direction, upper)
+    direction[:] = -1.0
+    _dry_law(state, parameters, direction, lower)
+
+
+@compiled
+def _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower):
+    """Decide which surfaces slip and which stick, into direction (DRY,).
+
+    A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
+    """
+    _limits(state, parameters, direction, upper, lower)
+    stuck = False
+    for i in range(DRY):
+        speed = _slip(state, i)
+        direction[i] = 1.0 if speed >= 0.0 else -1.0
+        if upper[i] > lower[i] and abs(speed) <= AT_REST:
+            direction[i] = 0.0
+            stuck = True
+    for _ in range(DRY + 1):
+        if not stuck:
+            return
+        stuck = False
+        _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+        for i in range(DRY):
+            if direction[i] == 0.0 and force[i] > upper[i]:
+                direction[i] = 1.0
+                stuck = True
+            elif direction[i] == 0.0 and force[i] < lower[i]:
+                direction[i] = -1.0
+                stuck = True
+
+
+@compiled
+def _linearise(t, state, voltage, parameters, direction, columns, work):
+    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NX + n).
+
+    Implicit differentiation of residual(acceleration, ...) = 0; a stuck surface has no slip acceleration to change.
+    A column FITTED stands for a parameter that is switched off.
+    """
+    rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
+    _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
+    for c in range(NX + columns.size):
+        for k in range(NQ):
+            column[k] = 0.0
+            for m in range(NQ):
+                entry = by_state[m, c] if c < NX else by_parameter[m, columns[c - NX]]
+                column[k] -= mobility[k, m] * entry
+        if DRY:
+            _hold(mobility, direction, column, force)
+        for k in range(NQ):
+            jacobian[k, c] = column[k]
+
+
+@compiled
+def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work):
+    """One step of the classical fourth-order method for the state (NX,) and its sensitivities (NX, n)."""
+    rate, mobility, force = work[:3]
+    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:]
+    n = sens.shape[1]
+    stage[:] = state
+    new_state[:] = state
+    sens_stage[:] = sens
+    new_sens[:] = sens
+    for number in range(4):
+        now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
+        weight = h / 6.0 if number in (0, 3) else h / 3.0
+        ahead = 0.5 * h if number < 2 else h
+        _accelerate(now, stage, voltage, parameters, direction, rate, mobility, force)
+        for k in range(NQ):
+            slope[k] = stage[NQ + k]
+            slope[NQ + k] = rate[k]
+        if n:
+            _linearise(now, stage, voltage, parameters, direction, columns, work)
+            for k in range(NQ):
+                for c in range(n):
+                    sens_slope[k, c] = sens_stage[NQ + k, c]
+                    sens_slope[NQ + k, c] = jacobian[k, c] if c >= NX else 0.0
+                for m in range(NX):
+                    for c in range(n):
+                        sens_slope[NQ + k, c] += jacobian[k, m] * sens_stage[m, c]
+            for i in range(NX):
+                for c in range(n):
+                    new_sens[i, c] += weight * sens_slope[i, c]
+                    sens_stage[i, c] = sens[i, c] + ahead * sens_slope[i, c]
+        for i in range(NX):
+            new_state[i] += weight * slope[i]
+            stage[i] = state[i] + ahead * slope[i]
+
+
+@compiled
+def _workspace(n):
+    """Scratch arrays of _runge_kutta for n sensitivity columns."""
+    return (
+        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NX)), np.zeros((NQ, FITTED + 1)),
+        np.zeros((NQ, n)), np.zeros(NQ), np.zeros(NX), np.zeros(NX), np.zeros((NX, n)), np.zeros((NX, n)),
+    )  # fmt: skip
+
+
+@compiled
+def _landing(h, start, start_rate, end, end_rate):
+    """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        u = 0.5 * (low + high)
+        value = (
+            start * (1.0 + 2.0 * u) * (1.0 - u) ** 2
+            + h * start_rate * u * (1.0 - u) ** 2
+            + end * u * u * (3.0 - 2.0 * u)
+            + h * end_rate * u * u * (u - 1.0)
+        )
+        if value * start > 0.0:
+            low = u
+        else:
+            high = u
+    return h * high
+
+
+@compiled
+def _slip_rate(rate, surface):
+    """Slip acceleration of a surface."""
+    total = 0.0
+    for k in range(NQ):
+        total += SLIPS[surface, k] * rate[k]
+    return total
+
+
+@compiled
+def _jump(state, sens, before, after, surface):
+    """Change the sensitivities at a stick-slip event: its time depends on them (saltation)."""
+    approach = _slip_rate(before, surface)
+    if approach == 0.0:
+        return
+    for c in range(sens.shape[1]):
+        slip = 0.0
+        for k in range(NQ):
+            slip += SLIPS[surface, k] * sens[NQ + k, c]
+        for k in range(NQ):
+            sens[NQ + k, c] -= (before[k] - after[k]) * slip / approach
+
+
+@compiled
+def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sens, work, friction):
+    """Advance state and sensitivities in place by h under a constant command, through stick-slip events."""
+    if DRY == 0:
+        empty = np.empty(0)
+        _runge_kutta(t, h, state, sens, voltage, parameters, empty, columns, new_state, new_sens, work)
+        state[:] = new_state
+        sens[:] = new_sens
+        return
+    rate, mobility, force = work[0], work[1], work[2]
+    direction, previous, before, upper, lower = friction
+    remaining = h
+    for event in range(EVENTS):
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        for i in range(DRY):
+            if direction[i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
+                previous[:] = direction
+                previous[i] = 1.0
+                _accelerate(t, state, voltage, parameters, previous, before, mobility, force)
+                _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                _jump(state, sens, before, rate, i)
+        _runge_kutta(t, remaining, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
+        first, landing = -1, remaining
+        if event < EVENTS - 1:
+            for i in range(DRY):
+                start, end = _slip(state, i), _slip(new_state, i)
+                if direction[i] != 0.0 and upper[i] > lower[i] and end * direction[i] < 0.0 and abs(start) > AT_REST:
+                    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                    start_rate = _slip_rate(rate, i)
+                    _accelerate(t + remaining, new_state, voltage, parameters, direction, rate, mobility, force)
+                    when = _landing(remaining, start, start_rate, end, _slip_rate(rate, i))
+                    if when < landing:
+                        first, landing = i, when
+        if first >= 0:
+            for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
+                _runge_kutta(t, landing, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
+                _accelerate(t + landing, new_state, voltage, parameters, direction, before, mobility, force)
+                approach = _slip_rate(before, first)
+                if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
+                    break
+                landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
+        state[:] = new_state
+        sens[:] = new_sens
+        if first < 0:
+            return
+        t += landing
+        remaining -= landing
+        previous[:] = direction
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        if direction[first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
+            _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+            _jump(state, sens, before, rate, first)
+        if remaining <= 0.0:
+            return
+
+
+@compiled
+def acceleration(t, state, voltage, parameters):
+    """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
+    rate, mobility, force = np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY)
+    direction, upper, lower = np.zeros(DRY), np.zeros(DRY), np.zeros(DRY)
+    if DRY:
+        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+    return rate
+
+
+@compiled
+def _friction_workspace():
+    """Scratch arrays of _advance for dry friction."""
+    return np.zeros(DRY), np.zeros(DRY), np.zeros(NQ), np.zeros(DRY), np.zeros(DRY)
+
+
+@compiled
+def _switch(sens, state, old, new, t, parameters, columns, work, friction):
+    """A delayed command switches: the later it does, the longer the old one acts."""
+    for c in range(columns.size):
+        if columns[c] == DELAY:
+            rate, mobility, force = work[0], work[1], work[2]
+            direction, previous, before, upper, lower = friction
+            _settle(t, state, old, parameters, direction, rate, mobility, force, upper, lower)
+            _accelerate(t, state, old, parameters, direction, before, mobility, force)
+            _settle(t, state, new, parameters, direction, rate, mobility, force, upper, lower)
+            _accelerate(t, state, new, parameters, direction, rate, mobility, force)
+            for k in range(NQ):
+                sens[NQ + k, NX + c] += before[k] - rate[k]
+
+
+@compiled
+def _interval(t, voltage, k, acting, state, sens, parameters, columns, max_step, new_state, new_sens, work, friction):
+    """Advance in place from sample k to the next; returns which sample's command acts at the end.
+
+    A delayed command switches inside the interval, which is split there. ``acting`` is the sample whose command acts at
+    the beginning.
+    """
+    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    now, end = t[k], t[k + 1]
+    while True:
+        if acting < k and t[acting + 1] + delay <= now:
+            if sens.shape[1]:
+                _switch(sens, state, voltage[acting], voltage[acting + 1], now, parameters, columns, work, friction)
+            acting += 1
+            continue
+        if now >= end:
+            return acting
+        until = min(end, t[acting + 1] + delay) if acting < k else end
+        steps = max(1, int(math.ceil((until - now) / max_step - 1e-6)))
+        h = (until - now) / steps
+        for s in range(steps):
+            _advance(
+                now + s * h, h, state, sens, voltage[acting], parameters, columns, new_state, new_sens, work, friction
+            )
+        now = until
+        if until >= end:
+            return acting
+
+
+@compiled
+def _acting_at(t, k, parameters):
+    """The sample whose command still acts just before sample k."""
+    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    acting = max(k - 1, 0)
+    while acting > 0 and t[acting] + delay > t[k]:
+        acting -= 1
+    return acting
+
+
+@compiled
+def simulate(t, voltage, state, parameters, max_step):
+    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
+    states = np.empty((t.size, NX))
+    columns = np.empty(0, np.int64)
+    now, sens = state.astype(np.float64), np.zeros((NX, 0))
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    states[0] = now
+    acting = _acting_at(t, 0, parameters)
+    for k in range(t.size - 1):
+        acting = _interval(
+            t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+        )
+        states[k + 1] = now
+    return states
+
+
+@compiled
+def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
+    """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
+
+    At each sample the sensors read the state, noise (N, NY) is added, channels with a quantum > 0 are rounded to it, and
+    the controller computes kp e + ki ∫e + kd ė from gains (3,), with e = reference − measured angle and
+    ė = reference rate − measured rate; the voltage is held until the next sample.
+    """
+    states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
+    columns = np.empty(0, np.int64)
+    now, sens, output = state.astype(np.float64), np.zeros((NX, 0)), np.zeros(NY)
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    integral, acting = 0.0, _acting_at(t, 0, parameters)
+    for k in range(t.size):
+        states[k] = now
+        read_sensors(t[k], now, parameters, output)
+        for y in range(NY):
+            reading = output[y] + noise[k, y]
+            measured[k, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
+        error = reference[k] - measured[k, CONTROLLED[0]]
+        if k > 0:
+            integral += error * (t[k] - t[k - 1])
+        slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+        voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+        if k + 1 < t.size:
+            acting = _interval(
+                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+            )
+    return states, measured, voltage
+
+
+@compiled
+def sensitivities(t, voltage, state, parameters, columns, max_step):
+    """States (N, NX), readings (N, NY) and their derivatives (N, NY, NX + n).
+
+    The derivatives are in the initial state, then in the n parameters whose indices are in columns (n,).
+    """
+    n = NX + columns.size
+    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
+    now, sens = state.astype(np.float64), np.eye(NX, n)
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    by_state, by_parameter = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    acting = _acting_at(t, 0, parameters)
+    for k in range(t.size):
+        states[k] = now
+        read_sensors(t[k], now, parameters, readings[k])
+        _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
+        _chain(sens, by_state, by_parameter, columns, derivatives[k])
+        if k + 1 < t.size:
+            acting = _interval(
+                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
+            )
+    return states, readings, derivatives
+
+
+@compiled
+def _chain(sens, by_state, by_parameter, columns, derivative):
+    """Derivatives of the readings (NY, n) from those of the state."""
+    for y in range(NY):
+        for c in range(sens.shape[1]):
+            total = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+            for i in range(NX):
+                total += by_state[y, i] * sens[i, c]
+            derivative[y, c] = total
+
+
+@compiled
+def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, window, max_step, gram, residual):
+    """Simulate every segment from its own initial state and gather the weighted least-squares problem.
+
+    measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
+    gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
+    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment. residual (N, NY) receives
+    (measured − simulated) · weight.
+    """
+    n = NX + columns.size
+    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    by_state, by_parameter, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
+    derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
+    for s in range(bounds.shape[0]):
+        gram[s] = 0.0
+        now, sens = states[s].copy(), np.eye(NX, n)
+        acting = _acting_at(t, bounds[s, 0], parameters)
+        for k in range(bounds[s, 0], bounds[s, 1]):
+            read_sensors(t[k], now, parameters, reading)
+            _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
+            for c in range(columns.size):
+                inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
+                active[c] = columns[c] if inside else FITTED
+            _chain(sens, by_state, by_parameter, active, derivative)
+            for y in range(NY):
+                error = (measured[k, y] - reading[y]) * weight[y]
+                residual[k, y] = error
+                if np.isnan(error):
+                    continue
+                for c in range(n):
+                    row[c] = derivative[y, c] * weight[y]
+                row[n] = error
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        gram[s, a, b] += row[a] * row[b]
+            if k + 1 < bounds[s, 1]:
+                acting = _interval(
+                    t, voltage, k, acting, now, sens, parameters, active, max_step, new_state, new_sens, work, friction
+                )
+        for a in range(n + 1):
+            for b in range(a):
+                gram[s, b, a] = gram[s, a, b]
+
+
+@compiled
+def regressor(t, state, rate, voltage, parameters):
+    """Left side (NQ,) [V] and regressor φ (NQ, len(LINEAR)) at given accelerations (paper eqs. 21-23)."""
+    tau, phi = np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    ddtheta_w = rate[0]
+    ddtheta_p = rate[1]
+    direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
+    direction_ground = _sign(1.0 * state[2])
+    cogging_periods = parameters[11]
+    slope_angle = parameters[14]
+    com_offset_angle = parameters[16]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    R = parameters[28]
+    g = parameters[29]
+    alpha = parameters[30]
+    J_w = parameters[31]
+    origin = parameters[32]
+    c0 = _sign(v_in)
+    c1 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
+    c2 = c0*c1
+    c3 = g*math.sin(slope_angle)/R
+    c4 = t*voltage_sag_rate
+    c5 = c2*c4
+    c6 = c0*c1 - c5
+    c7 = -ddtheta_p + ddtheta_w
+    c8 = com_offset_angle + theta_p
+    c9 = c8 + slope_angle
+    c10 = math.cos(c9)
+    c11 = -dtheta_p
+    c12 = abs(-dtheta_p + dtheta_w)
+    c13 = -c12*dtheta_p + c12*dtheta_w
+    c14 = cogging_periods*theta_p - cogging_periods*theta_w
+    c15 = math.sin(c14)
+    c16 = -math.cos(c14)
+    c17 = c2*_sign(c6)
+    c18 = c17*c4 - c17
+    tau[0] = 2*J_w*c3/alpha + c2 - c5
+    tau[1] = c6
+    phi[0, 0] = c3 + ddtheta_w
+    phi[0, 1] = c7
+    phi[0, 2] = c10*ddtheta_p - dtheta_p*dtheta_p*math.sin(c9)
+    phi[0, 5] = dtheta_w
+    phi[0, 6] = c11
+    phi[0, 7] = direction_drive
+    phi[0, 8] = c13
+    phi[0, 9] = c15
+    phi[0, 10] = c16
+    phi[0, 11] = dtheta_w
+    phi[0, 12] = direction_ground
+    phi[0, 13] = dtheta_w*abs(dtheta_w)
+    phi[0, 14] = -origin + theta_w
+    phi[0, 15] = c18
+    phi[0, 16] = -1
+    phi[0, 17] = -1
+    phi[1, 1] = c7
+    phi[1, 2] = -c10*ddtheta_w
+    phi[1, 3] = -ddtheta_p
+    phi[1, 4] = math.sin(c8)
+    phi[1, 5] = dtheta_w
+    phi[1, 6] = c11
+    phi[1, 7] = direction_drive
+    phi[1, 8] = c13
+    phi[1, 9] = c15
+    phi[1, 10] = c16
+    phi[1, 15] = c18
+    phi[1, 16] = -1
+    phi[1, 18] = 1
+
+    return tau, phi
+
+
+@compiled
+def regressor_parts(t, state, voltage, parameters):
+    """φ2, φ1, φ0 (NQ, len(LINEAR)) each, with φ = d²φ2/dt² + dφ1/dt + φ0 (paper eqs. 25, 26)."""
+    phi2, phi1, phi0 = np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR)))
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
+    direction_ground = _sign(1.0 * state[2])
+    cogging_periods = parameters[11]
+    slope_angle = parameters[14]
+    com_offset_angle = parameters[16]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    R = parameters[28]
+    g = parameters[29]
+    origin = parameters[32]
+    c0 = -theta_w
+    c1 = -c0 - theta_p
+    c2 = -theta_p
+    c3 = com_offset_angle + theta_p
+    c4 = c3 + slope_angle
+    c5 = math.cos(c4)
+    c6 = abs(-dtheta_p + dtheta_w)
+    c7 = -c6*dtheta_p + c6*dtheta_w
+    c8 = cogging_periods*theta_p - cogging_periods*theta_w
+    c9 = math.sin(c8)
+    c10 = -math.cos(c8)
+    c11 = _sign(v_in)
+    c12 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
+    c13 = c11*c12
+    c14 = t*voltage_sag_rate
+    c15 = c13*_sign(c11*c12 - c13*c14)
+    c16 = c14*c15 - c15
+    phi2[0, 0] = theta_w
+    phi2[0, 1] = c1
+    phi2[1, 1] = c1
+    phi2[1, 3] = c2
+    phi1[0, 2] = c5*dtheta_p
+    phi1[0, 5] = theta_w
+    phi1[0, 6] = c2
+    phi1[0, 11] = theta_w
+    phi1[1, 2] = -c5*dtheta_w
+    phi1[1, 5] = theta_w
+    phi1[1, 6] = c2
+    phi0[0, 0] = g*math.sin(slope_angle)/R
+    phi0[0, 7] = direction_drive
+    phi0[0, 8] = c7
+    phi0[0, 9] = c9
+    phi0[0, 10] = c10
+    phi0[0, 12] = direction_ground
+    phi0[0, 13] = dtheta_w*abs(dtheta_w)
+    phi0[0, 14] = -c0 - origin
+    phi0[0, 15] = c16
+    phi0[0, 16] = -1
+    phi0[0, 17] = -1
+    phi0[1, 2] = -dtheta_p*dtheta_w*math.sin(c4)
+    phi0[1, 4] = math.sin(c3)
+    phi0[1, 7] = direction_drive
+    phi0[1, 8] = c7
+    phi0[1, 9] = c9
+    phi0[1, 10] = c10
+    phi0[1, 15] = c16
+    phi0[1, 16] = -1
+    phi0[1, 18] = 1
+
+    return phi2, phi1, phi0
+
+
+SIGNALS = 21
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, True, False, False, False, False, False, False, False, False, False, False, True, True])  # whether it is constant between samples
+
+
+@compiled
+def _signals(t, state, voltage, parameters, signal):
+    """The distinct quantities that are filtered, into signal (SIGNALS,)."""
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
+    direction_ground = _sign(1.0 * state[2])
+    cogging_periods = parameters[11]
+    slope_angle = parameters[14]
+    com_offset_angle = parameters[16]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    R = parameters[28]
+    g = parameters[29]
+    alpha = parameters[30]
+    J_w = parameters[31]
+    origin = parameters[32]
+    c0 = g*math.sin(slope_angle)/R
+    c1 = abs(-dtheta_p + dtheta_w)
+    c2 = cogging_periods*theta_p - cogging_periods*theta_w
+    c3 = -theta_w
+    c4 = _sign(v_in)
+    c5 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
+    c6 = c4*c5
+    c7 = t*voltage_sag_rate
+    c8 = c6*c7
+    c9 = c4*c5 - c8
+    c10 = c6*_sign(c9)
+    c11 = com_offset_angle + theta_p
+    c12 = c11 + slope_angle
+    c13 = math.cos(c12)
+    c14 = -theta_p
+    signal[0] = c0
+    signal[1] = direction_drive
+    signal[2] = -c1*dtheta_p + c1*dtheta_w
+    signal[3] = math.sin(c2)
+    signal[4] = -math.cos(c2)
+    signal[5] = direction_ground
+    signal[6] = dtheta_w*abs(dtheta_w)
+    signal[7] = -c3 - origin
+    signal[8] = c10*c7 - c10
+    signal[9] = -1
+    signal[10] = -dtheta_p*dtheta_w*math.sin(c12)
+    signal[11] = math.sin(c11)
+    signal[12] = c13*dtheta_p
+    signal[13] = theta_w
+    signal[14] = c14
+    signal[15] = -c13*dtheta_w
+    signal[16] = theta_w
+    signal[17] = -c3 - theta_p
+    signal[18] = c14
+    signal[19] = 2*J_w*c0/alpha + c6 - c8
+    signal[20] = c9
+
+
+@compiled
+def _assemble(signal, tau, phi):
+    """Filtered left side and regressor from the filtered signals (paper eqs. 39, 40)."""
+    signal_0 = signal[0]
+    signal_1 = signal[1]
+    signal_2 = signal[2]
+    signal_3 = signal[3]
+    signal_4 = signal[4]
+    signal_5 = signal[5]
+    signal_6 = signal[6]
+    signal_7 = signal[7]
+    signal_8 = signal[8]
+    signal_9 = signal[9]
+    signal_10 = signal[10]
+    signal_11 = signal[11]
+    signal_12 = signal[12]
+    signal_13 = signal[13]
+    signal_14 = signal[14]
+    signal_15 = signal[15]
+    signal_16 = signal[16]
+    signal_17 = signal[17]
+    signal_18 = signal[18]
+    signal_19 = signal[19]
+    signal_20 = signal[20]
+    tau[0] = signal_19
+    tau[1] = signal_20
+    phi[0, 0] = signal_0 + signal_16
+    phi[0, 1] = signal_17
+    phi[0, 2] = signal_12
+    phi[0, 5] = signal_13
+    phi[0, 6] = signal_14
+    phi[0, 7] = signal_1
+    phi[0, 8] = signal_2
+    phi[0, 9] = signal_3
+    phi[0, 10] = signal_4
+    phi[0, 11] = signal_13
+    phi[0, 12] = signal_5
+    phi[0, 13] = signal_6
+    phi[0, 14] = signal_7
+    phi[0, 15] = signal_8
+    phi[0, 16] = signal_9
+    phi[0, 17] = signal_9
+    phi[1, 1] = signal_17
+    phi[1, 2] = signal_10 + signal_15
+    phi[1, 3] = signal_18
+    phi[1, 4] = signal_11
+    phi[1, 5] = signal_13
+    phi[1, 6] = signal_14
+    phi[1, 7] = signal_1
+    phi[1, 8] = signal_2
+    phi[1, 9] = signal_3
+    phi[1, 10] = signal_4
+    phi[1, 15] = signal_8
+    phi[1, 16] = signal_9
+    phi[1, 18] = -signal_9
+
+
+@compiled
+def _filter_step(h, tau1, tau2):
+    """Exact step of z1' = (u − z1)/τ1, z2' = (z1 − z2)/τ2 for u linear between samples.
+
+    Returns e1, e2, the coupling of z1 into z2, and the weights of the old and the new input in z1 and in z2. Needs
+    τ1 ≠ τ2.
+    """
+    e1, e2 = math.exp(-h / tau1), math.exp(-h / tau2)
+    coupling = tau1 / (tau1 - tau2) * (e1 - e2)
+    ramp1, ramp2 = 1.0 - tau1 / h * (1.0 - e1), 1.0 - tau2 / h * (1.0 - e2)
+    step1, step2 = 1.0 - e1, (tau1 * (1.0 - e1) - tau2 * (1.0 - e2)) / (tau1 - tau2)
+    both = (tau1 * ramp1 - tau2 * ramp2) / (tau1 - tau2)
+    return e1, e2, coupling, step1 - ramp1, ramp1, step2 - both, both
+
+
+@compiled
+def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hold):
+    """Left side (N, NQ) and regressor (N, NQ, len(LINEAR)) behind 1/((τ1 s + 1)(τ2 s + 1)) (paper eqs. 30-42).
+
+    No acceleration is formed: a derivative is taken of the filter's output instead. The initial conditions are the
+    paper's (42), written as the filter's own states. states (N, NX) hold the measured angles and rates; between samples
+    they are taken as linear (first_order_hold) or constant, the voltage always as constant. φ̇2(0) comes from the
+    measured rates.
+    """
+    if abs(tau1 - tau2) < 1e-3 * tau1:  # any pair will do as long as both sides share it, but not an equal one
+        tau2 = tau1 * 1.001
+    count = t.size
+    taus, phis = np.empty((count, NQ)), np.zeros((count, NQ, len(LINEAR)))
+    old, new, slope, filtered = np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS)
+    _signals(t[0], states[0], voltage[0], parameters, old)
+    ahead = states[0].copy()
+    for k in range(NQ):  # φ̇2(0) = ∂φ2/∂q · q̇, and φ2 is linear in the angles
+        ahead[k] += states[0, NQ + k]
+    _signals(t[0], ahead, voltage[0], parameters, slope)
+    z1, z2 = np.zeros(SIGNALS), np.zeros(SIGNALS)
+    for s in range(SIGNALS):
+        if DERIVATIVES[s] == 1:
+            z1[s], z2[s] = old[s], old[s]
+        elif DERIVATIVES[s] == 2:
+            speed = slope[s] - old[s]
+            z1[s], z2[s] = old[s] - speed * tau1, old[s] - speed * (tau1 + tau2)
+    last = -1.0
+    e1, e2, coupling, old1, new1, old2, new2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(count):
+        if k > 0:
+            h = t[k] - t[k - 1]
+            if h != last:
+                e1, e2, coupling, old1, new1, old2, new2 = _filter_step(h, tau1, tau2)
+                last = h
+            _signals(t[k], states[k], voltage[k], parameters, new)
+            for s in range(SIGNALS):
+                end = old[s] if HELD[s] or not first_order_hold else new[s]
+                z2[s] = e2 * z2[s] + coupling * z1[s] + old2 * old[s] + new2 * end
+                z1[s] = e1 * z1[s] + old1 * old[s] + new1 * end
+                old[s] = new[s]
+        for s in range(SIGNALS):
+            if DERIVATIVES[s] == 0:
+                filtered[s] = z2[s]
+            elif DERIVATIVES[s] == 1:
+                filtered[s] = (z1[s] - z2[s]) / tau2
+            else:
+                filtered[s] = ((old[s] - z1[s]) / tau1 - (z1[s] - z2[s]) / tau2) / tau2
+        _assemble(filtered, taus[k], phis[k])
+    return taus, phis
+
+
+@compiled
+def recursive_update(estimate, covariance, phi, tau, forgetting):
+    """One recursive least-squares update in place: estimate (n,), covariance (n, n), one row phi (n,), its left side tau."""
+    n = estimate.size
+    gain = np.empty(n)
+    spread, error = forgetting, tau
+    for i in range(n):
+        gain[i] = 0.0
+        for j in range(n):
+            gain[i] += covariance[i, j] * phi[j]
+        spread += phi[i] * gain[i]
+        error -= phi[i] * estimate[i]
+    for i in range(n):
+        estimate[i] += gain[i] / spread * error
+        for j in range(i + 1):
+            covariance[i, j] = (covariance[i, j] - gain[i] * gain[j] / spread) / forgetting
+            covariance[j, i] = covariance[i, j]

@@ -1,0 +1,207 @@
+"""Gauss-Newton over several logs at once, with every segment's initial state eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.shooting import Fit, Part, Shot, fit_states, initial_states, shoot, solve_damped, vector
+
+FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
+
+
+class Layout(NamedTuple):
+    """Where each free parameter stands: shared ones once, per-log ones once for every part."""
+
+    names: tuple[str, ...]  # of the columns of every part
+    places: tuple[np.ndarray, ...]  # per part: index of each column among all free parameters
+    labels: tuple[str, ...]  # of all free parameters
+
+
+class Reduced(NamedTuple):
+    """The parameters' own equations, the segments' states eliminated."""
+
+    information: np.ndarray  # (free, free)
+    score: np.ndarray  # (free,)
+    scores: np.ndarray  # (all segments, free), whose sum is the score
+    steps: tuple[tuple[np.ndarray, np.ndarray], ...]  # per part: states' own step and their answer to the parameters
+
+
+def layout(free: Sequence[str], per_log: Sequence[str], parts: int) -> Layout:
+    """Lay out free parameters over parts."""
+    labels: list[str] = [n for n in free if n not in per_log]
+    places = []
+    for part in range(parts):
+        row = []
+        for name in free:
+            label = f"{name}@{part}" if name in per_log else name
+            if label not in labels:
+                labels.append(label)
+            row.append(labels.index(label))
+        places.append(np.array(row, dtype=np.int64))
+    return Layout(tuple(free), tuple(places), tuple(labels))
+
+
+def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -> Reduced:
+    """Eliminate the initial states of every segment (Schur complement)."""
+    size = len(plan.labels)
+    information, scores, steps = np.zeros((size, size)), [], []
+    for shot, places in zip(shots, plan.places, strict=True):
+        normal, mixed, own = shot.gram[:, :nx, :nx], shot.gram[:, nx:-1, :nx], shot.gram[:, nx:-1, -1]
+        solved = solve_damped(normal, shot.gram[:, :nx, nx:], damping)  # states' answers to parameters, and own step
+        answers, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
+        block = (shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, answers)).sum(axis=0)
+        information[np.ix_(places, places)] += 0.5 * (block + block.T)
+        row = np.zeros((len(normal), size))
+        row[:, places] = own - np.einsum("skx,sx->sk", mixed, step)
+        scores.append(row)
+        steps.append((step, answers))
+    stacked = np.concatenate(scores)
+    return Reduced(information, stacked.sum(axis=0), stacked, tuple(steps))
+
+
+def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
+    """Solve the parameters' equations, scaled to a unit diagonal; flat directions stay where they are."""
+    scale = np.sqrt(np.diag(information)) + 1e-300
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    kept = eigenvalues > FLAT * eigenvalues[-1]
+    inverse = np.where(kept, 1.0 / (np.where(kept, eigenvalues, 1.0) + damping), 0.0)
+    return vectors @ (inverse * (vectors.T @ (score / scale))) / scale
+
+
+def fit(
+    module: ModuleType,
+    parts: Sequence[Part],
+    start: Mapping[str, float],
+    free: Sequence[str],
+    *,
+    per_log: Sequence[str] = (),
+    relative: bool = False,
+    limits: Mapping[str, tuple[float, float]] | None = None,
+    start_per_log: Sequence[Mapping[str, float]] = (),
+    states: Sequence[np.ndarray] | None = None,
+    max_step: float = 0.002,
+    rounds: int = 40,
+) -> Fit:
+    """Fit the free parameters of a module to all parts; per-log ones get a value for every part.
+
+    Stops when the next step would lower the sum of squares by less than a ten-thousandth of it and by less than 0.01,
+    or can no longer lower it.
+    """
+    plan = layout(free, [n for n in per_log if n in free], len(parts))
+    columns = [module.PARAMETERS.index(n) for n in free]
+    bounds = _limits_of(plan, limits or {})
+    theta = np.array([_start_of(label, start, start_per_log) for label in plan.labels])
+    theta = np.clip(theta, bounds[0], bounds[1])
+
+    def shots_at(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[Shot]:
+        return [
+            shoot(module, p, x, vector(module, _values(start, plan, theta, k, start_per_log), p.log), columns,
+                  max_step=max_step)
+            for k, (p, x) in enumerate(zip(parts, states, strict=True))
+        ]  # fmt: skip
+
+    if states is None:
+        states = [
+            fit_states(module, p, initial_states(module, p, relative),
+                       vector(module, _values(start, plan, theta, k, start_per_log), p.log), max_step, rounds=2)[0]
+            for k, p in enumerate(parts)
+        ]  # fmt: skip
+    states = list(states)
+    shots, damping, converged = shots_at(theta, states), 1e-3, False
+    cost = sum(s.cost for s in shots)
+    for _ in range(rounds):
+        reduced = reduce(shots, module.NX, plan, damping)
+        step = solve_scaled(reduced.information, reduced.score, damping)
+        trial_theta = np.clip(theta + step, bounds[0], bounds[1])
+        step = trial_theta - theta
+        trial_states = [
+            x + own - np.einsum("skx,k->sx", answers, step[places])
+            for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)
+        ]
+        trial = shots_at(trial_theta, trial_states)
+        trial_cost = sum(s.cost for s in trial)
+        if not np.isfinite(cost) and not np.isfinite(trial_cost):
+            break
+        if trial_cost <= cost:
+            gain = cost - trial_cost
+            theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
+            damping = max(damping * 0.1, 1e-12)
+            if gain < 0.01 + 1e-6 * cost:
+                converged = True
+                break
+        else:
+            if trial_cost - cost < 1e-9 * cost:
+                converged = True
+                break
+            damping = max(damping * 10.0, 1e-8)
+            if damping > 1e6:
+                break
+    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged)
+
+
+def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged) -> Fit:
+    reduced = reduce(shots, module.NX, plan)
+    covariance, condition, flat = covariance_of(reduced.information, plan.labels)
+    segments = len(reduced.scores)
+    meat = reduced.scores.T @ reduced.scores * segments / max(segments - len(plan.labels), 1)
+    return Fit(
+        values={**{k: float(v) for k, v in start.items()}, **_shared(plan, theta)},
+        per_log=tuple(_own(plan, theta, k, start_per_log) for k in range(len(parts))),
+        free=plan.labels,
+        covariance=covariance,
+        robust=covariance @ meat @ covariance,
+        states=tuple(states),
+        cost=sum(s.cost for s in shots),
+        count=sum(p.values for p in parts),
+        condition=condition,
+        unidentifiable=flat,
+        converged=converged,
+    )
+
+
+def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Inverse of an information matrix, its scaled condition number, and the parameters it says nothing about."""
+    if not len(labels):
+        return np.zeros((0, 0)), 1.0, ()
+    scale = np.sqrt(np.abs(np.diag(information)))
+    silent = scale <= 1e-150
+    scale = np.where(silent, 1.0, scale)
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale) + np.diag(silent * 1.0))
+    kept = eigenvalues > FLAT * eigenvalues[-1]
+    inverse = vectors[:, kept] / eigenvalues[kept] @ vectors[:, kept].T / np.outer(scale, scale)
+    lost = (vectors[:, ~kept] ** 2).sum(axis=1)
+    flat = tuple(label for label, s, w in zip(labels, silent, lost, strict=True) if s or w > 1e-3)
+    return inverse, float(eigenvalues[-1] / max(eigenvalues[0], 1e-300)), flat
+
+
+def _limits_of(plan: Layout, limits: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    pairs = [limits.get(label.split("@")[0], (-np.inf, np.inf)) for label in plan.labels]
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+
+
+def _start_of(label: str, start: Mapping[str, float], start_per_log: Sequence[Mapping[str, float]]) -> float:
+    name, _, number = label.partition("@")
+    if number and int(number) < len(start_per_log) and name in start_per_log[int(number)]:
+        return float(start_per_log[int(number)][name])
+    return float(start.get(name, 0.0))
+
+
+def _shared(plan: Layout, theta: np.ndarray) -> dict[str, float]:
+    return {label: float(v) for label, v in zip(plan.labels, theta, strict=True) if "@" not in label}
+
+
+def _own(plan: Layout, theta: np.ndarray, part: int, start_per_log: Sequence[Mapping[str, float]]) -> dict[str, float]:
+    own = dict(start_per_log[part]) if part < len(start_per_log) else {}
+    for label, v in zip(plan.labels, theta, strict=True):
+        name, _, number = label.partition("@")
+        if number and int(number) == part:
+            own[name] = float(v)
+    return own
+
+
+def _values(start, plan: Layout, theta: np.ndarray, part: int, start_per_log) -> dict[str, float]:
+    return {**start, **_shared(plan, theta), **_own(plan, theta, part, start_per_log)}

@@ -1,0 +1,91 @@
+"""Sensor noise: standard deviation and quantisation of every channel, from the log alone.
+
+No model has a say in it, so that the yardstick is the same before and after an effect is added.
+"""
+
+from __future__ import annotations
+
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.logs import Log
+
+ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
+WINDOW = 50  # samples over which a variance is taken
+
+
+class Noise(NamedTuple):
+    """Sensor noise of a log."""
+
+    sigma: np.ndarray  # (channels,) standard deviation [unit of the channel]
+    quantum: np.ndarray  # (channels,) step of a quantised channel, 0 where none is seen
+    floor: float  # expected error of the true model, 1.0 unless a quantised channel stands still
+
+
+def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, float | None]) -> Noise:
+    """Noise of every channel, given values first, the rest estimated from the log.
+
+    A quantised channel has σ = step/√12 unless noise is added to it. The floor accounts for a quantised channel that
+    stands still: its rounding error is then constant and smaller than σ says.
+    """
+    sigma, quantum, squares = [], [], []
+    for index, channel in enumerate(log.channels):
+        signal = log.measured[:, index]
+        step = quanta.get(channel) or find_quantum(signal)
+        scatter = difference_noise(signal)
+        known = given.get(channel)
+        rounding = step / np.sqrt(12.0)
+        fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
+        sigma.append(fine if fine > 0.0 else _resolution(signal))
+        quantum.append(step)
+        is_rounding = bool(step) and not known and fine == rounding
+        squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
+    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(squares))))
+
+
+def find_quantum(signal: np.ndarray) -> float:
+    """Step of a quantised signal [its unit], or 0: all its values lie on one grid."""
+    values = np.unique(signal[np.isfinite(signal)])
+    if values.size < 3:
+        return 0.0
+    steps = np.diff(values)
+    span = float(values[-1] - values[0])
+    steps = steps[steps > 1e-9 * span]
+    step = float(np.median(steps[steps < 1.5 * steps.min()]))
+    counts = (values - values[0]) / step
+    off_grid = np.abs(counts - np.round(counts))
+    return step if np.mean(off_grid < 0.1) > 0.95 and np.round(counts[-1]) < 1e6 else 0.0
+
+
+def difference_noise(signal: np.ndarray) -> float:
+    """Standard deviation of the white part of a signal, from its high differences.
+
+    The variance is averaged over short windows, those with bursts left out, so that the noise need not be Gaussian.
+    """
+    finite = signal[np.isfinite(signal)]
+    estimates = []
+    for order in ORDERS:
+        if finite.size <= order + 10:
+            break
+        squares = np.diff(finite, order) ** 2 / comb(2 * order, order)
+        whole = squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
+        means = whole.mean(axis=1)
+        estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
+    return min(estimates) if estimates else float(np.nanstd(signal))
+
+
+def rounding_error(signal: np.ndarray, step: float) -> float:
+    """Root mean square of the error that rounding to a step makes on the smoothed signal."""
+    finite = signal[np.isfinite(signal)]
+    kernel = np.hanning(min(41, finite.size // 2 * 2 - 1) + 2)[1:-1]
+    smooth = np.convolve(finite, kernel / kernel.sum(), mode="valid")
+    start = finite[0]
+    error = np.round((smooth - start) / step) * step + start - smooth
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def _resolution(signal: np.ndarray) -> float:
+    """A last resort for a signal without any scatter: a millionth of its range."""
+    return max(1e-6 * float(np.nanmax(signal) - np.nanmin(signal)), 1e-9)

@@ -1,0 +1,217 @@
+"""Multiple shooting: the maximum-likelihood fit of a model to measured logs.
+
+A log is cut into segments; each is simulated from its own initial state with the measured voltage. Gauss-Newton with
+Levenberg-Marquardt damping moves parameters and initial states together; the states are eliminated segment by segment
+(Schur complement), so that only the parameters' equations remain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.logs import Log
+
+EVERYWHERE = np.iinfo(np.int64).max
+
+
+@dataclass(frozen=True)
+class Part:
+    """Segments of a log on which a model is fitted or judged."""
+
+    log: Log
+    sigma: np.ndarray  # (channels,)
+    bounds: np.ndarray  # (segments, 2) half-open sample ranges
+
+    @property
+    def values(self) -> int:
+        """Number of measured values in the segments."""
+        return int(sum(np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds))
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A least-squares problem, linearised at a point."""
+
+    gram: np.ndarray  # (segments, n + 1, n + 1), [J r]ᵀ[J r], states first, residual last
+    residual: np.ndarray  # (N, channels) in units of σ, NaN outside the segments
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared residuals; infinite where the simulation left the finite numbers."""
+        total = float(self.gram[:, -1, -1].sum())
+        return total if np.isfinite(total) else np.inf
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model."""
+
+    values: dict[str, float]  # shared parameters
+    per_log: tuple[dict[str, float], ...]  # parameters of each log alone
+    free: tuple[str, ...]  # names of the fitted parameters, per-log ones as name@log
+    covariance: np.ndarray  # (free, free) from the information matrix
+    robust: np.ndarray  # (free, free) from the scatter of the segments' scores
+    states: tuple[np.ndarray, ...]  # (segments, NX) each log
+    cost: float
+    count: int  # measured values
+    condition: float  # of the scaled information matrix
+    unidentifiable: tuple[str, ...]
+    converged: bool
+
+    @property
+    def error(self) -> float:
+        """Root mean square of the residual in units of σ, the fitted states discounted."""
+        states = sum(s.size for s in self.states)
+        return float(np.sqrt(self.cost / max(self.count - states, 1)))
+
+    def sigma(self, name: str, robust: bool = False) -> float:
+        """Standard error of a parameter; of a per-log parameter that of the first log."""
+        key = name if name in self.free else f"{name}@0"
+        matrix = self.robust if robust else self.covariance
+        return float(np.sqrt(max(matrix[self.free.index(key), self.free.index(key)], 0.0)))
+
+    def of_log(self, number: int) -> dict[str, float]:
+        """All parameter values of one log."""
+        return {**self.values, **(self.per_log[number] if number < len(self.per_log) else {})}
+
+
+def vector(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
+    """The parameter vector of a module: named values, zero where none is given, and the log's origin."""
+    parameters = np.array([float(values.get(name, 0.0)) for name in module.PARAMETERS])
+    if module.ORIGIN >= 0:
+        first = log.measured[np.isfinite(log.measured[:, 0]), 0]
+        parameters[module.ORIGIN] = first[0] if first.size else 0.0
+    if "cogging.periods" in module.PARAMETERS and not values.get("cogging.periods"):
+        parameters[module.PARAMETERS.index("cogging.periods")] = 1.0
+    return parameters
+
+
+def shoot(
+    module: ModuleType,
+    part: Part,
+    states: np.ndarray,
+    parameters: np.ndarray,
+    columns: Sequence[int] = (),
+    window: np.ndarray | None = None,
+    max_step: float = 0.002,
+) -> Shot:
+    """Simulate a part's segments and linearise the residual in the states and the parameters of columns."""
+    chosen = np.array(columns, dtype=np.int64)
+    if window is None:
+        window = np.tile(np.array([0, EVERYWHERE], dtype=np.int64), (chosen.size, 1))
+    size = module.NX + chosen.size + 1
+    gram = np.zeros((len(part.bounds), size, size))
+    residual = np.full(part.log.measured.shape, np.nan)
+    module.shoot(
+        part.log.t, part.log.voltage, part.log.measured, 1.0 / part.sigma, part.bounds, states, parameters,
+        chosen, window, max_step, gram, residual,
+    )  # fmt: skip
+    return Shot(gram, residual)
+
+
+def initial_states(module: ModuleType, part: Part, relative: bool) -> np.ndarray:
+    """First guess of the segments' initial states (segments, NX), from the measured channels alone."""
+    log = part.log
+    return np.array([_local_state(log, a, min(b, a + _span(log)), relative) for a, b in part.bounds])
+
+
+def _span(log: Log) -> int:
+    return max(6, int(round(0.03 / log.dt)))
+
+
+def _local_state(log: Log, first: int, last: int, relative: bool) -> np.ndarray:
+    """Angles and rates at a sample, from short polynomials through what follows."""
+    t = log.t[first:last] - log.t[first]
+    wheel, pitch, rate = (_polynomial(t, log.measured[first:last, c]) for c in range(3))
+    speed = rate[0] if np.isfinite(rate[0]) else pitch[1]
+    if relative:
+        wheel = wheel + np.array([pitch[0], speed])
+    return np.nan_to_num(np.array([wheel[0], pitch[0], wheel[1], speed]))
+
+
+def _polynomial(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """Value and slope at the beginning, by a parabola or what the points allow."""
+    good = np.isfinite(signal)
+    if not good.any():
+        return np.array([np.nan, np.nan])
+    degree = min(2, int(good.sum()) - 1)
+    scale = max(float(t[-1]), 1e-9)
+    fitted = np.polynomial.polynomial.polyfit(t[good] / scale, signal[good], degree)
+    return np.array([fitted[0], fitted[1] / scale if degree else 0.0])
+
+
+def fit_states(
+    module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float = 0.002, rounds: int = 8
+) -> tuple[np.ndarray, Shot]:
+    """Fit only the initial states; every segment has its own damping and keeps its best."""
+    states = states.copy()
+    shot = shoot(module, part, states, parameters, max_step=max_step)
+    damping = np.full(len(states), 1e-4)
+    for _ in range(rounds):
+        step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
+        trial = shoot(module, part, states + step, parameters, max_step=max_step)
+        old, new = shot.gram[:, -1, -1], trial.gram[:, -1, -1]
+        better = (new < old) | (~np.isfinite(old) & np.isfinite(new))
+        gain = np.where(better & np.isfinite(old), old - new, 0.0)
+        states[better] += step[better]
+        damping = np.where(better, damping * 0.1, damping * 10.0)
+        shot = _merge(shot, trial, part, better)
+        if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
+            break
+    return states, shot
+
+
+def _merge(old: Shot, new: Shot, part: Part, better: np.ndarray) -> Shot:
+    gram, residual = old.gram.copy(), old.residual.copy()
+    gram[better] = new.gram[better]
+    for a, b in part.bounds[better]:
+        residual[a:b] = new.residual[a:b]
+    return Shot(gram, residual)
+
+
+def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float) -> np.ndarray:
+    """Solve every segment's normal equations (segments, n, n), scaled to a unit diagonal and damped.
+
+    right is (segments, n, k). A segment that is not finite does not move.
+    """
+    finite = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    normal = np.where(finite[:, None, None], normal, np.eye(normal.shape[1]))
+    right = np.where(finite[:, None, None], right, 0.0)
+    scale = np.sqrt(np.einsum("sii->si", normal)) + 1e-300
+    scaled = normal / scale[:, :, None] / scale[:, None, :]
+    scaled += (1e-10 + np.broadcast_to(damping, (len(normal),)))[:, None, None] * np.eye(normal.shape[1])
+    return np.linalg.solve(scaled, right / scale[:, :, None]) / scale[:, :, None]
+
+
+def prediction_error(
+    module: ModuleType, part: Part, values: Mapping[str, float], relative: bool, max_step: float = 0.002
+) -> tuple[float, np.ndarray]:
+    """The error of a model on a part: only the initial states are fitted. Also returns the residual (N, channels)."""
+    states = initial_states(module, part, relative)
+    states, shot = fit_states(module, part, states, vector(module, values, part.log), max_step)
+    return part_error(part, shot), shot.residual
+
+
+def part_error(part: Part, shot: Shot) -> float:
+    """Root mean square of a shot's residual in units of σ, the fitted states discounted."""
+    states = len(part.bounds) * (shot.gram.shape[1] - 1)
+    return float(np.sqrt(shot.cost / max(part.values - states, 1)))
+
+
+def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
+    """A step that the integrator resolves the model's fastest motion with [s]."""
+    parameters, size = vector(module, {n: v for n, v in values.items() if "." not in n}, log), module.NQ
+    base = module.acceleration(0.0, np.zeros(2 * size), 0.0, parameters)
+    matrix = np.zeros((2 * size, 2 * size))
+    matrix[:size, size:] = np.eye(size)
+    for k in range(2 * size):
+        moved = np.zeros(2 * size)
+        moved[k] = 1e-3
+        moved[size:] += 1e-6
+        matrix[size:, k] = (module.acceleration(0.0, moved, 0.0, parameters) - base) / 1e-3
+    fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else 100.0
+    return float(np.clip(0.25 / max(fastest, 1e-9), 1e-4, 0.01))
