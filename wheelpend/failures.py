@@ -2,6 +2,15 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
+
 
 class Failure(ValueError):
     """The data or the model cannot be used; the message says what must hold, what came and what to do."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """A closing sentence that names the closest known word, or nothing where none is close."""
+    close = difflib.get_close_matches(name, list(known), 1)
+    return f" Did you mean '{close[0]}'?" if close else ""

@@ -115,6 +115,8 @@ def fit(
     cost = sum(s.cost for s in shots)
     for _ in range(rounds):
         reduced = reduce(shots, module.NX, plan, damping)
+        if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
+            break  # the start cannot be simulated: nothing to go by
         step = solve_scaled(reduced.information, reduced.score, damping)
         trial_theta = np.clip(theta + step, bounds[0], bounds[1])
         step = trial_theta - theta
@@ -124,8 +126,6 @@ def fit(
         ]
         trial = shots_at(trial_theta, trial_states)
         trial_cost = sum(s.cost for s in trial)
-        if not np.isfinite(cost) and not np.isfinite(trial_cost):
-            break
         if trial_cost <= cost:
             gain = cost - trial_cost
             theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
@@ -145,9 +145,11 @@ def fit(
 
 def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged) -> Fit:
     reduced = reduce(shots, module.NX, plan)
-    covariance, condition, flat = covariance_of(reduced.information, plan.labels)
+    information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
+    covariance, condition, flat = covariance_of(information, plan.labels)
     segments = len(reduced.scores)
-    meat = reduced.scores.T @ reduced.scores * segments / max(segments - len(plan.labels), 1)
+    scores = np.nan_to_num(reduced.scores, posinf=0.0, neginf=0.0)
+    meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
     return Fit(
         values={**{k: float(v) for k, v in start.items()}, **_shared(plan, theta)},
         per_log=tuple(_own(plan, theta, k, start_per_log) for k in range(len(parts))),

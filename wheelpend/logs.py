@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from wheelpend.failures import Failure
+from wheelpend.failures import Failure, did_you_mean
 
 CHANNELS = ("theta_w", "theta_p", "dtheta_p")
 REFERENCE = "theta_ref"
@@ -38,6 +38,7 @@ UNITS = {  # unit: (the unit it becomes, factor)
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
 }
+OWN_UNITS = {"v_": "V", "theta": "rad", "dtheta": "rad/s"}  # by how a quantity's name begins
 ALIASES = {  # what other people call our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
     "v_in": ("volt", "input", "motor", "command", "u"),
@@ -60,7 +61,8 @@ class ColumnMap:
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:
-            raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNITS)}.{did_you_mean(self.unit, UNITS)}")
+            hint = did_you_mean(self.unit, UNITS)
+            raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNITS)}.{hint}")
         if self.sign not in (1, -1):
             raise Failure(f"sign must be 1 or -1, not {self.sign}.")
 
@@ -180,9 +182,9 @@ def save_log(
 def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None = None) -> np.ndarray:
     """Cut a log into consecutive segments that can each be simulated: (n, 2) int, half-open sample ranges.
 
-    A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its last.
-    None contains a gap, a sample without input, or one with the body beyond ±π/2. What is left over at the end of a
-    stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
+    A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
+    last. None contains a gap, a sample without input, or one with the body beyond ±π/2. What is left over at the end of
+    a stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
     """
     if not (math.isfinite(horizon_s) and horizon_s > 0):
         raise Failure(f"The horizon must be a positive time in s, not {horizon_s}.")
@@ -267,7 +269,7 @@ def check_unique(log: str, names: list[str]) -> list[str]:
     """Return the names; raises Failure when one is there twice."""
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
-        raise Failure(f"{log}: column names must differ; {', '.join(twice)} is there more than once. Rename one of them.")
+        raise Failure(f"{log}: column names must differ; {', '.join(twice)} is there more than once. Rename one.")
     return names
 
 
@@ -292,8 +294,20 @@ def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) ->
             failure = error
         else:
             return without_blank_end(table)
-    hint = "Every row must have as many cells as the header."
-    raise Failure(f"{path.name} cannot be read as CSV: {first_line(failure)}. {hint}") from failure
+    reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
+    raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
+
+
+def uneven_row(path: Path, width: int, separator: str) -> str:
+    """Describe the first row that does not have as many cells as the header, if there is one."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        try:
+            for number, row in enumerate(csv.reader(file, delimiter=separator)):
+                if row and len(row) != width:
+                    return f"row {number} has {len(row)}, the header {width}"
+        except csv.Error:  # a quotation mark that never closes, for instance
+            pass
+    return ""
 
 
 def without_blank_end(table: pl.DataFrame) -> pl.DataFrame:
@@ -371,15 +385,16 @@ def factor(name: str, unit: str) -> float:
 
 def own_unit(name: str) -> str:
     """The unit of a quantity by its name, or nothing where the name does not say."""
-    known = {"t": "s", "v_": "V", "theta": "rad", "dtheta": "rad/s"}
-    return next((unit for start, unit in known.items() if name == start or (start != "t" and name.startswith(start))), "")
+    if name == "t":
+        return "s"
+    return next((unit for start, unit in OWN_UNITS.items() if name.startswith(start)), "")
 
 
 def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set[str]) -> str:
     """Message that says what is there and how to map it."""
     lines = []
     free = [n for n in names if n not in used]
-    for name in absent:
+    for name in sorted(absent, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
         guess = guess_column(name, free)
         free = [n for n in free if n != guess]
         lines.append(f'{name} = {{ column = "{guess or "..."}", unit = "{guess_unit(name, guess)}" }}')
@@ -395,24 +410,16 @@ def guess_column(name: str, free: Sequence[str]) -> str:
     for alias in ALIASES.get(name, ()):
         for column in free:
             if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
-                if name == "theta_p" and guess_column("dtheta_p", [column]) and "rate" in column.lower():
-                    continue
                 return column
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
 
 
 def guess_unit(name: str, column: str) -> str:
     """The unit that a column's name ends with, or else the quantity's own."""
-    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("millis", "ms")
-    fits = [u for u, (base, _) in UNITS.items() if base == own_unit(name) and ending.endswith(("_" + u, "/" + u, "." + u))]
-    rate_of_angle = own_unit(name) == "rad/s" and ending.endswith("_deg")
-    return "deg/s" if rate_of_angle else max(fits, key=len, default=own_unit(name) or "rad")
-
-
-def did_you_mean(name: str, known) -> str:
-    """A closing sentence that names the closest known word, where there is one."""
-    close = difflib.get_close_matches(name, list(known), 1)
-    return f" Did you mean '{close[0]}'?" if close else ""
+    own = own_unit(name)
+    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s")
+    fitting = [u for u, (base, _) in UNITS.items() if base == own and ending.endswith(f"_{u.lower()}")]
+    return max(fitting, key=len, default=own or "rad")
 
 
 # ---- checks
@@ -443,8 +450,8 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
     infinite = np.flatnonzero(np.isinf(values))
     if len(infinite):
         raise Failure(
-            f"{log}: values must be finite; row {infinite[0] + 1} of {name} is infinite. Leave the cell empty where the "
-            "sensor gave no value."
+            f"{log}: values must be finite; row {infinite[0] + 1} of {name} is infinite. Leave the cell "
+            "empty where the sensor gave no value."
         )
     if np.isnan(values).all():
         raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
@@ -475,7 +482,7 @@ def odd_times(log: Log) -> list[str]:
         count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
         found.append(f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s.")
     if dt > 0.5:  # no robot balances on so few samples
-        found.append(f"Samples are {dt:.3g} s apart; if t is not in s, map it: t = {{ column = \"t\", unit = \"ms\" }}.")
+        found.append(f'Samples are {dt:.3g} s apart; if t is in ms, map it: t = {{ column = "t", unit = "ms" }}.')
     return found
 
 
@@ -506,7 +513,8 @@ def odd_channels(log: Log, input: str) -> list[str]:
     for name, values in ((input, log.voltage), *zip(log.channels, log.measured.T, strict=True)):
         missing = int(np.isnan(values).sum())
         if missing:
-            found.append(f"{name} is missing in {missing} of {len(values)} samples ({100 * missing / len(values):.2g} %).")
+            share = 100 * missing / len(values)
+            found.append(f"{name} is missing in {missing} of {len(values)} samples ({share:.2g} %).")
         if np.nanmin(values) == np.nanmax(values):
             found.append(f"{name} is {np.nanmin(values):g} throughout: this sensor says nothing.")
     return found

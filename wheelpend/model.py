@@ -1,12 +1,11 @@
 """model.toml: plant, assumptions, effects, numbers, sensors, controller and columns of a workspace.
 
-A Model is read from the text of a model.toml and never changes; what changes it returns a new one, whose text is the old
-one with the fewest edits, so that a person's comments and order survive. Nothing in the file is ever executed.
+A Model is read from the text of a model.toml and never changes; what changes it returns a new one, whose text is the
+old one with the fewest edits, so that a person's comments and order survive. Nothing in the file is ever executed.
 """
 
 from __future__ import annotations
 
-import difflib
 import math
 import os
 import re
@@ -25,11 +24,12 @@ from derive import effects as library
 from derive import plants
 from derive.plants import wheel_pendulum
 from derive.records import Plant
-from wheelpend.failures import Failure
+from wheelpend.failures import Failure, did_you_mean
 from wheelpend.logs import REFERENCE, ColumnMap
 
 FILE = "model.toml"
 NOISE_KEYS = ("pitch_noise", "rate_noise")  # of [simulation], beside the parameters
+UNION_BRANCHES = ("literal['auto']", "constrained-float", "float")  # what pydantic adds to a place; nothing to readers
 BASE_PARAMETER = re.compile(r"X[1-9]\d*")
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Size = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
@@ -105,7 +105,7 @@ class File(Table):
     constants: dict[str, Number] = Field(default_factory=dict)
     parameters: dict[str, Annotated[Value, plain("nominal")]] = Field(default_factory=dict)
     effect: dict[str, dict[str, Annotated[Value, plain("identified")]]] = Field(default_factory=dict)
-    sensors: Sensors = Sensors()
+    sensors: Sensors = Field(default_factory=lambda: Sensors())
     controller: Controller | None = None
     columns: dict[str, Column] = Field(default_factory=dict)
     simulation: dict[str, Number] | None = None
@@ -217,7 +217,8 @@ def read(text: str) -> File:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise Failure(f"this is not valid TOML: {error}. Correct that line.") from error
-    if "encoder" in data.get("assumptions", {}):
+    assumptions = data.get("assumptions")
+    if isinstance(assumptions, dict) and "encoder" in assumptions:
         raise Failure("[assumptions] must not hold encoder. It describes a sensor: set encoder in [sensors].")
     try:
         return File.model_validate(data)
@@ -227,7 +228,7 @@ def read(text: str) -> File:
 
 def describe(error: Any) -> str:
     """One of pydantic's errors as a phrase: where, what must hold, what came."""
-    place = ".".join(str(part) for part in error["loc"] if part not in ("literal['auto']", "constrained-float", "float"))
+    place = ".".join(str(part) for part in error["loc"] if part not in UNION_BRANCHES)
     if error["type"] == "value_error":
         return f"{'[' + place + ']: ' if place else ''}{error['ctx']['error']}".rstrip(".")
     message = error["msg"][0].lower() + error["msg"][1:]
@@ -288,16 +289,15 @@ def check_base(names: Iterable[str], place: str, further: tuple[str, ...] = ()) 
     for name in names:
         if not BASE_PARAMETER.fullmatch(name):
             others = "".join(f", {f}" for f in further)
-            raise Failure(f"{place} holds values of X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
+            raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
 
 
 def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:
     """Raise Failure naming the known names when one is not among them."""
     for name in names:
         if name not in known:
-            close = difflib.get_close_matches(name, list(known), 1)
-            hint = f" Did you mean '{close[0]}'?" if close else ""
-            plural = what[:-1] + "ies" if what.endswith("y") and what != "key" else what + "s"
+            plural = "quantities" if what == "quantity" else what + "s"
+            hint = did_you_mean(name, known)
             raise Failure(f"No {what} named '{name}'{place}. Known {plural}: {', '.join(known)}.{hint}")
 
 
@@ -329,22 +329,24 @@ def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     numbers = {"identified": value}
     if sigma is not None and math.isfinite(sigma):
         numbers["sigma"] = float(sigma)
-    if entry is None:
+    if entry is None and (not table or find_table(text.splitlines(), header)):
         return insert_line(text, header, f"{parameter} = {inline(numbers).as_string()}")
-    if isinstance(entry, Mapping):
-        entry.update(numbers)  # type: ignore[attr-defined]
-        if "sigma" not in numbers:
-            entry.pop("sigma", None)  # type: ignore[attr-defined]
-    else:  # a plain number: nominal for a base parameter, identified for an effect's
-        table[parameter] = inline(numbers if effect else {"nominal": entry, **numbers})
+    if entry is None:  # the table is there without a header of its own, in dotted keys
+        table[parameter] = inline(numbers)
+    elif isinstance(entry, tomlkit.items.Table):
+        entry.pop("sigma", None)
+        entry.update(numbers)
+    else:  # a plain number is the nominal value of a base parameter, the identified one of an effect's
+        old = entry if isinstance(entry, Mapping) else {} if effect else {"nominal": entry}
+        table[parameter] = inline({**{k: v for k, v in old.items() if k != "sigma"}, **numbers})
     return tomlkit.dumps(document)
 
 
-def inline(numbers: Mapping[str, Any]) -> tomlkit.items.InlineTable:
-    """Numbers as an inline table."""
-    table = tomlkit.inline_table()
-    table.update(numbers)
-    return table
+def inline(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
+    """Numbers as an inline table, spaced as people write it."""
+    return tomlkit.value(
+        "{ " + ", ".join(f"{key} = {tomlkit.item(v).as_string()}" for key, v in numbers.items()) + " }"
+    )
 
 
 def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
@@ -355,8 +357,9 @@ def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
         array.extend(wanted)
         start = re.search(r"(?m)^\s*\[", text)
         at = start.start() if start else len(text)
-        before = text[:at] if not at or text[:at].endswith("\n") else text[:at] + "\n"
-        return f"{before}effects = {array.as_string()}\n{text[at:]}"
+        end = "\r\n" if "\r\n" in text else "\n"
+        before = text[:at] if not at or text[:at].endswith("\n") else text[:at] + end
+        return f"{before}effects = {array.as_string()}{end}{text[at:]}"
     array = document["effects"]  # type: ignore[assignment]
     for name in [n for n in array if n not in wanted]:
         array.remove(name)
@@ -371,14 +374,15 @@ def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
 def insert_line(text: str, header: tuple[str, ...], line: str) -> str:
     """Text with a line after the last entry of a table, which is made at the end of the file where it is missing."""
     lines = text.splitlines(keepends=True)
+    end = "\r\n" if "\r\n" in text else "\n"
     block = find_table(lines, header)
     if block is None:
-        gap = "" if not text else "\n" if text.endswith("\n") else "\n\n"
-        return f"{text}{gap}[{'.'.join(header)}]\n{line}\n"
-    first, last = block
-    if not lines[last - 1].endswith("\n"):
-        lines[last - 1] += "\n"
-    return "".join([*lines[:last], line + "\n", *lines[last:]])
+        gap = "" if not text else end if text.endswith("\n") else 2 * end
+        return f"{text}{gap}[{'.'.join(header)}]{end}{line}{end}"
+    before, after = lines[: block[1]], lines[block[1] :]
+    if not before[-1].endswith("\n"):
+        before.append(end)
+    return "".join([*before, line + end, *after])
 
 
 def without_effect_table(text: str, name: str) -> str:
@@ -393,7 +397,7 @@ def without_effect_table(text: str, name: str) -> str:
     document = tomlkit.parse(text)
     tables: Any = document.get("effect", {})
     if name in tables:  # written in another form
-        tables.remove(name)
+        del tables[name]
         if not tables:
             document.remove("effect")
         text = tomlkit.dumps(document)
@@ -403,7 +407,7 @@ def without_effect_table(text: str, name: str) -> str:
 def find_table(lines: list[str], header: tuple[str, ...]) -> tuple[int, int] | None:
     """Lines of a table from its header to its last entry, half open; None where it has no header of its own."""
     quoted = r"\s*\.\s*".join(rf"[\"']?{re.escape(key)}[\"']?" for key in header)
-    pattern = re.compile(rf"\s*\[\s*{quoted}\s*\]\s*(#.*)?")
+    pattern = re.compile(rf"\s*\[\s*{quoted}\s*\]\s*(#.*)?\s*")
     first = next((k for k, line in enumerate(lines) if pattern.fullmatch(line)), None)
     if first is None:
         return None
@@ -467,7 +471,8 @@ def commented(assumption: Any) -> str:
     """An assumption at its default, under its sentence and its choices."""
     choices = " or ".join(tomlkit.item(c).as_string() for c in assumption.choices)
     sentence = textwrap.wrap(f"{assumption.sentence} {choices}.", 118)
-    return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {tomlkit.item(assumption.default).as_string()}"])
+    default = tomlkit.item(assumption.default).as_string()
+    return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
 
 
 def described_constants() -> list[str]:

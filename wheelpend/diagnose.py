@@ -1,0 +1,295 @@
+"""Which physical effect is missing: screen all, refit the best, judge on held-out data."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.special import fdtrc
+
+import derive
+from derive.effects import Effect
+from wheelpend.fitting import fit
+from wheelpend.logs import Log
+from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
+from wheelpend.model import Model
+from wheelpend.screening import Candidate, Screen, screen, sizes
+from wheelpend.shooting import Fit
+from wheelpend.study import (
+    Study,
+    best_start,
+    fit_model,
+    free_names,
+    held_residuals,
+    known_values,
+    limits_of,
+    per_log_names,
+    prepare,
+    shortened,
+)
+
+SIGNIFICANCE = 0.01  # family-wise, over the whole library
+WORTHWHILE = 0.005  # relative fall of the held-out error below which an effect is not worth naming
+EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
+EXPLAINED = 1.1  # error over noise floor above which something is still missing
+REFITTED = 5  # best candidates of each screening that are refitted
+BLOCKS = 5
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """An effect after its refit."""
+
+    effect: str
+    family: str
+    coefficients: dict[str, float]
+    sigma: dict[str, float]
+    unit: dict[str, str]
+    p_value: float  # corrected for the size of the library
+    blocks_agree: str
+    error_after: float  # held out
+    equivalent_to: tuple[str, ...]
+    physical: bool
+    fit: Fit = field(repr=False)
+
+    def worth_naming(self, before: float) -> bool:
+        """Significant, physically possible, and lowering the held-out error by enough."""
+        return self.physical and self.p_value < SIGNIFICANCE and self.error_after < (1.0 - WORTHWHILE) * before
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is missing in a model, according to logs."""
+
+    verdict: str
+    horizon_s: float
+    error: float  # held out, after refitting the model's own parameters
+    noise_floor: float
+    fit_percent: dict[str, float]
+    candidates: tuple[Tried, ...]  # worth naming, best first; then improbable ones that are physically impossible
+    experiment: str | None
+    detectable: dict[str, dict[str, float]]
+    where: tuple[Place, ...]
+    sentences: tuple[str, ...]  # for people
+    not_judged: dict[str, str]  # effects left out, and why
+    warnings: tuple[str, ...]
+    fit: Fit = field(repr=False)
+    study: Study = field(repr=False)
+    missing: MissingForce | None = field(repr=False, default=None)
+    screen: Screen | None = field(repr=False, default=None)
+
+
+def diagnose(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    progress: Progress = lambda text: None,
+) -> Diagnosis:
+    """Find which effect of the library is missing. Changes nothing.
+
+    Raises Failure where the logs or the model cannot be used.
+    """
+    study = prepare(model, logs, holdout)
+    progress("finding a start")
+    study, start = best_start(study)
+    return diagnose_study(study, start, progress=progress)
+
+
+def diagnose_study(study: Study, start: dict[str, float], *, progress: Progress = lambda text: None) -> Diagnosis:
+    """Diagnose a prepared study from a start for its parameters."""
+    present = study.model.effects
+    free = free_names(study, present)
+    progress("fitting the model as it is")
+    short = fit_model(study, start, free, horizons=(0.1, 0.3))
+    base = fit_model(study, short.values, free, horizons=(1.0,), start_per_log=short.per_log)
+    before, residuals = held_residuals(study, base)
+    progress("scoring every effect")
+    near = screen(study, short, shortened(study, 0.3 * study.horizon), present)
+    far = screen(study, base, study.training, present)
+    tried = refit_best(study, base, short, before, (near, far), residuals, progress)
+    progress("estimating the missing force")
+    missing = find_missing_force(study, base)
+    return conclude(study, base, before, residuals, tried, far, missing)
+
+
+def refit_best(study, base, short, before, screens, residuals, progress: Progress) -> list[Tried]:
+    """Refit the best candidates of both screenings."""
+    names = list(dict.fromkeys(c.effect.name for s in screens for c in s.candidates[:REFITTED]))
+    by_name = [{c.effect.name: c for c in s.candidates} for s in screens]
+    tests = sum(c.trials for c in screens[1].candidates)
+
+    def one(name: str) -> Tried:
+        fitted = refit(study, base, short, [table[name] for table in by_name])
+        progress(f"refitted with {name}")
+        return judge(study, by_name[0][name], fitted, before, residuals, tests)
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
+        tried = list(pool.map(one, names))
+    return sorted(tried, key=lambda t: t.error_after)
+
+
+def refit(study: Study, base: Fit, short: Fit, candidates: Sequence[Candidate]) -> Fit:
+    """Refit the model with one more effect, from several sizes of it, with fresh states; the best fit wins.
+
+    Effects whose problem is not locally linear (a delay, a threshold) start from a grid of sizes as well.
+    """
+    effect = candidates[0].effect
+    free = [*dict.fromkeys(n.split("@")[0] for n in base.free), *effect.full_names]
+    beginnings = [(short, admissible(effect, c.start)) for c in candidates[:1]]
+    for parameter in effect.parameters:
+        beginnings += [(short, {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
+    parts = shortened(study, 0.3 * study.horizon)
+    fits = []
+    for origin, sizes_ in beginnings:
+        own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in origin.per_log]
+        fits.append(
+            fit(study.module, parts, {**origin.values, **sizes_}, free, per_log=per_log_names(free),
+                relative=study.relative, limits=limits_of(free), start_per_log=own, max_step=study.max_step,
+                rounds=12)
+        )  # fmt: skip
+    best = min(fits, key=lambda f: f.cost)
+    return fit_model(study, best.values, free, horizons=(1.0,), start_per_log=best.per_log)
+
+
+def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
+    """A start moved into the physically possible range."""
+    ranges = {f"{effect.name}.{p.name}": (p.minimum, p.maximum) for p in effect.parameters}
+    return {n: float(np.clip(v, *ranges[n])) for n, v in start.items()}
+
+
+def judge(study: Study, candidate: Candidate, fitted: Fit, before: float, old: list[np.ndarray], tests: int) -> Tried:
+    """Evidence for one effect: significance, agreement of blocks, fall of the held-out error."""
+    effect = candidate.effect
+    after, residuals = held_residuals(study, fitted)
+    names = [n for n in fitted.free if n.split("@")[0] in effect.full_names]
+    coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
+    sigma = {p.name: honest_sigma(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
+    sized = [n for n in names if n.split("@")[0] in sizes(effect)]
+    p_value = min(1.0, wald(fitted, sized) * tests)
+    return Tried(
+        effect.name, effect.family, coefficients, sigma, {p.name: p.unit for p in effect.parameters},
+        p_value, agreement(old, residuals), after, (), possible(effect, coefficients, sigma), fitted,
+    )  # fmt: skip
+
+
+def coefficient(fitted: Fit, name: str) -> float:
+    """Fitted value of a parameter; of a per-log one the first log's."""
+    return fitted.of_log(0)[name]
+
+
+def honest_sigma(fitted: Fit, name: str) -> float:
+    """The larger of the standard errors that the information matrix and the scatter of the segments give."""
+    return max(fitted.sigma(name), fitted.sigma(name, robust=True))
+
+
+def wald(fitted: Fit, names: Sequence[str]) -> float:
+    """Probability of coefficients this large by chance, with the more cautious of two covariances."""
+    places = [fitted.free.index(n) for n in names]
+    values = np.array([fitted.of_log(int(n.partition("@")[2] or 0))[n.split("@")[0]] for n in names])
+    segments = sum(len(s) for s in fitted.states)
+    freedom = max(segments - len(fitted.free), 2)
+    worst = 0.0
+    for matrix in (fitted.covariance * max(fitted.error, 1.0) ** 2, fitted.robust):
+        block = matrix[np.ix_(places, places)]
+        statistic = float(values @ np.linalg.pinv(block, rcond=1e-12, hermitian=True) @ values) / len(names)
+        worst = max(worst, float(fdtrc(len(names), freedom, max(statistic, 0.0))))
+    return worst
+
+
+def possible(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
+    """Whether every coefficient lies in its physical range, within two standard errors."""
+    return all(
+        p.minimum - 2.0 * sigma[p.name] <= coefficients[p.name] <= p.maximum + 2.0 * sigma[p.name]
+        for p in effect.parameters
+    )
+
+
+def agreement(old: list[np.ndarray], new: list[np.ndarray]) -> str:
+    """In how many of five blocks of the held-out data the error falls."""
+    falls = []
+    for before, after in zip(old, new, strict=True):
+        used = np.flatnonzero(np.isfinite(before).any(axis=1))
+        for block in np.array_split(used, BLOCKS):
+            falls.append(np.nansum(after[block] ** 2) < np.nansum(before[block] ** 2))
+    return f"{sum(falls)}/{len(falls)}"
+
+
+def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce) -> Diagnosis:
+    """Turn the refits into a verdict."""
+    named = [t for t in tried if t.worth_naming(before)]
+    impossible = [t for t in tried if not t.physical and t.error_after < (1.0 - WORTHWHILE) * before]
+    named = [_with_equivalents(t, named, far) for t in named]
+    unexplained = before > EXPLAINED * study.floor
+    if not named:
+        verdict = "unexplained" if unexplained else "nothing_missing"
+    else:
+        verdict = "ambiguous" if named[0].equivalent_to else "effect_missing"
+    if verdict == "effect_missing" and len(study.held) == 0:
+        verdict = "ambiguous"
+    return Diagnosis(
+        verdict=verdict,
+        horizon_s=study.horizon,
+        error=before,
+        noise_floor=study.floor,
+        fit_percent=fit_percent(study, residuals),
+        candidates=(*named, *impossible),
+        experiment=experiment(study, named[0]) if verdict == "ambiguous" else None,
+        detectable=detectable(study, far, base) if verdict == "nothing_missing" else {},
+        where=concentrations(study, missing),
+        sentences=(),
+        not_judged={e.name: why for e in derive.effects.LIBRARY.values() if (why := study.lacking(e))},
+        warnings=study.warnings,
+        fit=base,
+        study=study,
+        missing=missing,
+        screen=far,
+    )
+
+
+def _with_equivalents(tried: Tried, named: Sequence[Tried], far: Screen) -> Tried:
+    from dataclasses import replace
+
+    close = {o.effect for o in named if o is not tried and abs(o.error_after / tried.error_after - 1.0) <= EQUIVALENT}
+    close |= set(far.twins.get(tried.effect, ()))
+    return replace(tried, equivalent_to=tuple(sorted(close)))
+
+
+def fit_percent(study: Study, residuals: list[np.ndarray]) -> dict[str, float]:
+    """100 (1 − NRMSE) of each channel over the held-out segments."""
+    found = {}
+    parts = [h.part for h in study.held] or list(study.training)
+    for c, channel in enumerate(parts[0].log.channels):
+        error = np.concatenate([r[:, c] * p.sigma[c] for r, p in zip(residuals, parts, strict=False)] or [np.zeros(1)])
+        values = np.concatenate([np.where(np.isfinite(r[:, c]), p.log.measured[:, c], np.nan)
+                                 for r, p in zip(residuals, parts, strict=False)] or [np.zeros(1)])  # fmt: skip
+        spread = np.nanstd(values) * np.sqrt(np.isfinite(values).sum())
+        found[channel] = float(100.0 * (1.0 - np.sqrt(np.nansum(error**2)) / spread)) if spread > 0 else 0.0
+    return found
+
+
+def detectable(study: Study, far: Screen, base: Fit) -> dict[str, dict[str, float]]:
+    """The smallest size of each effect that this log would have shown.
+
+    It must stand 5 standard errors clear of zero and lower the error by what makes it worth naming.
+    """
+    values = sum(p.values for p in study.training)
+    factor = max(5.0, float(np.sqrt(2.0 * WORTHWHILE * values)))
+    return {
+        c.effect.name: {n.partition(".")[2]: factor * s for n, s in c.sigma.items()}
+        for c in sorted(far.candidates, key=lambda c: c.effect.name)
+        if all(0.0 < s < 1e6 for s in c.sigma.values())
+    }
+
+
+def experiment(study: Study, first: Tried) -> str:
+    """What would tell the first candidate from its equivalents."""
+    from wheelpend.separation import advice
+
+    return advice(study, first)

@@ -1,0 +1,102 @@
+"""Least squares on the regressor: the paper's two methods, and a start for shooting."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+from scipy.optimize import nnls
+
+from wheelpend.logs import Log
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """Parameters by linear least squares."""
+
+    names: tuple[str, ...]
+    estimate: np.ndarray  # (n,)
+    sigma: np.ndarray  # (n,) standard errors, as if the regressor were free of noise
+    condition: float  # of the column-scaled regressor, squared (of its Gram matrix)
+    rows: int
+    unidentifiable: tuple[str, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name."""
+        return dict(zip(self.names, map(float, self.estimate), strict=True))
+
+
+def measured_states(log: Log, relative: bool) -> np.ndarray:
+    """Angles and rates (N, 4) at the samples; θ̇w, which no sensor gives, is the central difference of the encoder."""
+    wheel, pitch, rate = (fill_gaps(log.t, log.measured[:, c]) for c in range(3))
+    if relative:
+        wheel = wheel + pitch
+    return np.column_stack([wheel, pitch, np.gradient(wheel, log.t), rate])
+
+
+def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """Missing values, interpolated linearly."""
+    good = np.isfinite(signal)
+    return signal if good.all() else np.interp(t, t[good], signal[good])
+
+
+def differentiation(module: ModuleType, log: Log, parameters: np.ndarray, relative: bool) -> LinearFit:
+    """Least squares with accelerations from numerical differences (paper eqs. 16, 17, 24)."""
+    states = measured_states(log, relative)
+    rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
+    pairs = [
+        module.regressor(t, s, a, v, parameters) for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)
+    ]
+    return solve(module, np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
+
+
+def filtered(
+    module: ModuleType,
+    log: Log,
+    parameters: np.ndarray,
+    relative: bool,
+    tau: tuple[float, float],
+    first_order_hold: bool = True,
+) -> LinearFit:
+    """Least squares on the filtered, acceleration-free regressor (paper eqs. 39-43)."""
+    states = measured_states(log, relative)
+    voltage = fill_gaps(log.t, log.voltage)
+    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold)
+    return solve(module, sides, regressors)
+
+
+def positive(
+    module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: tuple[float, float]
+) -> dict[str, float]:
+    """Filtered least squares with no parameter negative; one that would be gets a thousandth of the largest share."""
+    states = measured_states(log, relative)
+    voltage = fill_gaps(log.t, log.voltage)
+    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True)
+    matrix, right = regressors.reshape(-1, len(module.LINEAR)), sides.ravel()
+    scale = np.linalg.norm(matrix, axis=0) + 1e-300
+    gram, projected = matrix.T @ matrix / np.outer(scale, scale), (matrix / scale).T @ right
+    factor = np.linalg.cholesky(gram + 1e-10 * np.eye(len(scale)))
+    estimate, _ = nnls(factor.T, np.linalg.solve(factor, projected))
+    estimate = np.maximum(estimate, 1e-3 * estimate.max())
+    return dict(zip(module.LINEAR, map(float, estimate / scale), strict=True))
+
+
+def solve(module: ModuleType, sides: np.ndarray, regressors: np.ndarray) -> LinearFit:
+    """Least squares by SVD of the column-scaled regressor (paper eq. 17); flat directions stay at zero."""
+    count = len(module.LINEAR)
+    matrix, right = regressors.reshape(-1, count), sides.ravel()
+    scale = np.linalg.norm(matrix, axis=0)
+    silent = scale == 0.0
+    scale = np.where(silent, 1.0, scale)
+    u, s, v = np.linalg.svd(matrix / scale, full_matrices=False)
+    kept = s > 1e-9 * s[0]
+    estimate = (v[kept].T @ ((u[:, kept].T @ right) / s[kept])) / scale
+    residual = right - matrix @ estimate
+    variance = residual @ residual / max(right.size - count, 1)
+    sigma = np.sqrt(variance * ((v[kept] / s[kept, None]) ** 2).sum(axis=0)) / scale
+    lost = (v[~kept] ** 2).sum(axis=0)
+    flat = tuple(n for n, q, w in zip(module.LINEAR, silent, lost, strict=True) if q or w > 1e-3)
+    condition = float((s[0] / max(s[-1], 1e-300)) ** 2)
+    return LinearFit(tuple(module.LINEAR), estimate, sigma, condition, right.size, flat)

@@ -1,0 +1,299 @@
+"""A model and its logs, made ready for fitting: kernels, sensor noise, training segments and held-out segments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+import derive
+from derive.effects import Effect
+from wheelpend import kernels, regression
+from wheelpend.failures import Failure
+from wheelpend.fitting import fit
+from wheelpend.logs import Log, load_log, segment_bounds
+from wheelpend.model import Model
+from wheelpend.sensors import Noise, sensor_noise
+from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error, prediction_error, stable_step, vector
+
+HORIZON = 0.5  # s, over which a prediction is judged
+START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
+
+
+@dataclass(frozen=True)
+class Held:
+    """Held-out segments: of a training log, or of a log of its own with a first third for its per-log parameters."""
+
+    part: Part
+    training: int | None  # index of the training log it belongs to
+    calibration: Part | None
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything a fit needs."""
+
+    model: Model
+    module: ModuleType  # the library's kernels
+    training: tuple[Part, ...]
+    held: tuple[Held, ...]
+    noise: tuple[Noise, ...]  # of each log, training logs first
+    horizon: float  # s
+    max_step: float  # s
+    warnings: tuple[str, ...]
+
+    @property
+    def relative(self) -> bool:
+        """Whether the encoder measures against the body."""
+        return self.model.assumptions["encoder"] == "relative"
+
+    @property
+    def floor(self) -> float:
+        """Expected error of the true model."""
+        return float(np.mean([n.floor for n in self.noise]))
+
+    @property
+    def base(self) -> tuple[str, ...]:
+        """Names of the model's own parameters."""
+        return tuple(n for n in self.module.PARAMETERS[: self.module.FITTED] if "." not in n)
+
+    @property
+    def logs(self) -> tuple[Log, ...]:
+        """Training logs."""
+        return tuple(p.log for p in self.training)
+
+    def effects(self) -> tuple[Effect, ...]:
+        """Library effects that the plant, its assumptions and the known constants allow."""
+        return tuple(e for e in derive.effects.LIBRARY.values() if not self.lacking(e))
+
+    def lacking(self, effect: Effect) -> str:
+        """Why an effect cannot be judged, or an empty string."""
+        if effect.full_names[0] not in self.module.PARAMETERS:
+            return "cannot be written under these assumptions"
+        absent = [c for c in needed_constants(self.model, effect.name) if c not in self.model.constants]
+        return f"needs {', '.join(absent)} in [constants]" if absent else ""
+
+
+def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
+    """Known constants that an effect's equations contain."""
+    settled = tuple(sorted(model.assumptions.items()))
+    return _needed_constants(model.plant, settled, effect)
+
+
+def _needed_constants(plant: str, assumptions: tuple, effect: str) -> tuple[str, ...]:
+    if not isinstance(derive.effects.find(effect).enters, derive.effects.Deformation):
+        return ()
+    composed = derive.compose(plant, dict(assumptions), [effect])
+    return tuple(c.name for c in composed.constants if c.name != "origin")
+
+
+def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
+    """Load logs as the model's [columns] say; a Log is taken as it is."""
+    return tuple(p if isinstance(p, Log) else load_log(p, model.columns) for p in paths)
+
+
+def noise_of(log: Log, model: Model) -> Noise:
+    """Sensor noise as [sensors] states it, or from the log."""
+    sensors = model.sensors
+    given = {
+        "theta_p": None if sensors.pitch_noise == "auto" else float(sensors.pitch_noise),
+        "dtheta_p": None if sensors.rate_noise == "auto" else float(sensors.rate_noise),
+    }
+    counts = sensors.encoder_counts
+    return sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
+
+
+def prepare(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    horizon: float = HORIZON,
+    use_all: bool = False,
+) -> Study:
+    """Cut logs into training and held-out segments.
+
+    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Raises Failure where a log
+    stands on both sides or yields no segments.
+    """
+    _no_log_twice(logs, holdout)
+    module = kernels.library(model.plant, model.assumptions)
+    loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
+    noise = tuple(noise_of(log, model) for log in (*loaded, *held_logs))
+    training, held = [], []
+    for number, (log, own) in enumerate(zip(loaded, noise, strict=False)):
+        split = len(log) if use_all or held_logs else len(log) * 2 // 3
+        training.append(_part(log, own, horizon, 0, split))
+        if split < len(log):
+            held.append(Held(_part(log, own, horizon, split, len(log)), number, None))
+    for log, own in zip(held_logs, noise[len(loaded) :], strict=True):
+        third = len(log) // 3
+        rest = _part(log, own, horizon, third, len(log))
+        held.append(Held(rest, None, _part(log, own, horizon, 0, third)))
+    warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
+    return Study(model, module, tuple(training), tuple(held), noise, horizon, 0.002, warnings)
+
+
+def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
+    both = {str(Path(p).resolve()) for p in logs if not isinstance(p, Log)} & {
+        str(Path(p).resolve()) for p in holdout if not isinstance(p, Log)
+    }
+    if both:
+        raise Failure(f"A log must not be on both sides, but {', '.join(sorted(both))} is given to fit and to hold out. "
+                      "Leave it out of one.")  # fmt: skip
+
+
+def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part:
+    bounds = segment_bounds(log, horizon, start, stop)
+    if not len(bounds):
+        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the robot stands, "
+                      f"but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
+                      "Check `wheelpend inspect`.")  # fmt: skip
+    return Part(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
+
+
+def shortened(study: Study, horizon: float) -> tuple[Part, ...]:
+    """Training parts cut into shorter segments."""
+    return tuple(
+        replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, horizon, int(p.bounds[0, 0]), int(p.bounds[-1, 1]))))
+        for p in study.training
+    )
+
+
+def known_values(model: Model) -> dict[str, float]:
+    """Constants and whatever the model says of its parameters; effects that are only named start at zero."""
+    values = dict(model.constants)
+    names = [*model.parameters, *(n for e in model.effects for n in derive.effects.find(e).full_names)]
+    return values | {n: v for n in names if (v := model.value(n)) is not None}
+
+
+def starts(study: Study) -> list[dict[str, float]]:
+    """Possible starts for the base parameters: the model's values, and filtered regressions of the first log.
+
+    The parameters are sums of positive physical constants, so a regression that makes one negative is repeated with
+    non-negative least squares.
+    """
+    known = known_values(study.model)
+    found = [known] if all(n in known for n in study.base) else []
+    plain = kernels.lean(study.model.plant, study.model.assumptions, ())
+    log = study.training[0].log
+    for time in START_TIMES:
+        if 4 * log.dt < time < log.duration / 4:
+            tau = (time, 1.3 * time)
+            found.append({**known, **regression.positive(plain, log, vector(plain, known, log), study.relative, tau)})
+    if not found:
+        raise Failure(f"{log.name} must last at least {4 * START_TIMES[0]} s to start without nominal values; "
+                      f"it lasts {log.duration:.3f} s. Give nominal values in [parameters].")  # fmt: skip
+    return found
+
+
+def best_start(study: Study) -> tuple[Study, dict[str, float]]:
+    """The start from which short segments are fitted best, and the study with a step that suits it."""
+    parts = tuple(
+        replace(p, bounds=p.bounds[:: max(1, len(p.bounds) // 60)]) for p in shortened(study, study.horizon / 5)
+    )
+    ranked = sorted(starts(study), key=lambda v: _start_cost(study, parts[0], v))[:4]
+    best, lowest = None, np.inf
+    for values in ranked:
+        step = stable_step(study.module, values, study.training[0].log)
+        tried = fit(study.module, parts, values, study.base, relative=study.relative, limits=limits_of(study.base),
+                    max_step=step, rounds=15)  # fmt: skip
+        if tried.cost < lowest:
+            best, lowest = {**values, **tried.values}, tried.cost
+    if best is None:
+        raise Failure(f"{study.training[0].log.name}: no start was found from which the model can be simulated. "
+                      "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
+    return replace(study, max_step=stable_step(study.module, best, study.training[0].log)), best
+
+
+def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
+    states = initial_states(study.module, part, study.relative)
+    parameters = vector(study.module, values, part.log)
+    return part_error(part, fit_states(study.module, part, states, parameters, rounds=3)[1])
+
+
+def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Bounds that a simulation needs: a delay cannot be early, a number of periods not negative."""
+    limits = {name: (0.0, np.inf) for name in names if "." not in name}  # sums of positive constants
+    for name in names:
+        effect, _, parameter = name.partition(".")
+        if parameter in ("delay", "periods"):
+            row = next(p for p in derive.effects.find(effect).parameters if p.name == parameter)
+            limits[name] = (row.minimum, row.maximum)
+    return limits
+
+
+def per_log_names(names: Sequence[str]) -> list[str]:
+    """Those names that get a value of their own in every log."""
+    found = []
+    for name in names:
+        effect, _, parameter = name.partition(".")
+        if parameter and not effect.startswith("missing"):
+            row = next(p for p in derive.effects.find(effect).parameters if p.name == parameter)
+            if row.scope == "per log":
+                found.append(name)
+    return found
+
+
+def fit_model(
+    study: Study,
+    start: Mapping[str, float],
+    free: Sequence[str],
+    *,
+    horizons: Sequence[float] = (0.1, 0.3, 1.0),
+    start_per_log: Sequence[Mapping[str, float]] = (),
+) -> Fit:
+    """Fit the free parameters to the training parts, from short to long segments, given as shares of the horizon.
+
+    Each length starts from fresh initial states: states fitted to a wrong model can trap the next fit.
+    """
+    result, values, own = None, dict(start), tuple(start_per_log)
+    for share in horizons:
+        parts = study.training if share == 1.0 else shortened(study, share * study.horizon)
+        result = fit(
+            study.module, parts, values, free,
+            per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
+            max_step=study.max_step,
+        )  # fmt: skip
+        values, own = result.values, result.per_log
+    assert result is not None
+    return result
+
+
+def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
+    """Error of a fitted model on the held-out segments, and their residuals [σ].
+
+    A hold-out log's own parameters are estimated on its first third.
+    """
+    squares, count, residuals = 0.0, 0, []
+    for held in study.held:
+        values = _held_values(study, fitted, held)
+        _, residual = prediction_error(study.module, held.part, values, study.relative, study.max_step)
+        squares += float(np.nansum(residual**2)) if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any() else np.inf
+        count += held.part.values - 2 * study.module.NQ * len(held.part.bounds)
+        residuals.append(residual)
+    if not study.held:
+        return fitted.error, residuals
+    error = float(np.sqrt(squares / max(count, 1)))
+    return (error if np.isfinite(error) else float("inf")), residuals
+
+
+def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
+    if held.training is not None:
+        return fitted.of_log(held.training)
+    own = per_log_names([n.split("@")[0] for n in fitted.free])
+    if not own or held.calibration is None:
+        return dict(fitted.values)
+    start = {**fitted.values, **(fitted.per_log[0] if fitted.per_log else {})}
+    shapes = [n for n in dict.fromkeys(own)]
+    calibrated = fit(study.module, [held.calibration], start, shapes, relative=study.relative,
+                     limits=limits_of(shapes), max_step=study.max_step, rounds=10)  # fmt: skip
+    return calibrated.values
+
+
+def free_names(study: Study, effects: Sequence[str]) -> list[str]:
+    """Names of everything that a model with these effects fits."""
+    return [*study.base, *(n for e in effects for n in derive.effects.find(e).full_names)]
