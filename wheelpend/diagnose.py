@@ -17,7 +17,7 @@ from wheelpend.fitting import fit
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
-from wheelpend.screening import Candidate, Screen, screen, sizes
+from wheelpend.screening import Candidate, Screen, ripple_shape, screen, sizes
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     Study,
@@ -37,6 +37,10 @@ WORTHWHILE = 0.005  # relative fall of the held-out error below which an effect 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
 REFITTED = 5  # best candidates of each screening that are refitted
+PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
+HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
+SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
+VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
 BLOCKS = 5
 
 Progress = Callable[[str], None]
@@ -102,60 +106,80 @@ def diagnose(
     return diagnose_study(study, start, progress=progress)
 
 
-def diagnose_study(study: Study, start: dict[str, float], *, progress: Progress = lambda text: None) -> Diagnosis:
+def diagnose_study(
+    study: Study, start: dict[str, float], *, with_force: bool = True, progress: Progress = lambda text: None
+) -> Diagnosis:
     """Diagnose a prepared study from a start for its parameters."""
     present = study.model.effects
     free = free_names(study, present)
     progress("fitting the model as it is")
-    short = fit_model(study, start, free, horizons=(0.1, 0.3))
-    base = fit_model(study, short.values, free, horizons=(1.0,), start_per_log=short.per_log)
+    short = fit_model(study, start, free, horizons=(SHORT,))
+    base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    near = screen(study, short, shortened(study, 0.3 * study.horizon), present)
-    far = screen(study, base, study.training, present)
-    tried = refit_best(study, base, short, before, (near, far), residuals, progress)
-    progress("estimating the missing force")
-    missing = find_missing_force(study, base)
+    ripple = ripple_shape(study, short)
+    near = screen(study, short, shortened(study, SHORT * study.horizon), present, ripple)
+    far = screen(study, base, study.training, present, ripple)
+    tried = refit_best(study, base, short, start, before, (near, far), residuals, progress)
+    missing = None
+    if with_force:
+        progress("estimating the missing force")
+        missing = find_missing_force(study, base)
     return conclude(study, base, before, residuals, tried, far, missing)
 
 
-def refit_best(study, base, short, before, screens, residuals, progress: Progress) -> list[Tried]:
-    """Refit the best candidates of both screenings."""
-    names = list(dict.fromkeys(c.effect.name for s in screens for c in s.candidates[:REFITTED]))
+def refit_best(study, base, short, start, before, screens, residuals, progress: Progress) -> list[Tried]:
+    """Refit the best candidates of both screenings, first on short segments, then the best of those on full ones."""
+    promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.start))
+    names = list(dict.fromkeys(c.effect.name for c in promising))
     by_name = [{c.effect.name: c for c in s.candidates} for s in screens]
     tests = sum(c.trials for c in screens[1].candidates)
 
-    def one(name: str) -> Tried:
-        fitted = refit(study, base, short, [table[name] for table in by_name])
-        progress(f"refitted with {name}")
+    def begin(name: str) -> Fit:
+        progress(f"refitting with {name}")
+        return refit(study, short, start, [table[name] for table in by_name])
+
+    def finish(pair: tuple[str, Fit]) -> Tried:
+        name, begun = pair
+        progress(f"judging {name} on held-out data")
+        fitted = fit_model(study, begun.values, _free_with(base, name), horizons=(1.0,), start_per_log=begun.per_log)
         return judge(study, by_name[0][name], fitted, before, residuals, tests)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
-        tried = list(pool.map(one, names))
+        begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
+        cheapest = begun[0][1].cost if begun else 0.0
+        hopeful = [p for n, p in enumerate(begun) if n < 2 or p[1].cost < HOPEFUL * cheapest][:REFITTED]
+        tried = list(pool.map(finish, hopeful))
     return sorted(tried, key=lambda t: t.error_after)
 
 
-def refit(study: Study, base: Fit, short: Fit, candidates: Sequence[Candidate]) -> Fit:
-    """Refit the model with one more effect, from several sizes of it, with fresh states; the best fit wins.
+def _free_with(base: Fit, effect: str) -> list[str]:
+    return [*dict.fromkeys(n.split("@")[0] for n in base.free), *derive.effects.find(effect).full_names]
 
-    Effects whose problem is not locally linear (a delay, a threshold) start from a grid of sizes as well.
+
+def refit(study: Study, short: Fit, start: dict[str, float], candidates: Sequence[Candidate]) -> Fit:
+    """Refit the model with one more effect on short segments, from several sizes of it, with fresh states.
+
+    On short segments the problem is almost linear. The base fit may be corrupted by the missing effect, so the start
+    that it came from is tried as well.
+    Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well.
     """
     effect = candidates[0].effect
-    free = [*dict.fromkeys(n.split("@")[0] for n in base.free), *effect.full_names]
-    beginnings = [(short, admissible(effect, c.start)) for c in candidates[:1]]
+    free = _free_with(short, effect.name)
+    beginnings = [admissible(effect, c.start) for c in candidates]
     for parameter in effect.parameters:
-        beginnings += [(short, {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
-    parts = shortened(study, 0.3 * study.horizon)
-    fits = []
-    for origin, sizes_ in beginnings:
-        own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in origin.per_log]
-        fits.append(
-            fit(study.module, parts, {**origin.values, **sizes_}, free, per_log=per_log_names(free),
-                relative=study.relative, limits=limits_of(free), start_per_log=own, max_step=study.max_step,
-                rounds=12)
-        )  # fmt: skip
+        beginnings += [{f"{effect.name}.{parameter.name}": size} for size in parameter.grid]
+    fits = [_refit_from(study, short, b, free, SHORT, short.values, short.per_log) for b in beginnings]
+    fits.append(_refit_from(study, short, beginnings[0], free, SHORT, {**short.values, **start}, short.per_log))
     best = min(fits, key=lambda f: f.cost)
-    return fit_model(study, best.values, free, horizons=(1.0,), start_per_log=best.per_log)
+    return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
+
+
+def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
+    own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in per_log]
+    return fit(study.module, shortened(study, share * study.horizon, most=80), {**values, **sizes_}, free,
+               per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
+               max_step=study.max_step, rounds=15)  # fmt: skip
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
@@ -221,7 +245,7 @@ def agreement(old: list[np.ndarray], new: list[np.ndarray]) -> str:
     return f"{sum(falls)}/{len(falls)}"
 
 
-def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce) -> Diagnosis:
+def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:
     """Turn the refits into a verdict."""
     named = [t for t in tried if t.worth_naming(before)]
     impossible = [t for t in tried if not t.physical and t.error_after < (1.0 - WORTHWHILE) * before]
@@ -242,7 +266,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         candidates=(*named, *impossible),
         experiment=experiment(study, named[0]) if verdict == "ambiguous" else None,
         detectable=detectable(study, far, base) if verdict == "nothing_missing" else {},
-        where=concentrations(study, missing),
+        where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
         sentences=(),
         not_judged={e.name: why for e in derive.effects.LIBRARY.values() if (why := study.lacking(e))},
         warnings=study.warnings,

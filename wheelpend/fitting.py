@@ -65,7 +65,8 @@ def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -
 
 def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
     """Solve the parameters' equations, scaled to a unit diagonal; flat directions stay where they are."""
-    scale = np.sqrt(np.diag(information)) + 1e-300
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.where(scale > 0.0, scale, np.inf)  # a parameter without any influence does not move
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     kept = eigenvalues > FLAT * eigenvalues[-1]
     inverse = np.where(kept, 1.0 / (np.where(kept, eigenvalues, 1.0) + damping), 0.0)
@@ -88,8 +89,7 @@ def fit(
 ) -> Fit:
     """Fit the free parameters of a module to all parts; per-log ones get a value for every part.
 
-    Stops when the next step would lower the sum of squares by less than a ten-thousandth of it and by less than 0.01,
-    or can no longer lower it.
+    Stops when a step lowers the sum of squares by less than 0.01 and a millionth of it, or can no longer lower it.
     """
     plan = layout(free, [n for n in per_log if n in free], len(parts))
     columns = [module.PARAMETERS.index(n) for n in free]
@@ -112,7 +112,7 @@ def fit(
         ]  # fmt: skip
     states = list(states)
     shots, damping, converged = shots_at(theta, states), 1e-3, False
-    cost = sum(s.cost for s in shots)
+    cost, count = sum(s.cost for s in shots), sum(p.values for p in parts)
     for _ in range(rounds):
         reduced = reduce(shots, module.NX, plan, damping)
         if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
@@ -130,7 +130,7 @@ def fit(
             gain = cost - trial_cost
             theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
             damping = max(damping * 0.1, 1e-12)
-            if gain < 0.01 + 1e-6 * cost:
+            if gain < 0.01 + 1e-6 * cost + 1e-3 * max(cost - 2.0 * count, 0.0):  # a wrong model need not be exact
                 converged = True
                 break
         else:
@@ -169,7 +169,7 @@ def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.nd
     """Inverse of an information matrix, its scaled condition number, and the parameters it says nothing about."""
     if not len(labels):
         return np.zeros((0, 0)), 1.0, ()
-    scale = np.sqrt(np.abs(np.diag(information)))
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     silent = scale <= 1e-150
     scale = np.where(silent, 1.0, scale)
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale) + np.diag(silent * 1.0))

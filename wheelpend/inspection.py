@@ -31,7 +31,8 @@ SHORT_DELAY = 0.006  # s; a delay that physics may have and the diagnosis finds 
 SMOOTHING = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
 COARSER = (1.0, 2.0, 4.0, 8.0)  # smoothing tried, against the finest, until noise no longer matters
 PURE = 2e-4  # unexplained share of the power up to which noise, fed back by the controller, cannot feign a shift
-RELATED = 0.8  # correlation from which one channel counts as the derivative of another
+RELATED = 0.8  # correlation of gyro and derivative of the pitch from which they are compared
+ALIKE = 0.05  # share that an angle's derivative may leave of a signal that counts as its rate under another name
 EXPLAINED = 0.3  # share of the voltage that may stay unexplained before nothing is concluded from the equations
 DEGREES = 180 / math.pi
 ODD = 0.6  # X7/X6 further than this from 1 raises doubts about theta_w
@@ -40,17 +41,18 @@ PLANT = "wheel_pendulum"
 
 
 class Finding(NamedTuple):
-    """Something about a log that should be cured before a model is fitted to it."""
+    """Something about a log that should be cured before a model is fitted to it.
 
-    kind: (
-        str  # time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, wrapped_angle, gap, stand_still
-    )
+    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder, wrapped_angle,
+    gap or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input that acts late),
+    of the longest gap and of all stand_still together [s]; the factor of wrong_unit; the turn of wrapped_angle.
+    """
+
+    kind: str
     channel: str  # name of a column, or several joined with " and "
     sentence: str  # what was seen
     cure: str  # what to do
-    size: (
-        float | None
-    )  # s for time_shift (positive: late, an input that acts late), gap, stand_still; else a factor or turn
+    size: float | None
 
 
 @dataclass(frozen=True)
@@ -211,10 +213,10 @@ def find_faults(log: Log, relative: bool, cures: Cures) -> list[Finding]:
         found, log = check(log, cures)
         findings += found
     signals = uniform_signals(log, upright=True)
-    if signals is None:
+    if signals is None or not agree(signals):
         return findings + lone_finding("dtheta_p", cures.late_gyro, log.dt)
     conflict = cures.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
-    found, signals = find_flipped(signals, relative, conflict, cures)
+    found, signals = find_flipped(signals, conflict, cures)
     findings += found
     return findings + find_clocks_and_encoder(signals, relative, cures)
 
@@ -387,9 +389,15 @@ def find_swapped(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
     signals = uniform_signals(log, upright=False)
     if signals is None:
         return [], log
-    misfit = {p: rate_misfit(signals, *p) for p in permutations((INPUT, *CHANNELS), 2) if p[1] != INPUT}
-    best = min(misfit, key=lambda p: misfit[p])
-    if misfit[best] > 1 - RELATED**2 or 5 * misfit[best] > misfit["theta_p", "dtheta_p"]:
+    for coarseness in COARSER:
+        coarser = signals._replace(coarseness=coarseness)
+        if coarseness > 1 and len(coarser.rows) < 4 * BLOCKS:
+            break
+        misfit = {p: rate_misfit(coarser, *p) for p in permutations((INPUT, *CHANNELS), 2) if p[1] != INPUT}
+        best = min(misfit, key=lambda p: misfit[p])
+        if misfit[best] < PURE:
+            break
+    if misfit[best] > ALIKE or 5 * misfit[best] > misfit["theta_p", "dtheta_p"]:
         return [], log
     source = interchange(*best)
     cures.source.update(source)
@@ -409,24 +417,27 @@ def interchange(angle: str, rate: str) -> dict[str, str]:
     return {c: s for c, s in source.items() if c != s}
 
 
-def rate_misfit(signals: Signals, angle: str, rate: str) -> float:
-    """Share of a signal that another's derivative leaves, with its own sign and size or that of degrees; at best 0.
+def rate_misfit(signals: Signals, angle: str, rate: str, lenient: bool = False) -> float:
+    """Share of a signal that another's derivative leaves; 1 where sign or size forbid that it is its rate.
 
-    Pitch and gyro under their own names may have any sign and size: they are judged later.
+    Pitch and gyro under their own names may have either sign and a factor of 1.5, ``lenient`` any: it is judged later.
     """
     rows, leader, follower = signals.rows, signals.smooth(angle, 1)[signals.rows], signals.smooth(rate)
     own = (angle, rate) == ("theta_p", "dtheta_p")
     misfits = [1.0]
     for k in range(-FARTHEST, FARTHEST + 1, 3):
         c = np.cov(leader, follower[rows + k])
-        if c[0, 0] > 0 and c[1, 1] > 0 and (own or c[0, 1] > 0 and is_rate(math.sqrt(c[1, 1] / c[0, 0]))):
+        if c[0, 0] <= 0 or c[1, 1] <= 0:
+            continue
+        size = math.sqrt(c[1, 1] / c[0, 0])
+        if lenient or (is_rate(size, 1.5 if own else 1.25) and (own or c[0, 1] > 0)):
             misfits.append(float(1 - c[0, 1] ** 2 / (c[0, 0] * c[1, 1])))
     return min(misfits)
 
 
-def is_rate(size: float) -> bool:
+def is_rate(size: float, slack: float) -> bool:
     """Whether a signal this many times as large as another's derivative may be it, in one unit or another."""
-    return any(0.8 < size / scale < 1.25 for scale in (1.0, DEGREES, 1 / DEGREES))
+    return any(1 / slack < size / scale < slack for scale in (1.0, DEGREES, 1 / DEGREES))
 
 
 def find_degrees(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
@@ -446,7 +457,7 @@ def find_degrees(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
 def find_kinematic(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
     """Compare the gyro with the derivative of the pitch: sign, scale, clock. Returns a gyro that agrees."""
     signals = uniform_signals(log, upright=False)
-    if signals is None or rate_misfit(signals, "theta_p", "dtheta_p") > 1 - RELATED**2:
+    if signals is None or not agree(signals):
         return [], log
     signals, late = purest(signals)
     rows, rate, gyro = signals.rows, signals.smooth("theta_p", 1), signals.smooth("dtheta_p")
@@ -460,6 +471,11 @@ def find_kinematic(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
         cures.late_gyro = late.samples
         log = shifted(log, "dtheta_p", late.samples * signals.dt)
     return found, log
+
+
+def agree(signals: Signals) -> bool:
+    """Whether the gyro is recognisable as the derivative of the pitch; without that the equations say nothing."""
+    return rate_misfit(signals, "theta_p", "dtheta_p", lenient=True) <= 1 - RELATED**2
 
 
 def purest(signals: Signals) -> tuple[Signals, Shift]:
@@ -579,7 +595,7 @@ def unexplained(signals: Signals, relative: bool) -> float:
     return scan(explain_voltage(equations(signals, relative), signals)).share
 
 
-def find_flipped(signals: Signals, relative: bool, conflict: bool, cures: Cures) -> tuple[list[Finding], Signals]:
+def find_flipped(signals: Signals, conflict: bool, cures: Cures) -> tuple[list[Finding], Signals]:
     """Signs between input, encoder and IMU; the smallest set of flips, as all together change nothing.
 
     ``conflict`` says that gyro and pitch disagreed and that the gyro was turned round.
@@ -640,7 +656,9 @@ def find_clocks_and_encoder(signals: Signals, relative: bool, cures: Cures) -> l
     aligned = move_imu(signals, imu.samples) if moved else signals
     best = declared = read_wheel(aligned, relative, 1.0)
     if abs(declared.ratio - 1) > ODD:
-        others = [read_wheel(aligned, r, f) for r in (False, True) for f in (1.0, DEGREES) if (r, f) != (relative, 1.0)]
+        others = [read_wheel(aligned, not relative, 1.0)]
+        if 0.3 < declared.ratio / DEGREES < 3.0:  # the drive cannot damp the body so much more than the wheel
+            others.append(read_wheel(aligned, relative, DEGREES))
         best = min([o for o in others if is_better(o, declared)], key=lambda o: o.shift.share, default=declared)
     found = wheel_findings(best, declared, cures)
     explained = best.shift.share < EXPLAINED
@@ -664,7 +682,7 @@ def damping_ratio(system: Equations, signals: Signals, shift: int) -> float:
 
 
 def is_better(other: Reading, declared: Reading) -> bool:
-    """Whether another reading of theta_w is right beyond doubt: a sane machine, and clearly better nearly everywhere."""
+    """Whether another reading of theta_w is right beyond doubt: a sane machine, clearly better nearly everywhere."""
     wins = int(np.sum(other.shift.blocks < declared.shift.blocks))
     sane = abs(other.ratio - 1) < 0.5 * ODD and other.shift.share < EXPLAINED
     return sane and declared.shift.share > 1.5 * other.shift.share and wins >= BLOCKS - 1
@@ -672,20 +690,17 @@ def is_better(other: Reading, declared: Reading) -> bool:
 
 def wheel_findings(best: Reading, declared: Reading, cures: Cures) -> list[Finding]:
     """Say what of the declared reading of theta_w is wrong."""
-    gain = (
-        f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the voltage unexplained"
-    )
-    found = []
+    gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
     if best.unit != declared.unit:
         cures.unit["theta_w"] = "deg"
         cure = 'Map theta_w in [columns] with unit = "deg".'
-        found.append(Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES))
+        return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES)]
     if best.relative != declared.relative:
         cures.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
         sentence = f"theta_w is measured against {against}: {gain}."
         cure = f'Set encoder = "{cures.encoder}" in [sensors].'
-        found.append(Finding(f"{cures.encoder}_encoder", "theta_w", sentence, cure, None))
-    return found
+        return [Finding(f"{cures.encoder}_encoder", "theta_w", sentence, cure, None)]
+    return []
 
 
 def imu_shift(signals: Signals) -> Shift:
@@ -706,7 +721,7 @@ def move_imu(signals: Signals, samples: float) -> Signals:
 def clock_findings(late_imu: float, voltage: Shift | None, dt: float, cures: Cures) -> list[Finding]:
     """Say which of input, encoder, pitch and gyro has a clock of its own.
 
-    ``late_imu`` [samples] is against the encoder, after the gyro was moved to the pitch's time; ``voltage`` against both.
+    ``late_imu`` [samples] is against the encoder, with the gyro at the pitch's time; ``voltage`` is against both.
     """
     late_voltage = voltage.samples if voltage and voltage.is_clear(1.3) else 0.0
     gyro, found = cures.late_gyro, []

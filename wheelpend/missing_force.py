@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.regression import measured_states
-from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
+from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study
 
 PIECES = 10  # of each segment
@@ -39,7 +39,7 @@ class Place(NamedTuple):
 
 
 def find_missing_force(study: Study, fitted: Fit) -> MissingForce:
-    """Estimate the missing force along the first training log."""
+    """Estimate the missing force along the first training log, at a fit to the study's training parts."""
     part = study.training[0]
     names = [n for n in study.module.PARAMETERS if n.startswith("missing.")]
     gram, centres = _linearised(study, fitted, part, names)
@@ -66,13 +66,11 @@ def find_missing_force(study: Study, fitted: Fit) -> MissingForce:
 def _linearised(study: Study, fitted: Fit, part: Part, names: list[str]) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrices of the segments in states and force pieces, and the samples in the middle of the pieces."""
     parameters = vector(study.module, fitted.of_log(0), part.log)
-    states = initial_states(study.module, part, study.relative)
-    states, _ = fit_states(study.module, part, states, parameters, study.max_step)
     length = int(np.max(part.bounds[:, 1] - part.bounds[:, 0]))
     edges = np.linspace(0, length, PIECES + 1).astype(np.int64)
     columns = [study.module.PARAMETERS.index(n) for _ in range(PIECES) for n in names]
     window = np.array([[edges[k], edges[k + 1]] for k in range(PIECES) for _ in names], dtype=np.int64)
-    shot = shoot(study.module, part, states, parameters, columns, window, study.max_step)
+    shot = shoot(study.module, part, fitted.states[0], parameters, columns, window, study.max_step)
     middle = (edges[:-1] + edges[1:]) // 2
     centres = np.minimum(part.bounds[:, :1] + middle[None, :], part.bounds[:, 1:] - 1).ravel()
     return shot.gram, centres

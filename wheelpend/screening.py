@@ -16,7 +16,7 @@ import derive
 from derive.effects import Effect
 from wheelpend import kernels, regression
 from wheelpend.fitting import layout, reduce
-from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
+from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, per_log_names
 
 TWINS = 0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
@@ -39,10 +39,15 @@ class Screen(NamedTuple):
     twins: dict[str, tuple[str, ...]]  # effects that these data cannot tell from another, at any size
 
 
-def screen(study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[str]) -> Screen:
-    """Score every effect that is not in the model yet."""
+def screen(
+    study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[str], ripple: tuple[float, int]
+) -> Screen:
+    """Score every effect that is not in the model yet, at a fit to these very parts.
+
+    ripple is what ripple_shape found.
+    """
     effects = [e for e in study.effects() if e.name not in present]
-    shapes = {e.name: ripple_shape(study, fitted) for e in effects if e.name == "cogging"}
+    shapes = {e.name: ripple for e in effects if e.name == "cogging"}
     base = [n.split("@")[0] for n in fitted.free]
     base = list(dict.fromkeys(base))
     names = base + [f"{e.name}.{p.name}" for e in effects for p in e.linear]
@@ -52,9 +57,7 @@ def screen(study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[s
     for number, part in enumerate(parts):
         values = {**fitted.of_log(number), **{"cogging.periods": s[0] for s in shapes.values()}}
         parameters = vector(study.module, values, part.log)
-        states = initial_states(study.module, part, study.relative)
-        states, _ = fit_states(study.module, part, states, parameters, study.max_step)
-        shots.append(shoot(study.module, part, states, parameters, columns, max_step=study.max_step))
+        shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
     reduced = reduce(shots, study.module.NX, plan)
     information, score = project(reduced.information, reduced.score, _places(plan.labels, base))
     own = {e.name: _places(plan.labels, [f"{e.name}.{p.name}" for p in e.linear]) for e in effects}
@@ -65,7 +68,7 @@ def screen(study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[s
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Take out of every column what the base columns explain."""
-    scale = np.sqrt(np.diag(information)) + 1e-300
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0)) + 1e-300
     scaled, right = information / np.outer(scale, scale), score / scale
     solved = np.linalg.lstsq(scaled[np.ix_(base, base)], np.column_stack([scaled[base], right[base]]), rcond=1e-11)[0]
     rest = scaled - scaled[:, base] @ solved[:, :-1]
@@ -123,10 +126,11 @@ def ripple_shape(study: Study, fitted: Fit, seed: int = 0) -> tuple[float, int]:
     x = np.array([fitted.values[n] for n in plain.LINEAR])
     missing = (sides - regressors @ x).mean(axis=1)[segment[0, 0] : segment[-1, 1]]
     angle = (states[:, 0] - states[:, 1])[segment[0, 0] : segment[-1, 1]]
-    missing, angle = missing[:: max(1, len(missing) // 6000)], angle[:: max(1, len(angle) // 6000)]
+    thin = max(1, len(missing) // 4000)
+    missing, angle = missing[::thin], angle[::thin]
     span = max(float(np.ptp(angle)), 1.0)
     grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
-    waves = np.exp(1j * np.outer(grid, angle))
+    waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
     block = np.arange(len(missing)) * 40 // len(missing)
     amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
     power = np.abs(amplitudes.sum(axis=1)) ** 2

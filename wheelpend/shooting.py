@@ -80,8 +80,12 @@ class Fit:
 
 
 def vector(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
-    """The parameter vector of a module: named values, zero where none is given, and the log's origin."""
-    parameters = np.array([float(values.get(name, 0.0)) for name in module.PARAMETERS])
+    """The parameter vector of a module: named values, the log's origin, and where none is given zero.
+
+    A constant that is not known is 1; what needs it has no influence while its own parameter is zero.
+    """
+    absent = [0.0] * module.FITTED + [1.0] * (len(module.PARAMETERS) - module.FITTED)
+    parameters = np.array([float(values.get(n, a)) for n, a in zip(module.PARAMETERS, absent, strict=True)])
     if module.ORIGIN >= 0:
         first = log.measured[np.isfinite(log.measured[:, 0]), 0]
         parameters[module.ORIGIN] = first[0] if first.size else 0.0
@@ -120,7 +124,7 @@ def initial_states(module: ModuleType, part: Part, relative: bool) -> np.ndarray
 
 
 def _span(log: Log) -> int:
-    return max(6, int(round(0.03 / log.dt)))
+    return max(6, round(0.03 / log.dt))
 
 
 def _local_state(log: Log, first: int, last: int, relative: bool) -> np.ndarray:

@@ -155,12 +155,14 @@ def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part
     return Part(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
 
 
-def shortened(study: Study, horizon: float) -> tuple[Part, ...]:
-    """Training parts cut into shorter segments."""
-    return tuple(
-        replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, horizon, int(p.bounds[0, 0]), int(p.bounds[-1, 1]))))
-        for p in study.training
-    )
+def shortened(study: Study, horizon: float, most: int = 0) -> tuple[Part, ...]:
+    """Training parts cut into shorter segments, thinned evenly to about ``most`` where that is not 0."""
+    found = []
+    for part in study.training:
+        bounds = segment_bounds(part.log, horizon, int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
+        thin = max(1, len(bounds) // most) if most else 1
+        found.append(replace(part, bounds=np.ascontiguousarray(bounds[::thin])))
+    return tuple(found)
 
 
 def known_values(model: Model) -> dict[str, float]:
@@ -192,15 +194,13 @@ def starts(study: Study) -> list[dict[str, float]]:
 
 def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     """The start from which short segments are fitted best, and the study with a step that suits it."""
-    parts = tuple(
-        replace(p, bounds=p.bounds[:: max(1, len(p.bounds) // 60)]) for p in shortened(study, study.horizon / 5)
-    )
-    ranked = sorted(starts(study), key=lambda v: _start_cost(study, parts[0], v))[:4]
+    parts = shortened(study, study.horizon / 5, most=40)
+    ranked = sorted(starts(study), key=lambda v: _start_cost(study, parts[0], v))[:3]
     best, lowest = None, np.inf
     for values in ranked:
         step = stable_step(study.module, values, study.training[0].log)
         tried = fit(study.module, parts, values, study.base, relative=study.relative, limits=limits_of(study.base),
-                    max_step=step, rounds=15)  # fmt: skip
+                    max_step=step, rounds=12)  # fmt: skip
         if tried.cost < lowest:
             best, lowest = {**values, **tried.values}, tried.cost
     if best is None:
@@ -217,7 +217,7 @@ def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
 
 def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Bounds that a simulation needs: a delay cannot be early, a number of periods not negative."""
-    limits = {name: (0.0, np.inf) for name in names if "." not in name}  # sums of positive constants
+    limits = {}
     for name in names:
         effect, _, parameter = name.partition(".")
         if parameter in ("delay", "periods"):
@@ -256,7 +256,7 @@ def fit_model(
         result = fit(
             study.module, parts, values, free,
             per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
-            max_step=study.max_step,
+            max_step=study.max_step, rounds=15,
         )  # fmt: skip
         values, own = result.values, result.per_log
     assert result is not None

@@ -1,0 +1,194 @@
+"""Diagnose and add in turn until nothing is missing; and the single steps, add and remove."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.diagnose import Diagnosis, Tried, diagnose_study, honest_sigma
+from wheelpend.logs import Log
+from wheelpend.model import Model
+from wheelpend.shooting import Fit
+from wheelpend.study import Study, best_start, fit_model, free_names, held_residuals, known_values, prepare
+
+MOST_EFFECTS = 4
+
+
+@dataclass(frozen=True)
+class Step:
+    """One effect added, and what it did to the held-out error."""
+
+    effect: str
+    coefficients: dict[str, float]
+    sigma: dict[str, float]
+    unit: dict[str, str]
+    p_value: float | None
+    equivalent_to: tuple[str, ...]
+    error_before: float
+    error_after: float
+    parameters: dict[str, float] = field(default_factory=dict)  # base parameters after the step
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The error ladder of a model on its logs."""
+
+    verdict: str
+    nominal_error: float | None
+    base_error: float
+    steps: tuple[Step, ...]
+    effects: tuple[str, ...]
+    error: float
+    noise_floor: float
+    horizon_s: float
+    parameters: dict[str, dict[str, float]]
+    experiment: str | None
+    warnings: tuple[str, ...]
+    model: Model = field(repr=False)  # with the effects and the fitted values
+    first: Diagnosis = field(repr=False)
+    last: Diagnosis = field(repr=False)
+    fit: Fit = field(repr=False)
+    study: Study = field(repr=False)
+
+
+def explain(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    max_effects: int = MOST_EFFECTS,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Explanation:
+    """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files."""
+    study = prepare(model, logs, holdout)
+    nominal = nominal_error(study)
+    progress("finding a start")
+    study, start = best_start(study)
+    diagnosis = first = diagnose_study(study, start, progress=progress)
+    steps: list[Step] = []
+    while diagnosis.verdict in ("effect_missing", "ambiguous") and diagnosis.candidates and len(steps) < max_effects:
+        best = diagnosis.candidates[0]
+        steps.append(step_of(study, best, diagnosis.error))
+        progress(f"added {best.effect}: error {diagnosis.error:.4g} → {best.error_after:.4g}")
+        study = replace(study, model=study.model.with_effects([*study.model.effects, best.effect]))
+        diagnosis = diagnose_study(study, best.fit.of_log(0), with_force=False, progress=progress)
+    return Explanation(
+        verdict=overall(steps, diagnosis),
+        nominal_error=nominal,
+        base_error=first.error,
+        steps=tuple(steps),
+        effects=study.model.effects,
+        error=diagnosis.error,
+        noise_floor=study.floor,
+        horizon_s=study.horizon,
+        parameters=parameter_table(study, diagnosis.fit),
+        experiment=first.experiment or diagnosis.experiment,
+        warnings=study.warnings,
+        model=fitted_model(study, diagnosis.fit),
+        first=first,
+        last=diagnosis,
+        fit=diagnosis.fit,
+        study=study,
+    )
+
+
+def overall(steps: Sequence[Step], last: Diagnosis) -> str:
+    """Verdict of a ladder: unexplained if the last diagnosis says so, else ambiguous if any step was."""
+    if last.verdict == "unexplained":
+        return "unexplained"
+    return "ambiguous" if any(s.equivalent_to for s in steps) else "nothing_missing"
+
+
+def nominal_error(study: Study) -> float | None:
+    """Held-out error with the model's nominal values, before any fit; null without them, or where it diverges."""
+    values = {n: v.nominal for n, v in study.model.parameters.items()}
+    if any(values.get(n) is None for n in study.base):
+        return None
+    known = {**known_values(study.model), **values}
+    fixed = Fit(known, tuple(dict() for _ in study.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True)
+    error, _ = held_residuals(study, fixed)
+    return error if np.isfinite(error) else None
+
+
+def step_of(study: Study, tried: Tried, before: float) -> Step:
+    """A ladder's step from a refitted candidate."""
+    return Step(
+        tried.effect, tried.coefficients, tried.sigma, tried.unit, tried.p_value, tried.equivalent_to,
+        before, tried.error_after, {n: tried.fit.values[n] for n in study.base},
+    )  # fmt: skip
+
+
+def parameter_table(study: Study, fitted: Fit) -> dict[str, dict[str, float]]:
+    """Every fitted parameter with its standard error; per-log ones of the first log."""
+    names = free_names(study, study.model.effects)
+    return {n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n)} for n in names}
+
+
+def standard_error(study: Study, fitted: Fit, name: str) -> float:
+    """From the information matrix where the residual is at noise level, else the more cautious of two."""
+    return fitted.sigma(name) if fitted.error < 1.05 * study.floor else honest_sigma(fitted, name)
+
+
+def fitted_model(study: Study, fitted: Fit) -> Model:
+    """The model with fitted values."""
+    table = parameter_table(study, fitted)
+    return study.model.with_fit({n: (row["value"], row["sigma"]) for n, row in table.items()})
+
+
+@dataclass(frozen=True)
+class Change:
+    """What adding or removing an effect did to a model."""
+
+    step: Step
+    model: Model = field(repr=False)
+    study: Study = field(repr=False)
+    before: Fit = field(repr=False)
+    after: Fit = field(repr=False)
+
+
+def add(
+    model: Model,
+    effect: str,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    remove: bool = False,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Change:
+    """Refit a model with one more effect (or, with ``remove``, one less) and judge both on held-out data.
+
+    Returns the new model; writes nothing.
+    """
+    from wheelpend.refit import refit_with  # imported late: it pulls in the screening
+
+    study = prepare(model, logs, holdout)
+    progress("finding a start")
+    study, start = best_start(study)
+    old = model.effects
+    new = tuple(e for e in old if e != effect) if remove else (*old, effect)
+    fewer = new if remove else old
+    progress("fitting without the effect")
+    small = fit_model(replace(study, model=model.with_effects(fewer)), start, free_names(study, fewer))
+    progress(f"fitting with {effect}")
+    large = refit_with(replace(study, model=model.with_effects(fewer)), start, small, effect)
+    before, after = (large, small) if remove else (small, large)
+    errors = [held_residuals(study, f)[0] for f in (before, after)]
+    names = {n.partition(".")[2]: n for n in free_names(study, [effect]) if n not in study.base}
+    changed = replace(study, model=model.with_effects(new))
+    step = Step(
+        effect,
+        {p: large.of_log(0)[n] for p, n in names.items()},
+        {p: standard_error(study, large, n) for p, n in names.items()},
+        {p: _unit(effect, p) for p in names},
+        None, (), errors[0], errors[1], {n: after.values[n] for n in study.base},
+    )  # fmt: skip
+    return Change(step, fitted_model(changed, after), changed, before, after)
+
+
+def _unit(effect: str, parameter: str) -> str:
+    import derive
+
+    return next(p.unit for p in derive.effects.find(effect).parameters if p.name == parameter)
