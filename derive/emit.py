@@ -74,9 +74,14 @@ def differences(folder: Path, files: dict[str, str]) -> str:
 
 
 def write(folder: Path, files: dict[str, str]) -> None:
-    """Write files, each beside its place first and then renamed onto it."""
+    """Write files: all of them beside their places first, then renamed onto them."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        beside = folder / f".{name}.new"
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, folder / name)
+    beside = {name: folder / f".{name}.{os.getpid()}.new" for name in files}
+    try:
+        for name, text in files.items():
+            beside[name].write_text(text, encoding="utf-8")
+        for name, path in beside.items():
+            os.replace(path, folder / name)
+    finally:
+        for path in beside.values():
+            path.unlink(missing_ok=True)

@@ -32,6 +32,7 @@ def robot(command: str = "aggressive", seed: int = 1, effect: str = "", size: fl
     simple = 20 * np.sin(t)
     aggressive = 3 * np.sin(7 * t) + 6 * (np.cos(4 * t) - np.sin(t)) + 10 * np.cos(3 * t) * np.sin(5 * t) ** 2
     reference = DEGREE * (simple if command == "simple" else aggressive)
+    assert not effect or effect in module.PARAMETERS
     values = ROBOT | GEOMETRY | {effect: size}
     parameters = np.array([values.get(name, 0.0) for name in module.PARAMETERS])
     noise = np.random.default_rng(seed).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
@@ -77,9 +78,9 @@ def test_nothing_is_found_in_a_clean_log(command, seed):
         ("coulomb_drive.torque", 0.3),
         ("slope.angle", 0.05),
         ("actuator_delay.delay", 0.004),
-        ("imu_lag.delay", 0.004),
+        ("voltage_dead_zone.threshold", 0.5),
         ("gyro_bias.bias", 0.05),
-        ("pitch_scale.scale", 0.05),
+        ("gyro_scale.scale", 0.05),
         ("rolling_resistance.torque", 0.3),
     ],
 )

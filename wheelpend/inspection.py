@@ -43,9 +43,10 @@ PLANT = "wheel_pendulum"
 class Finding(NamedTuple):
     """Something about a log that should be cured before a model is fitted to it.
 
-    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder, wrapped_angle,
-    gap or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input that acts late),
-    of the longest gap and of all stand_still together [s]; the factor of wrong_unit; the turn of wrapped_angle.
+    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
+    wrapped_angle, gap or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input
+    that acts late), of the longest gap and of all stand_still together [s]; the factor of wrong_unit; the turn of
+    wrapped_angle.
     """
 
     kind: str

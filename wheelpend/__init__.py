@@ -1,0 +1,34 @@
+"""wheelpend: find out what the model of a wheel-driven inverted pendulum is missing.
+
+The public names are imported when they are first used, so that `import wheelpend` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {
+    "Model": "model",
+    "Log": "logs",
+    "load_log": "logs",
+    "save_log": "logs",
+    "simulate": "simulate",
+    "identify": "identify",
+    "compare": "compare",
+    "diagnose": "diagnose",
+    "explain": "explain",
+    "add": "explain",
+    "report": "report",
+    "load_kernels": "kernels",
+    "Failure": "failures",
+}
+_NAMES = {"report": "write_report"}
+
+__all__ = sorted(_HOMES)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'wheelpend' has no attribute '{name}'")
+    return getattr(import_module(f"wheelpend.{_HOMES[name]}"), _NAMES.get(name, name))

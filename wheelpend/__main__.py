@@ -1,0 +1,5 @@
+"""`python -m wheelpend` is the `wheelpend` command."""
+
+from wheelpend.cli import main
+
+main()

@@ -1,0 +1,361 @@
+"""The command line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from wheelpend import console
+from wheelpend.console import failures, progress, say, show, table, warn
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="Find out what the model of a wheel-driven inverted pendulum is missing.",
+)
+
+Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
+Holdout = Annotated[Optional[list[Path]], typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
+Json = Annotated[Optional[str], typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")]
+MODEL = Path("model.toml")
+
+
+def open_model(path: Path):
+    """Open the model named on the command line."""
+    from wheelpend.model import Model
+
+    return Model.open(path)
+
+
+@app.command()
+def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and the report.")] = Path("demo")) -> None:
+    """The whole story on the shipped log: compare, see where it fails, diagnose, add, watch the error fall."""
+    from wheelpend.demo import run
+
+    with failures():
+        run(out)
+
+
+@app.command()
+def new(folder: Annotated[Path, typer.Argument(help="Where to start the workspace.")] = Path()) -> None:
+    """Start a workspace with the paper's model: model.toml and generated/."""
+    from wheelpend import workspace
+
+    with failures(), progress("deriving the model"):
+        model = workspace.create(folder)
+        say(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv` there.")
+
+
+@app.command()
+def equations(
+    latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
+    diff: Annotated[Optional[Path], typer.Option(help="Another model: print what differs.")] = None,
+    model: ModelFile = MODEL,
+) -> None:
+    """Print the derived equations, regressor and filtered pieces, or what changed between two models."""
+    from wheelpend.equations import describe, difference
+
+    with failures():
+        if diff is not None:
+            say(difference(open_model(model), open_model(diff)))
+        else:
+            say(describe(open_model(model), latex))
+
+
+@app.command()
+def generate(
+    check: Annotated[bool, typer.Option("--check", help="Say what is stale and change nothing.")] = False,
+    model: ModelFile = MODEL,
+) -> None:
+    """Derive the model and write generated/."""
+    from wheelpend import workspace
+    from wheelpend.failures import Failure
+
+    with failures(), progress("deriving the model"):
+        opened = open_model(model)
+        if not check:
+            workspace.generate_into(opened.workspace / "generated", opened)
+            say(f"Wrote {opened.workspace / 'generated'}.")
+            return
+        difference = workspace.stale(opened)
+        if difference:
+            say(difference)
+            raise Failure(f"{opened.workspace / 'generated'} must be what {opened.path} derives to, but it is stale. "
+                          "Run `wheelpend generate`.")  # fmt: skip
+        say(f"{opened.workspace / 'generated'} is up to date.")
+
+
+@app.command()
+def simulate(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
+    command: Annotated[str, typer.Option(help="Reference of the pitch: simple, aggressive or upright.")] = "aggressive",
+    duration: Annotated[float, typer.Option(help="Length [s].")] = 20.0,
+    hide: Annotated[Optional[list[str]], typer.Option(help="NAME=VALUE or NAME=param:value,...; repeat for several.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the sensor noise.")] = 0,
+    noise: Annotated[bool, typer.Option("--noise/--no-noise", help="Ideal sensors without --noise.")] = True,
+    model: ModelFile = MODEL,
+) -> None:
+    """Write a closed-loop measurement file, with hidden effects on request."""
+    from wheelpend.logs import save_log
+    from wheelpend.simulate import parse_hidden
+    from wheelpend.simulate import simulate as run
+
+    with failures(), progress("simulating"):
+        opened, hidden = open_model(model), parse_hidden(hide or [])
+        save_log(output, run(opened, command=command, duration=duration, hide=hidden, seed=seed, noise=noise))
+        machine = "the machine of [simulation]" if opened.simulation else "the model as identified"
+        extra = ", with " + ", ".join(f"{k} = {v:g}" for k, v in hidden.items()) if hidden else ""
+        say(f"Wrote {output}: {machine}{extra}.")
+
+
+@app.command()
+def identify(
+    logs: Logs,
+    method: Annotated[str, typer.Option(help="differentiation, filtered or shooting.")] = "shooting",
+    tau: Annotated[str, typer.Option(help="Time constants of the filter [s], for the method filtered.")] = "2.25,6.5",
+    save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
+    model: ModelFile = MODEL,
+    json: Json = None,
+) -> None:
+    """Identify the parameters, with standard errors."""
+    from wheelpend import wording
+    from wheelpend.identify import identify as run
+
+    with failures(json):
+        with progress("reading") as update:
+            result = run(open_model(model), logs, method=method, tau=parse_tau(tau), progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: wording.show_identification(result))
+        if save:
+            result.model.save()
+
+
+def parse_tau(text: str) -> tuple[float, float]:
+    """Read T1,T2."""
+    from wheelpend.failures import Failure
+
+    try:
+        first, second = (float(x) for x in text.split(","))
+    except ValueError:
+        raise Failure(f"--tau must be two times in s such as 0.14,0.14, not '{text}'.") from None
+    if not (0 < first < 1e6 and 0 < second < 1e6):
+        raise Failure(f"--tau must be two positive times in s, not '{text}'.")
+    return first, second
+
+
+@app.command()
+def compare(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
+    """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
+    from wheelpend import wording
+    from wheelpend.compare import compare as run
+
+    with failures(json):
+        opened = open_model(model)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            result = run(opened, logs, holdout or [], progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: wording.show_comparison(result, opened))
+
+
+def check_logs(logs: list[Path], model) -> None:
+    """Say what is odd about the logs before any physics is blamed."""
+    from wheelpend.inspection import inspect_log
+    from wheelpend.study import noise_of, read_logs
+
+    for log in read_logs(logs, model):
+        found = inspect_log(log, relative=model.assumptions["encoder"] == "relative", noise=noise_of(log, model))
+        warn([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])
+
+
+@app.command()
+def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
+    """Which physical effect is missing, ranked, with evidence. Changes nothing."""
+    from wheelpend import wording
+    from wheelpend.diagnose import diagnose as run
+
+    with failures(json):
+        opened = open_model(model)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            result = run(opened, logs, holdout or [], progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: wording.show_diagnosis(result, opened))
+
+
+@app.command()
+def add(
+    effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
+    data: Annotated[Optional[list[Path]], typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    holdout: Holdout = None,
+    model: ModelFile = MODEL,
+    json: Json = None,
+) -> None:
+    """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
+    from wheelpend.change import change
+
+    change(effect, data or [], holdout or [], model, json, remove=False)
+
+
+@app.command()
+def remove(
+    effect: Annotated[str, typer.Argument(help="Name of the effect.")],
+    data: Annotated[Optional[list[Path]], typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    holdout: Holdout = None,
+    model: ModelFile = MODEL,
+    json: Json = None,
+) -> None:
+    """Remove an effect from the model; the opposite of add."""
+    from wheelpend.change import change
+
+    change(effect, data or [], holdout or [], model, json, remove=True)
+
+
+@app.command()
+def explain(
+    logs: Logs,
+    holdout: Holdout = None,
+    max_effects: Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)] = 4,
+    save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
+    model: ModelFile = MODEL,
+    json: Json = None,
+) -> None:
+    """Diagnose and add in turn until nothing is missing; the error ladder."""
+    from wheelpend import wording
+    from wheelpend.change import record
+    from wheelpend.explain import explain as run
+
+    with failures(json):
+        opened = open_model(model)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            result = run(opened, logs, holdout or [], max_effects=max_effects, progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: wording.show_explanation(result))
+        if save:
+            record(result, logs, holdout or [])
+
+
+@app.command()
+def history(model: ModelFile = MODEL, json: Json = None) -> None:
+    """The error ladder of this workspace: every change and what it did to the error."""
+    from wheelpend import workspace
+    from wheelpend.wording import number
+
+    with failures(json):
+        entries = workspace.history(open_model(model).workspace)
+
+        def text() -> None:
+            rows = [(e["change"], number(e.get("error_before")), number(e.get("error_after")), ", ".join(e.get("logs", [])))
+                    for e in entries]  # fmt: skip
+            if rows:
+                table("History", ("change", "error before", "error after", "logs"), rows)
+            else:
+                say("No change has been recorded yet.")
+
+        show({"schema": 1, "history": entries}, json, text)
+
+
+@app.command()
+def report(
+    logs: Logs,
+    holdout: Holdout = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
+    model: ModelFile = MODEL,
+) -> None:
+    """One self-contained HTML page with everything above."""
+    from wheelpend.report import write_report
+    from wheelpend.version import version
+
+    with failures():
+        from wheelpend.explain import explain as run
+
+        with progress("reading") as update:
+            result = run(open_model(model), logs, holdout or [], progress=update)
+        command = " ".join(["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or [])])
+        say(f"Wrote {write_report(result, output, version=version(), command=command)}.")
+
+
+@app.command()
+def effects(
+    effect: Annotated[Optional[str], typer.Argument(help="One effect.", show_default=False)] = None, json: Json = None
+) -> None:
+    """The library of effects: name, family, sentence, unit, equation."""
+    import derive
+    from wheelpend.failures import Failure
+
+    with failures(json):
+        try:
+            rows = [derive.effects.find(effect)] if effect else list(derive.effects.LIBRARY.values())
+        except KeyError as error:
+            raise Failure(error.args[0]) from None
+        data = [
+            {"effect": e.name, "family": e.family, "sentence": e.sentence, "equation": e.equation, "means": e.means,
+             "parameters": [{"name": p.name, "unit": p.unit, "scope": p.scope} for p in e.parameters]}
+            for e in rows
+        ]  # fmt: skip
+
+        def text() -> None:
+            units = [", ".join(f"{p.name} [{p.unit}]" for p in e.parameters) for e in rows]
+            cells = [(e.name, e.family, e.sentence, u, e.equation) for e, u in zip(rows, units, strict=True)]
+            table("Effects", ("effect", "family", "what it is", "parameters", "law"), cells)
+            if effect:
+                say(rows[0].means)
+
+        show({"schema": 1, "effects": data}, json, text)
+
+
+@app.command(name="inspect")
+def inspect_(log: Annotated[Path, typer.Argument(help="Measurement file.")], model: ModelFile = MODEL, json: Json = None) -> None:
+    """Rate, jitter, gaps, ranges and noise of a log; time shifts and flipped signs; proposes [columns] and [sensors]."""
+    from wheelpend.inspection import inspect_log
+    from wheelpend.study import noise_of, read_logs
+    from wheelpend.wording import number
+
+    with failures(json):
+        opened = open_model(model)
+        with progress("reading"):
+            loaded = read_logs([log], opened)[0]
+            result = inspect_log(loaded, relative=opened.assumptions["encoder"] == "relative", noise=noise_of(loaded, opened))
+        warn(loaded.warnings)
+
+        def text() -> None:
+            say(f"{loaded.name}: {result.samples} samples over {result.duration_s:.4g} s, {result.rate_hz:.6g} Hz, "
+                f"jitter {100 * result.jitter:.2g} % of an interval.")  # fmt: skip
+            names = sorted({k for row in result.channels.values() for k in row})
+            table("Channels", ("channel", *names), [
+                (c, *(number(row.get(k)) for k in names)) for c, row in result.channels.items()
+            ])  # fmt: skip
+            for finding in result.findings:
+                say(f"- {finding.sentence} {finding.cure}")
+            say(result.proposal if result.proposal else "Nothing odd was found.")
+
+        show(result.to_json(), json, text)
+
+
+@app.command()
+def warm(model: ModelFile = MODEL) -> None:
+    """Compile the kernels ahead of time."""
+    from wheelpend.warm import compile_all
+
+    with failures(), progress("compiling") as update:
+        compile_all(open_model(model), update)
+        say(f"Compiled; the machine code is kept in {_cache()}.")
+
+
+def _cache() -> Path:
+    from wheelpend.kernels import cache_folder
+
+    return cache_folder()
+
+
+def main() -> None:
+    """Entry point of the `wheelpend` command."""
+    app()
+
+
+__all__ = ["app", "console", "main"]

@@ -1,0 +1,183 @@
+"""The model as it stands against measurements: how well it predicts, how far ahead, and where it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.diagnose import VISIBLE, fit_percent
+from wheelpend.logs import Log, segment_bounds
+from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
+from wheelpend.model import Model
+from wheelpend.shooting import (
+    Fit,
+    Part,
+    fit_states,
+    initial_states,
+    part_error,
+    prediction_error,
+    shoot,
+    stable_step,
+    vector,
+)
+from wheelpend.study import Study, best_start, fit_model, free_names, known_values, prepare
+
+HORIZONS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
+FALLEN = np.pi / 2  # rad, beyond which a prediction has left the plant's range
+
+
+@dataclass(frozen=True)
+class Horizon:
+    """Error of predictions over one length of time."""
+
+    seconds: float
+    error: float | None
+    diverged: bool
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """The closed loop replayed with the model: root mean square difference from the log."""
+
+    rmse: dict[str, float]  # per channel [its unit]
+    rmse_input: float  # V
+    diverged: bool
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model against logs."""
+
+    error: float
+    noise_floor: float
+    horizon_s: float
+    fit_percent: dict[str, float]
+    rmse: dict[str, float]
+    horizons: tuple[Horizon, ...]
+    closed_loop: ClosedLoop | None
+    where: tuple[Place, ...]
+    fitted_first: bool  # whether the model had no values and was fitted to the log
+    warnings: tuple[str, ...]
+    missing: MissingForce | None = field(repr=False, default=None)
+    study: Study | None = field(repr=False, default=None)
+
+
+def compare(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Compare the model with every sample of the logs, or with the hold-out logs where some are given.
+
+    A model with neither identified nor nominal values is fitted to the logs first.
+    """
+    study = prepare(model, logs, use_all=True)
+    values = known_values(model)
+    fitted_first = not all(n in values for n in study.base)
+    if fitted_first:
+        progress("the model has no values yet: fitting it first")
+        study, start = best_start(study)
+        values = fit_model(study, start, free_names(study, model.effects)).of_log(0)
+    step = stable_step(study.module, values, study.training[0].log)
+    study = replace(study, max_step=step)
+    judged = prepare(model, holdout, use_all=True).training if holdout else study.training
+    progress("predicting segments")
+    residuals, squares, count = [], 0.0, 0
+    for part in judged:
+        _, residual = prediction_error(study.module, part, values, study.relative, step)
+        residuals.append(residual)
+        squares += float(np.nansum(residual**2))
+        count += part.values - study.module.NX * len(part.bounds)
+    error = float(np.sqrt(squares / max(count, 1)))
+    seen = replace(study, training=judged)
+    progress("predicting further ahead")
+    horizons = tuple(error_at(study, judged[0], values, h) for h in horizons_of(judged[0].log))
+    progress("estimating the missing force")
+    missing = find_missing_force(study, _as_fit(study, values)) if error > VISIBLE * study.floor else None
+    return Comparison(
+        error=error,
+        noise_floor=study.floor,
+        horizon_s=study.horizon,
+        fit_percent=fit_percent(seen, residuals),
+        rmse=rmse_of(judged, residuals),
+        horizons=horizons,
+        closed_loop=replay(study, judged[0], values),
+        where=concentrations(study, missing) if missing else (),
+        fitted_first=fitted_first,
+        warnings=study.warnings,
+        missing=missing,
+        study=study,
+    )
+
+
+def _as_fit(study: Study, values: dict[str, float]) -> Fit:
+    states = []
+    for part in study.training:
+        first = initial_states(study.module, part, study.relative)
+        states.append(fit_states(study.module, part, first, vector(study.module, values, part.log), study.max_step)[0])
+    empty = np.zeros((0, 0))
+    return Fit(values, (), (), empty, empty, tuple(states), 0.0, 0, 1.0, (), True)
+
+
+def horizons_of(log: Log) -> tuple[float, ...]:
+    """Horizons that a log offers, from five samples to the whole of it [s]."""
+    inner = [h for h in HORIZONS if 5 * log.dt < h < 0.8 * log.duration]
+    return (5 * log.dt, *inner, log.duration)
+
+
+def error_at(study: Study, part: Part, values: dict[str, float], horizon: float) -> Horizon:
+    """Error of the model when it predicts so far ahead."""
+    first, last = int(part.bounds[0, 0]), int(part.bounds[-1, 1])
+    bounds = np.ascontiguousarray(segment_bounds(part.log, horizon, first, last))
+    if not len(bounds):
+        return Horizon(horizon, None, True)
+    cut = replace(part, bounds=bounds)
+    parameters = vector(study.module, values, part.log)
+    states = initial_states(study.module, cut, study.relative)
+    if horizon > 2.0:  # an unstable plant: start long predictions from states fitted over the first half second
+        head = replace(cut, bounds=np.ascontiguousarray([[a, min(b, a + max(6, round(0.5 / part.log.dt)))] for a, b in bounds]))
+        states, _ = fit_states(study.module, head, states, parameters, study.max_step)
+        shot = shoot(study.module, cut, states, parameters, max_step=study.max_step)
+    else:
+        states, shot = fit_states(study.module, cut, states, parameters, study.max_step)
+    error = part_error(cut, shot)
+    pitch = part.log.measured[:, 1] - shot.residual[:, 1] * part.sigma[1]
+    inside = np.concatenate([pitch[a:b] for a, b in bounds])
+    diverged = not np.isfinite(error) or bool(np.nanmax(np.abs(inside)) > FALLEN)
+    return Horizon(horizon, None if diverged else error, diverged)
+
+
+def rmse_of(parts: Sequence[Part], residuals: list[np.ndarray]) -> dict[str, float]:
+    """Root mean square prediction error per channel, in its unit."""
+    return {
+        channel: float(np.sqrt(np.nanmean(np.concatenate(
+            [(r[:, c] * p.sigma[c]) ** 2 for p, r in zip(parts, residuals, strict=True)]))))
+        for c, channel in enumerate(parts[0].log.channels)
+    }  # fmt: skip
+
+
+def replay(study: Study, part: Part, values: dict[str, float]) -> ClosedLoop | None:
+    """Run the model in closed loop with the log's reference; None where controller or reference is unknown."""
+    log, controller = part.log, study.model.controller
+    if controller is None or log.reference is None or not np.isfinite(log.reference).all():
+        return None
+    module = study.module
+    state = initial_states(module, replace(part, bounds=part.bounds[:1]), study.relative)[0]
+    state, _ = fit_states(module, replace(part, bounds=part.bounds[:1]), state[None], vector(module, values, log))
+    zeros = np.zeros((len(log), module.NY))
+    _, outputs, voltage = module.closed_loop(
+        log.t, log.reference, np.gradient(log.reference, log.t), np.array(controller.gains, dtype=float), state[0],
+        vector(module, values, log), zeros, np.zeros(module.NY), study.max_step,
+    )  # fmt: skip
+    diverged = not np.isfinite(outputs).all() or bool(np.max(np.abs(outputs[:, module.CONTROLLED[0]])) > FALLEN)
+    difference = np.sqrt(np.nanmean((outputs - log.measured) ** 2, axis=0))
+    return ClosedLoop(
+        {} if diverged else dict(zip(log.channels, map(float, difference), strict=True)),
+        float("nan") if diverged else float(np.sqrt(np.nanmean((voltage - log.voltage) ** 2))),
+        diverged,
+    )

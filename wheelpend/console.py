@@ -1,0 +1,92 @@
+"""What every command shares: progress on standard error, results as text or JSON, failures as exit code 1."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from wheelpend.failures import Failure
+from wheelpend.serialise import dumps, to_json
+
+out = Console(highlight=False, soft_wrap=True)
+err = Console(stderr=True, highlight=False)
+
+
+@contextmanager
+def failures(json_file: str | None = None) -> Iterator[None]:
+    """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1."""
+    try:
+        yield
+    except Failure as failure:
+        err.print(f"[bold red]Failure:[/] {_plain(str(failure))}")
+        if json_file:
+            emit_json({"schema": 1, "failure": str(failure)}, json_file)
+        raise typer.Exit(1) from None
+
+
+def _plain(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)
+
+
+@contextmanager
+def progress(first: str) -> Iterator[Callable[[str], None]]:
+    """A line of progress on standard error; plain lines where that is not a terminal."""
+    if not err.is_terminal:
+        yield lambda text: None
+        return
+    with err.status(first) as status:
+        yield lambda text: status.update(text)
+
+
+def emit_json(data: dict, json_file: str) -> None:
+    """Write JSON to a file, or to standard output for '-'."""
+    text = dumps(data) + "\n"
+    if json_file == "-":
+        sys.stdout.write(text)
+        return
+    path = Path(json_file)
+    try:
+        beside = path.with_name(f".{path.name}.{os.getpid()}.new")
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, path)
+    except OSError as error:
+        raise Failure(f"{path} must be a file that can be written: {error.strerror}.") from None
+
+
+def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
+    """Give a result: as JSON where asked for, and as text unless standard output is taken."""
+    if json_file:
+        emit_json(result if isinstance(result, dict) else to_json(result), json_file)
+    if json_file != "-":
+        text()
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table."""
+    grid = Table(title=_plain(title), title_justify="left", title_style="bold")
+    for column in columns:
+        grid.add_column(_plain(column), justify="left" if column in columns[:1] else "right", overflow="fold")
+    for row in rows:
+        grid.add_row(*(_plain(str(cell)) for cell in row))
+    out.print(grid)
+
+
+def say(text: str) -> None:
+    """Print a line as it is."""
+    out.print(_plain(text))
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Print warnings on standard error."""
+    for warning in warnings:
+        err.print(f"[yellow]Warning:[/] {_plain(warning)}")

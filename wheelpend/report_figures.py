@@ -1,0 +1,347 @@
+"""Charts of the report. Every function returns a plotly figure, or None where there is nothing to draw.
+
+Colours mean the same everywhere: dark grey is measured, red the model before, blue the model after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import plotly.graph_objects as go
+import sympy as sp
+from plotly.subplots import make_subplots
+
+import derive
+from derive.effects import DryForce, Effect, Force, InputDelay, SensorMap
+from derive.functions import symbol
+from wheelpend.diagnose import Diagnosis, Tried
+from wheelpend.explain import Explanation
+from wheelpend.missing_force import MissingForce
+from wheelpend.shooting import Fit, Part, prediction_error, vector
+from wheelpend.study import Study, held_residuals
+
+MEASURED, BEFORE, AFTER, FLOOR, QUIET = "#3d4450", "#d1592a", "#1f6fb4", "#5b8c5a", "#b8bfc9"
+SHADES = ("#1f6fb4", "#7a4fa3", "#1b8a7a", "#a67c1e")  # of steps and candidates, the first is "after"
+MOST_POINTS = 3000  # of one trace
+MOST_LOGS = 3  # shown in full
+BINS = 24
+STATE = "dtheta_w - dtheta_p"  # shown where no state stands out
+NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
+            "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
+UNITS = {"v_in": "V", "t": "s"}
+
+
+def unit_of(name: str) -> str:
+    """Unit of a state, channel or input by its name."""
+    return UNITS.get(name, "rad/s" if name.startswith("dtheta") else "rad")
+
+
+def pretty(text: str) -> str:
+    """An expression of ours with Greek letters and dots: ddtheta_w becomes θ̈w."""
+    for plain, shown in (("ddtheta_", "θ̈"), ("dtheta_", "θ̇"), ("theta_", "θ"), ("v_in", "V"), (" - ", " − ")):
+        text = text.replace(plain, shown)
+    return text
+
+
+def styled(figure: go.Figure, height: int) -> go.Figure:
+    """Give a figure the page's type and colours."""
+    figure.update_layout(
+        height=height, template="plotly_white", paper_bgcolor="rgba(0,0,0,0)", plot_bgcolor="rgba(0,0,0,0)",
+        font={"family": "system-ui, sans-serif", "size": 13, "color": MEASURED},
+        margin={"l": 70, "r": 20, "t": 30, "b": 50}, hoverlabel={"namelength": -1},
+        legend={"orientation": "h", "yanchor": "bottom", "y": 1.0, "x": 0},
+    )  # fmt: skip
+    figure.update_xaxes(showline=True, linecolor=QUIET, gridcolor="#eceff3", zerolinecolor=QUIET)
+    figure.update_yaxes(showline=True, linecolor=QUIET, gridcolor="#eceff3", zerolinecolor=QUIET, automargin=True)
+    return figure
+
+
+# ---- the error ladder
+
+
+def ladder(explanation: Explanation) -> list[tuple[str, float, str]]:
+    """Rungs of the error ladder: label, error, colour."""
+    rungs = [("parameters refitted", explanation.base_error, BEFORE)]
+    if explanation.nominal_error is not None:
+        rungs.insert(0, ("nominal values", explanation.nominal_error, QUIET))
+    return rungs + [(f"+ {s.effect}", s.error_after, AFTER) for s in explanation.steps]
+
+
+def ladder_figure(explanation: Explanation) -> go.Figure:
+    """Held-out error from the nominal model to the last step, with the noise floor."""
+    rungs = [r for r in ladder(explanation) if np.isfinite(r[1])]
+    labels, errors, colours = zip(*rungs, strict=True) if rungs else ((), (), ())
+    figure = go.Figure(go.Bar(
+        x=errors, y=labels, orientation="h", marker_color=colours, text=[f"{e:.4g}" for e in errors],
+        textposition="outside", cliponaxis=False, hovertemplate="%{y}: %{x:.4g}<extra></extra>", width=0.62,
+    ))  # fmt: skip
+    low, high = min([*errors, explanation.noise_floor]), max([*errors, explanation.noise_floor])
+    wide = high > 5 * low > 0
+    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
+    figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=1 if wide and high > 50 * low else None,
+                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+    figure.update_yaxes(autorange="reversed")
+    figure.add_vline(x=explanation.noise_floor, line={"color": FLOOR, "dash": "dash", "width": 2},
+                     annotation_text="noise floor", annotation_position="top", annotation_font_color=FLOOR)  # fmt: skip
+    return styled(figure, 110 + 46 * len(rungs))
+
+
+# ---- measured against predicted
+
+
+class Comparison(NamedTuple):
+    """A log's judged segments with the residuals of two models."""
+
+    part: Part
+    before: np.ndarray  # (N, channels) σ
+    after: np.ndarray  # (N, channels) σ
+    held: bool
+
+
+def comparisons(explanation: Explanation) -> list[Comparison]:
+    """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
+    study = explanation.study
+    parts = [h.part for h in study.held] or list(study.training)
+    pairs = zip(parts, _residuals(study, explanation.first.fit), _residuals(study, explanation.fit), strict=True)
+    return [Comparison(part, before, after, bool(study.held)) for part, before, after in pairs]
+
+
+def _residuals(study: Study, fitted: Fit) -> list[np.ndarray]:
+    if study.held:
+        return held_residuals(study, fitted)[1]
+    return [
+        prediction_error(study.module, part, fitted.of_log(k), study.relative, study.max_step)[1]
+        for k, part in enumerate(study.training)
+    ]
+
+
+def prediction_figure(comparison: Comparison, changed: bool) -> go.Figure:
+    """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ."""
+    part = comparison.part
+    channels = part.log.channels
+    figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
+                           row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
+    chosen = shown_samples(part)
+    models = [("before", BEFORE, comparison.before)] + ([("after", AFTER, comparison.after)] if changed else [])
+    for c, channel in enumerate(channels):
+        _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
+        figure.update_yaxes(title=f"{pretty(channel)} [{unit_of(channel)}]", row=2 * c + 1, col=1)
+        figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
+    figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)
+    return styled(figure, 80 + 270 * len(channels))
+
+
+def _channel(figure: go.Figure, part: Part, chosen: np.ndarray, c: int, models: Sequence) -> None:
+    t, values = _taken(part.log.t, chosen), part.log.measured[:, c]
+    _line(figure, t, _taken(values, chosen), "measured", MEASURED, 2 * c + 1, c == 0, width=2.2)
+    for name, colour, residual in models:
+        predicted = values - residual * part.sigma[c]
+        _line(figure, t, _taken(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
+        _line(figure, t, _taken(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
+
+
+def _line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: str, row: int, legend: bool, *,
+          width: float) -> None:  # fmt: skip
+    figure.add_trace(
+        go.Scatter(x=t, y=y, name=name, legendgroup=name, showlegend=legend, mode="lines",
+                   line={"color": colour, "width": width}, connectgaps=False),
+        row=row, col=1,
+    )  # fmt: skip
+
+
+def shown_samples(part: Part) -> np.ndarray:
+    """Samples to draw, evenly thinned; −1 stands for the break after a segment."""
+    total = int((part.bounds[:, 1] - part.bounds[:, 0]).sum())
+    stride = max(1, -(-total // (MOST_POINTS - 2 * len(part.bounds)))) if total > MOST_POINTS else 1
+    return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in part.bounds])
+
+
+def _taken(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    return np.where(chosen < 0, np.nan, values[chosen]).astype(np.float32)
+
+
+# ---- where the model fails
+
+
+def force_figure(missing: MissingForce, rows: Sequence[str], alpha: float | None) -> go.Figure:
+    """Missing force on each row over time, with a band of two standard deviations."""
+    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    order = np.argsort(missing.t)
+    order = order[:: max(1, -(-len(order) // MOST_POINTS))]
+    t = missing.t[order]
+    for k, row in enumerate(rows):
+        force, band = missing.force[order, k], 2.0 * missing.sigma[order, k]
+        edge = np.concatenate([force + band, (force - band)[::-1]])
+        figure.add_trace(go.Scatter(
+            x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
+            fillcolor="rgba(209,89,42,0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
+        ), row=k + 1, col=1)  # fmt: skip
+        figure.add_trace(go.Scatter(
+            x=t.astype(np.float32), y=force.astype(np.float32), mode="lines", line={"color": BEFORE, "width": 1.4},
+            name="missing force", showlegend=k == 0, **in_torque(force, alpha),
+        ), row=k + 1, col=1)  # fmt: skip
+        figure.update_yaxes(title=f"{row} row [V]", row=k + 1, col=1)
+    figure.update_xaxes(title="time [s]", row=len(rows), col=1)
+    return styled(figure, 90 + 190 * len(rows))
+
+
+def in_torque(force: np.ndarray, alpha: float | None) -> dict:
+    """Hover text in V, and in N·m where the plant's volt is known."""
+    if alpha is None:
+        return {"hovertemplate": "%{x:.4g}: %{y:.3g} V<extra></extra>"}
+    return {"customdata": np.asarray(force * alpha, dtype=np.float32),
+            "hovertemplate": "%{x:.4g}: %{y:.3g} V = %{customdata:.3g} N·m<extra></extra>"}  # fmt: skip
+
+
+def guilty(diagnosis: Diagnosis) -> tuple[int, str]:
+    """Row and state of the chart: where the missing force is concentrated most."""
+    rows = diagnosis.study.module.ROWS
+    if not diagnosis.where:
+        return 0, STATE
+    return list(rows).index(diagnosis.where[0].row), diagnosis.where[0].state
+
+
+def state_figure(diagnosis: Diagnosis, alpha: float | None) -> go.Figure | None:
+    """Missing force against the guilty state: pieces, binned means, and what each candidate says it should be."""
+    missing = diagnosis.missing
+    row, state = guilty(diagnosis)
+    if missing is None or state not in missing.variables:
+        return None
+    x, force = missing.variables[state], missing.force[:, row]
+    thin = slice(None, None, max(1, -(-len(x) // MOST_POINTS)))
+    figure = go.Figure(go.Scatter(
+        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="each 1/10 of a segment",
+        marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], alpha),
+    ))  # fmt: skip
+    bins = bins_of(x)
+    means = binned(x, force, bins)
+    figure.add_trace(go.Scatter(
+        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE}, mode="markers",
+        marker={"color": BEFORE, "size": 8}, name="mean ± standard error", **in_torque(means[:, 1], alpha),
+    ))  # fmt: skip
+    for number, tried in enumerate(diagnosis.candidates[: len(SHADES)]):
+        _shape(figure, diagnosis, tried, (row, state), bins, SHADES[number])
+    spread = np.quantile(force, [0.005, 0.995])
+    figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [V]",
+                        range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
+    figure.update_xaxes(title=f"{pretty(state)} [{unit_of(state)}]")
+    return styled(figure, 440)
+
+
+def _shape(figure: go.Figure, diagnosis: Diagnosis, tried: Tried, place: tuple[int, str], bins, colour: str) -> None:
+    """Draw a candidate: its law alone where it is a force along this state, and all that it would change."""
+    assert diagnosis.missing is not None
+    row, state = place
+    x = diagnosis.missing.variables[state]
+    law = law_along(diagnosis.study, tried, row, state)
+    if law is not None:
+        grid = np.linspace(float(x.min()), float(x.max()), 401)
+        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}: its law alone",
+                                    line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
+    whole = expected_force(diagnosis, tried)
+    if whole is not None:
+        curve = binned(x, whole[:, row], bins)
+        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}: with its refit",
+                                    line={"color": colour, "width": 2.5}))  # fmt: skip
+
+
+def bins_of(x: np.ndarray) -> np.ndarray:
+    """Bin number of each value; bins hold equal counts."""
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(BINS, max(2, len(x) // 8)) + 1)))
+    return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
+
+
+def binned(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """Mean x, mean y and the mean's standard error of each bin (bins, 3)."""
+    rows = []
+    for b in np.unique(bins):
+        inside = bins == b
+        rows.append((x[inside].mean(), y[inside].mean(), y[inside].std() / np.sqrt(max(inside.sum(), 1))))
+    return np.array(rows)
+
+
+def law_along(study: Study, tried: Tried, row: int, state: str):
+    """The force of an effect on a row as a function of one state, or None where it is not one.
+
+    A resistance opposes its port: Q = −law · ∂port/∂q.
+    """
+    effect = derive.effects.find(tried.effect)
+    if not isinstance(effect.enters, Force | DryForce):
+        return None
+    plant = derive.plants.find(study.model.plant).build(study.model.assumptions)
+    angle = plant.port(effect.enters.port).coordinate
+    speed = derive_rate(angle, plant)
+    along = symbol("along")
+    law = _law(effect, symbol("angle"), along if str(speed) == state else symbol("speed"))
+    law = law.subs({effect.symbols[n]: v for n, v in tried.coefficients.items()})
+    share = angle.diff(plant.coordinates[row].q)
+    if law.free_symbols != {along} or not share.is_number or share == 0:
+        return None
+    return sp.lambdify(along, -law * share, NUMERIC)
+
+
+def derive_rate(angle: sp.Expr, plant) -> sp.Expr:
+    """Speed of a port."""
+    return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
+
+
+def _law(effect: Effect, angle: sp.Expr, speed: sp.Expr) -> sp.Expr:
+    if isinstance(effect.enters, DryForce):
+        return effect.enters.law(derive.functions.Sign(speed), speed, **effect.symbols)
+    return effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
+
+
+def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
+    """What the old model would be missing (n, rows) [V] if the candidate and its refit were the truth.
+
+    The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
+    None for sensors and delays, which are no forces, and where a constant is unknown.
+    """
+    study, missing = diagnosis.study, diagnosis.missing
+    if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay):
+        return None
+    table = missing.variables
+    states = np.column_stack([table[n] for n in study.module.STATES])
+    parameters = vector(study.module, tried.fit.of_log(0), study.training[0].log)
+    rates = np.array([study.module.acceleration(t, s, v, parameters)
+                      for t, s, v in zip(table["t"], states, table["v_in"], strict=True)])  # fmt: skip
+    found = _left_over(study, diagnosis.fit, table, rates)
+    return found if found is not None and np.isfinite(found).all() else None
+
+
+def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray) -> np.ndarray | None:
+    model = derive.compose(study.model.plant, study.model.assumptions, study.model.effects)
+    known = {**fitted.of_log(0), "origin": float(table["theta_w"][0]), **table}
+    known |= {f"dd{c.name}": rates[:, k] for k, c in enumerate(model.plant.coordinates)}
+    columns = []
+    for row, residual in enumerate(model.residual):
+        for surface in model.surfaces:
+            slip = sum(w * c.dq for w, c in zip(surface.slip, model.plant.coordinates, strict=True))
+            residual = residual + surface.slip[row] * surface.law.subs(surface.direction, derive.functions.Sign(slip))
+        names = sorted(residual.free_symbols, key=str)
+        if any(s.name not in known for s in names):
+            return None
+        values = sp.lambdify(names, residual, NUMERIC)(*(known[s.name] for s in names))
+        columns.append(np.broadcast_to(values, table["t"].shape))
+    return np.column_stack(columns)
+
+
+# ---- parameters
+
+
+def parameter_figure(explanation: Explanation) -> go.Figure | None:
+    """How far each base parameter moved with each step, in % of its first value."""
+    first = {n: explanation.first.fit.values[n] for n in explanation.study.base}
+    if not explanation.steps:
+        return None
+    figure = go.Figure()
+    for number, step in enumerate(explanation.steps):
+        moved = [100.0 * (step.parameters[n] / v - 1.0) if v and n in step.parameters else None for n, v in first.items()]
+        figure.add_trace(go.Bar(x=list(first), y=moved, name=f"+ {step.effect}", marker_color=SHADES[number % len(SHADES)],
+                                hovertemplate="%{x}: %{y:+.3g} %<extra></extra>"))  # fmt: skip
+    figure.update_yaxes(title="change from the first fit [%]")
+    figure.update_xaxes(title="parameter")
+    figure.update_layout(barmode="group", showlegend=True)
+    return styled(figure, 300)

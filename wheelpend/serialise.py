@@ -1,0 +1,43 @@
+"""Results as JSON: the records' own names, strict numbers, null for what is not one."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+RENAMED = {"low": "from", "high": "to"}
+
+
+def to_json(result: Any) -> dict:
+    """A result record as plain JSON data with schema 1; fields hidden from the record's text are left out."""
+    return {"schema": 1, **plain(result)}
+
+
+def dumps(data: dict) -> str:
+    """Strict JSON text."""
+    return json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """Reduce a value to dicts, lists, numbers, strings, booleans and null."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {RENAMED.get(f.name, f.name): plain(getattr(value, f.name)) for f in fields(value) if f.repr}
+    if hasattr(value, "_fields"):
+        return {RENAMED.get(n, n): plain(v) for n, v in zip(value._fields, value, strict=True)}
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(v) for v in value]
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str) else str(value)

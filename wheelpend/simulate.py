@@ -1,0 +1,127 @@
+"""Closed-loop measurement files, with hidden effects on request."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+import derive
+from wheelpend import kernels
+from wheelpend.commands import reference
+from wheelpend.failures import Failure
+from wheelpend.logs import Log
+from wheelpend.model import Model
+from wheelpend.study import known_values
+
+NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
+SAMPLE = 0.001  # s (paper, section 4)
+
+
+def simulate(
+    model: Model,
+    *,
+    command: str = "aggressive",
+    duration: float = 20.0,
+    hide: Mapping[str, float] | None = None,
+    seed: int = 0,
+    noise: bool = True,
+    sample: float = SAMPLE,
+) -> Log:
+    """Simulate the model's machine under its PID controller and measure it with its sensors.
+
+    The machine is that of [simulation] where the model has one, else the model as identified, its effects included;
+    ``hide`` adds effects as {"effect.parameter": value}. RK4 with steps of at most ``sample`` seconds, stick-slip and
+    delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
+    """
+    machine = machine_values(model, hide or {})
+    module = kernels.library(model.plant, model.assumptions)
+    unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
+    if unknown:
+        raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
+    if model.controller is None:
+        raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
+    if not (duration > 0 and np.isfinite(duration)):
+        raise Failure(f"The duration must be a positive time in s, not {duration}.")
+    t = np.arange(round(duration / sample) + 1) * sample
+    angle, rate = reference(command, t)
+    parameters = np.array([machine.get(n, 1.0 if n == "cogging.periods" else 0.0) for n in module.PARAMETERS])
+    scatter = noise_levels(model, module.OUTPUTS) * noise
+    counts = model.sensors.encoder_counts
+    quantum = np.array([2 * np.pi / counts if counts and noise and n == "theta_w" else 0.0 for n in module.OUTPUTS])
+    normal = np.random.default_rng(seed).normal(size=(len(t), module.NY)) * scatter
+    states, measured, voltage = module.closed_loop(
+        t, angle, rate, np.array(model.controller.gains, dtype=float), np.zeros(module.NX), parameters, normal, quantum, sample
+    )
+    if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
+        fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]
+        raise Failure(f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains.")
+    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)
+
+
+def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
+    """Parameter values of the machine to simulate."""
+    if model.simulation:
+        values = {**model.constants, **{k: float(v) for k, v in model.simulation.items()}}
+    else:
+        values = known_values(model)
+    plain = [p for p in base_names(model) if p not in values]
+    if plain:
+        raise Failure(f"{', '.join(plain)} must have a value to simulate: give it in [simulation] or [parameters], "
+                      "or identify the model first.")  # fmt: skip
+    absent = {c for e in {n.partition(".")[0] for n in hide} for c in _needed(model, e) if c not in values}
+    if absent:
+        raise Failure(f"{', '.join(sorted(absent))} must be in [constants] to simulate these effects.")
+    return {**values, **hide}
+
+
+def _needed(model: Model, effect: str) -> Sequence[str]:
+    from wheelpend.study import needed_constants
+
+    return needed_constants(model, effect)
+
+
+def base_names(model: Model) -> tuple[str, ...]:
+    """Names of the plant's own parameters under the model's assumptions."""
+    module = kernels.library(model.plant, model.assumptions)
+    return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
+
+
+def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
+    """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
+    own = model.simulation or {}
+    stated = {"theta_p": model.sensors.pitch_noise, "dtheta_p": model.sensors.rate_noise}
+    simulated = {"theta_p": own.get("pitch_noise"), "dtheta_p": own.get("rate_noise")}
+    levels = []
+    for name in outputs:
+        given = simulated.get(name) or (stated.get(name) if stated.get(name) != "auto" else None)
+        levels.append(float(given) if given else NOISE.get(name, 0.0))
+    return np.array(levels)
+
+
+def parse_hidden(texts: Sequence[str]) -> dict[str, float]:
+    """Read NAME=VALUE or NAME=param:value,param:value; raises Failure saying how it must look."""
+    hidden: dict[str, float] = {}
+    for text in texts:
+        name, equals, rest = text.partition("=")
+        try:
+            effect = derive.effects.find(name.strip())
+        except KeyError as error:
+            raise Failure(error.args[0]) from None
+        known = [p.name for p in effect.parameters]
+        how = f"--hide {name}={'VALUE' if len(known) == 1 else ','.join(f'{k}:VALUE' for k in known)}"
+        if not equals:
+            raise Failure(f"--hide takes a size, but '{text}' has none. Write {how}.")
+        for piece in rest.split(","):
+            parameter, colon, value = piece.rpartition(":")
+            parameter = parameter.strip() if colon else (known[0] if len(known) == 1 else "")
+            try:
+                number = float(value)
+            except ValueError:
+                number = float("nan")
+            if parameter not in known or not np.isfinite(number):
+                raise Failure(f"--hide {text} must give {', '.join(known)} as numbers. Write {how}.")
+            hidden[f"{effect.name}.{parameter}"] = number
+        if len(known) > 1 and "periods" in known and f"{effect.name}.periods" not in hidden:
+            raise Failure(f"--hide {text} must give periods. Write {how}.")
+    return hidden

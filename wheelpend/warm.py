@@ -1,0 +1,44 @@
+"""Compile ahead of time what the commands use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend import kernels
+from wheelpend.model import Model
+
+
+def compile_all(model: Model, progress: Callable[[str], None]) -> None:
+    """Compile the library's kernels and the model's own."""
+    for name, module in (
+        ("library", kernels.library(model.plant, model.assumptions)),
+        ("plain", kernels.lean(model.plant, model.assumptions, ())),
+        ("model", kernels.lean(model.plant, model.assumptions, model.effects)),
+    ):
+        progress(f"compiling the {name}'s kernels, once per machine")
+        exercise(module)
+
+
+def exercise(module: ModuleType) -> None:
+    """Call every public kernel once with the types that the tool uses."""
+    t, voltage = np.arange(6) * 1e-3, np.zeros(6)
+    parameters = np.ones(len(module.PARAMETERS))
+    states = np.zeros((6, module.NX))
+    zeros, columns = np.zeros((6, module.NY)), np.arange(1)
+    module.acceleration(0.0, states[0], 0.0, parameters)
+    module.simulate(t, voltage, states[0], parameters, 0.01)
+    module.closed_loop(t, voltage, voltage, np.zeros(3), states[0], parameters, zeros, np.zeros(module.NY), 0.01)
+    module.sensitivities(t, voltage, states[0], parameters, columns, 0.01)
+    module.regressor(0.0, states[0], np.zeros(module.NQ), 0.0, parameters)
+    module.regressor_parts(0.0, states[0], 0.0, parameters)
+    module.filter_regressor(t, states, voltage, parameters, 0.1, 0.13, True)
+    size = module.NX + 2
+    module.shoot(
+        t, voltage, zeros, np.ones(module.NY), np.array([[0, 6]]), states[:1], parameters, columns,
+        np.array([[0, 9]]), 0.01, np.zeros((1, size, size)), zeros.copy(),
+    )  # fmt: skip
+    count = len(module.LINEAR)
+    module.recursive_update(np.zeros(count), np.eye(count), np.ones(count), 1.0, 1.0)

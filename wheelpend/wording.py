@@ -1,0 +1,174 @@
+"""Results in words: what the commands print."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import derive
+from wheelpend.compare import Comparison
+from wheelpend.console import say, table
+from wheelpend.diagnose import Diagnosis, Tried
+from wheelpend.explain import Explanation, Step
+from wheelpend.identify import Identification
+from wheelpend.missing_force import Place
+from wheelpend.model import Model
+
+
+def number(value: float | None) -> str:
+    """Four significant digits."""
+    return "-" if value is None or not np.isfinite(value) else f"{value:.4g}"
+
+
+def with_sigma(value: float, sigma: float | None, unit: str) -> str:
+    """A value with its standard error and unit."""
+    spread = f" ± {sigma:.2g}" if sigma is not None and np.isfinite(sigma) else ""
+    return f"{value:.5g}{spread} {unit if unit != '1' else ''}".rstrip()
+
+
+def size(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float | None = None) -> str:
+    """Coefficients of an effect, in N·m too where alpha is known, and as a share of the drive voltage."""
+    parts = []
+    for name, value in coefficients.items():
+        text = f"{name} {with_sigma(value, sigma.get(name), unit[name])}"
+        alpha = model.constants.get("alpha")
+        if alpha and unit[name].startswith("V"):
+            text += f" = {value * alpha:.4g} {unit[name].replace('V', 'N·m', 1)}"
+        if drive and unit[name] == "V":
+            text += f", {100 * abs(value) / drive:.1f} % of the rms drive voltage"
+        parts.append(text)
+    return "; ".join(parts)
+
+
+def drive_voltage(study) -> float:
+    """Root mean square of the voltage of the training logs [V]."""
+    return float(np.sqrt(np.nanmean(np.concatenate([p.log.voltage for p in study.training]) ** 2)))
+
+
+def place_sentence(place: Place, units: dict[str, str]) -> str:
+    """Where a row's missing force is concentrated, in words."""
+    unit = units.get(place.state, "")
+    return (f"{place.row} row: {100 * place.share:.0f} % of the missing force is found where {place.state} lies "
+            f"between {place.low:.3g} and {place.high:.3g} {unit}".rstrip() + ".")  # fmt: skip
+
+
+UNITS = {"theta_w": "rad", "theta_p": "rad", "dtheta_w": "rad/s", "dtheta_p": "rad/s", "dtheta_w - dtheta_p": "rad/s",
+         "v_in": "V", "t": "s"}  # fmt: skip
+
+
+def show_identification(result: Identification) -> None:
+    """Print identified parameters."""
+    rows = [
+        (n, with_sigma(r["value"], r["sigma"], result.unit.get(n, "")), "" if r["identifiable"] else "not excited")
+        for n, r in result.parameters.items()
+    ]
+    table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
+    say(f"{result.samples} samples; condition number {result.condition_number:.3g}"
+        + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "") + ".")  # fmt: skip
+
+
+def show_comparison(result: Comparison, model: Model) -> None:
+    """Print a comparison."""
+    if result.fitted_first:
+        say("The model has no parameter values yet: it was fitted to the log first.")
+    say(f"Error {result.error:.4g} over {result.horizon_s:g} s (noise floor {result.noise_floor:.4g}): "
+        f"{'the model explains the log down to its noise.' if result.error < 1.05 * result.noise_floor else 'the model misses something.'}")  # fmt: skip
+    table(f"Fit per channel over {result.horizon_s:g} s", ("channel", "fit [%]", "rmse"),
+          [(c, f"{f:.2f}", number(result.rmse[c])) for c, f in result.fit_percent.items()])  # fmt: skip
+    table("Error against horizon", ("seconds", "error"),
+          [(f"{h.seconds:.4g}", "diverged" if h.diverged else number(h.error)) for h in result.horizons])  # fmt: skip
+    if result.closed_loop:
+        loop = result.closed_loop
+        say("Closed loop replayed with the model: " + ("it falls over." if loop.diverged else
+            ", ".join(f"{c} off by {number(v)} rms" for c, v in loop.rmse.items())
+            + f", control input off by {number(loop.rmse_input)} V rms."))  # fmt: skip
+    show_places(result.where, model, result)
+
+
+def show_places(places: tuple[Place, ...], model: Model, result) -> None:
+    """Print where the model fails."""
+    if not places:
+        return
+    say("Where it fails:")
+    for place in places:
+        say(f"  {place_sentence(place, UNITS)}")
+    missing = result.missing
+    if missing is not None:
+        alpha = model.constants.get("alpha")
+        for row, name in enumerate(("wheel", "body")[: missing.force.shape[1]]):
+            rms = float(np.sqrt(np.mean(missing.force[:, row] ** 2)))
+            torque = f" = {rms * alpha:.3g} N·m" if alpha else ""
+            say(f"  Missing force on the {name} row: {rms:.3g} V{torque} rms, known to "
+                f"± {float(np.mean(missing.sigma[:, row])):.2g} V.")  # fmt: skip
+
+
+def show_diagnosis(result: Diagnosis, model: Model) -> None:
+    """Print a diagnosis."""
+    say(headline(result, model))
+    if result.candidates:
+        rows = [
+            (t.effect, size(t.coefficients, t.sigma, t.unit, model), f"{t.p_value:.1e}", t.blocks_agree,
+             number(t.error_after), ", ".join(t.equivalent_to) or "-", "yes" if t.physical else "impossible")
+            for t in result.candidates
+        ]  # fmt: skip
+        table(f"Candidates (held-out error now {result.error:.4g})",
+              ("effect", "size", "p", "blocks", "error after", "equivalent to", "physical"), rows)  # fmt: skip
+    if result.experiment:
+        say(result.experiment)
+    show_places(result.where, model, result)
+    if result.detectable:
+        table("It would have shown", ("effect", "from a size of"), [
+            (n, ", ".join(f"{p} {v:.2g}" for p, v in sizes.items())) for n, sizes in result.detectable.items()
+        ])  # fmt: skip
+    for name, why in result.not_judged.items():
+        say(f"{name} was not judged: it {why}.")
+
+
+def headline(result: Diagnosis, model: Model) -> str:
+    """The verdict in a sentence or two."""
+    if result.verdict == "nothing_missing":
+        return (f"Nothing is missing: error {result.error:.4g}, noise floor {result.noise_floor:.4g}, and no effect of the "
+                "library is worth naming.")  # fmt: skip
+    if result.verdict == "unexplained":
+        return (f"Something is missing (error {result.error:.4g}, noise floor {result.noise_floor:.4g}), and no effect of the "
+                "library accounts for it.")  # fmt: skip
+    return first_sentence(result.candidates[0], result, model)
+
+
+def first_sentence(best: Tried, result: Diagnosis, model: Model) -> str:
+    """What the first candidate is and what it means for the machine."""
+    effect = derive.effects.find(best.effect)
+    rest = ("" if best.error_after <= 1.1 * result.noise_floor else
+            " More is missing after that: add it and diagnose again.")  # fmt: skip
+    certain = "is missing" if result.verdict == "effect_missing" else f"or {', '.join(best.equivalent_to)} is missing"
+    amount = size(best.coefficients, best.sigma, best.unit, model, drive_voltage(result.study))
+    return (f"{best.effect} {certain}: {effect.sentence} {amount[:1].upper()}{amount[1:]}. {effect.means} "
+            f"With it the held-out error falls from {result.error:.4g} to {best.error_after:.4g} "
+            f"(noise floor {result.noise_floor:.4g}).{rest}")  # fmt: skip
+
+
+def show_ladder(nominal: float | None, base: float, steps: tuple[Step, ...], floor: float) -> None:
+    """Print the error ladder as bars."""
+    rungs = ([("nominal parameters", nominal)] if nominal is not None else []) + [("after refitting", base)]
+    rungs += [(f"+ {s.effect}", s.error_after) for s in steps]
+    top = max(np.log10(max(e / floor, 1.0)) for _, e in rungs) or 1.0
+    say(f"{'held-out error':>24}   (noise floor {floor:.4g})")
+    for name, error in rungs:
+        length = round(44 * np.log10(max(error / floor, 1.0)) / top)
+        say(f"{name:>24} {error:9.4g} {'█' * length}{'▏' if length == 0 else ''}")
+
+
+def show_explanation(result: Explanation) -> None:
+    """Print an explanation."""
+    show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
+    for step in result.steps:
+        effect = derive.effects.find(step.effect)
+        amount = size(step.coefficients, step.sigma, step.unit, result.model, drive_voltage(result.study))
+        say(f"{step.effect}: {effect.sentence} {amount[:1].upper()}{amount[1:]}. {effect.means}")
+        if step.equivalent_to:
+            say(f"  These data cannot tell it from {', '.join(step.equivalent_to)}. {result.experiment or ''}")
+    closing = {
+        "nothing_missing": "Nothing more is missing.",
+        "ambiguous": "Nothing more is missing, but a step was ambiguous.",
+        "unexplained": "Something is still missing that no effect of the library accounts for.",
+    }
+    say(closing[result.verdict])
