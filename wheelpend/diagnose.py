@@ -41,6 +41,7 @@ PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in nois
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
+FEWEST = 15  # segments over parameters below which significance is taken from shorter segments
 BLOCKS = 5
 
 Progress = Callable[[str], None]
@@ -143,7 +144,8 @@ def refit_best(study, base, short, start, before, screens, residuals, progress: 
         name, begun = pair
         progress(f"judging {name} on held-out data")
         fitted = fit_model(study, begun.values, _free_with(base, name), horizons=(1.0,), start_per_log=begun.per_log)
-        return judge(study, by_name[0][name], fitted, before, residuals, tests)
+        evidence = evidence_fit(study, fitted, begun)
+        return judge(study, by_name[0][name], fitted, evidence, before, residuals, tests)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
@@ -151,6 +153,16 @@ def refit_best(study, base, short, start, before, screens, residuals, progress: 
         hopeful = [p for n, p in enumerate(begun) if n < 2 or p[1].cost < HOPEFUL * cheapest][:REFITTED]
         tried = list(pool.map(finish, hopeful))
     return sorted(tried, key=lambda t: t.error_after)
+
+
+def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
+    """The fit whose segments are counted for significance: the full one, or on a short log one with more segments."""
+    segments = sum(len(p.bounds) for p in study.training)
+    if segments - len(fitted.free) >= FEWEST:
+        return fitted
+    share = max(SHORT, segments / (len(fitted.free) + 2.0 * FEWEST))
+    free = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    return fit_model(study, begun.values, free, horizons=(share,), start_per_log=begun.per_log)
 
 
 def _free_with(base: Fit, effect: str) -> list[str]:
@@ -170,7 +182,8 @@ def refit(study: Study, short: Fit, start: dict[str, float], candidates: Sequenc
     for parameter in effect.parameters:
         beginnings += [{f"{effect.name}.{parameter.name}": size} for size in parameter.grid]
     fits = [_refit_from(study, short, b, free, SHORT, short.values, short.per_log) for b in beginnings]
-    fits.append(_refit_from(study, short, beginnings[0], free, SHORT, {**short.values, **start}, short.per_log))
+    for origin in (start, *study.origins):
+        fits.append(_refit_from(study, short, beginnings[0], free, SHORT, {**short.values, **origin}, short.per_log))
     best = min(fits, key=lambda f: f.cost)
     return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
 
@@ -188,7 +201,9 @@ def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
     return {n: float(np.clip(v, *ranges[n])) for n, v in start.items()}
 
 
-def judge(study: Study, candidate: Candidate, fitted: Fit, before: float, old: list[np.ndarray], tests: int) -> Tried:
+def judge(
+    study: Study, candidate: Candidate, fitted: Fit, evidence: Fit, before: float, old: list[np.ndarray], tests: int
+) -> Tried:
     """Evidence for one effect: significance, agreement of blocks, fall of the held-out error."""
     effect = candidate.effect
     after, residuals = held_residuals(study, fitted)
@@ -196,7 +211,7 @@ def judge(study: Study, candidate: Candidate, fitted: Fit, before: float, old: l
     coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sigma = {p.name: honest_sigma(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sized = [n for n in names if n.split("@")[0] in sizes(effect)]
-    p_value = min(1.0, wald(fitted, sized) * tests)
+    p_value = min(1.0, wald(evidence, sized) * tests)
     return Tried(
         effect.name, effect.family, coefficients, sigma, {p.name: p.unit for p in effect.parameters},
         p_value, agreement(old, residuals), after, (), possible(effect, coefficients, sigma), fitted,

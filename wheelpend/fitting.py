@@ -73,6 +73,23 @@ def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.
     return vectors @ (inverse * (vectors.T @ (score / scale))) / scale
 
 
+def bounded_step(
+    information: np.ndarray, score: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray
+) -> np.ndarray:
+    """Damped Gauss-Newton step within bounds on the step: what would leave them stops there, the rest is solved again."""
+    step = np.zeros(len(score))
+    free = np.ones(len(score), dtype=bool)
+    for _ in range(len(score) + 1):
+        rest = score - information[:, ~free] @ step[~free]
+        step[free] = solve_scaled(information[np.ix_(free, free)], rest[free], damping) if free.any() else 0.0
+        outside = free & ((step < lowest) | (step > highest))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step[outside], lowest[outside], highest[outside])
+        free &= ~outside
+    return step
+
+
 def fit(
     module: ModuleType,
     parts: Sequence[Part],
@@ -117,9 +134,8 @@ def fit(
         reduced = reduce(shots, module.NX, plan, damping)
         if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
             break  # the start cannot be simulated: nothing to go by
-        step = solve_scaled(reduced.information, reduced.score, damping)
-        trial_theta = np.clip(theta + step, bounds[0], bounds[1])
-        step = trial_theta - theta
+        step = bounded_step(reduced.information, reduced.score, damping, bounds[0] - theta, bounds[1] - theta)
+        trial_theta = theta + step
         trial_states = [
             x + own - np.einsum("skx,k->sx", answers, step[places])
             for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)

@@ -5,6 +5,7 @@ Colours mean the same everywhere: dark grey is measured, red the model before, b
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -45,6 +46,11 @@ def pretty(text: str) -> str:
     return text
 
 
+def quantity(name: str) -> str:
+    """A state, the input or time, as an axis names it."""
+    return {"v_in": "commanded voltage", "t": "time"}.get(name, pretty(name))
+
+
 def styled(figure: go.Figure, height: int) -> go.Figure:
     """Give a figure the page's type and colours."""
     figure.update_layout(
@@ -83,8 +89,10 @@ def ladder_figure(explanation: Explanation) -> go.Figure:
     figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=1 if wide and high > 50 * low else None,
                         title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
     figure.update_yaxes(autorange="reversed")
-    figure.add_vline(x=explanation.noise_floor, line={"color": FLOOR, "dash": "dash", "width": 2},
-                     annotation_text="noise floor", annotation_position="top", annotation_font_color=FLOOR)  # fmt: skip
+    floor = explanation.noise_floor
+    figure.add_vline(x=floor, line={"color": FLOOR, "dash": "dash", "width": 2})
+    figure.add_annotation(x=np.log10(floor) if wide else floor, y=1.0, yref="paper", yanchor="bottom", showarrow=False,
+                          text=f"noise floor {floor:.3g}", font={"color": FLOOR})  # fmt: skip
     return styled(figure, 110 + 46 * len(rungs))
 
 
@@ -124,7 +132,8 @@ def prediction_figure(comparison: Comparison, changed: bool) -> go.Figure:
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
                            row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
     chosen = shown_samples(part)
-    models = [("before", BEFORE, comparison.before)] + ([("after", AFTER, comparison.after)] if changed else [])
+    before = [("before", BEFORE, comparison.before)] if changed else []
+    models = [*before, ("after" if changed else "predicted", AFTER, comparison.after)]
     for c, channel in enumerate(channels):
         _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
         figure.update_yaxes(title=f"{pretty(channel)} [{unit_of(channel)}]", row=2 * c + 1, col=1)
@@ -212,21 +221,21 @@ def state_figure(diagnosis: Diagnosis, alpha: float | None) -> go.Figure | None:
     x, force = missing.variables[state], missing.force[:, row]
     thin = slice(None, None, max(1, -(-len(x) // MOST_POINTS)))
     figure = go.Figure(go.Scatter(
-        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="each 1/10 of a segment",
+        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
         marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], alpha),
     ))  # fmt: skip
     bins = bins_of(x)
     means = binned(x, force, bins)
     figure.add_trace(go.Scatter(
         x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE}, mode="markers",
-        marker={"color": BEFORE, "size": 8}, name="mean ± standard error", **in_torque(means[:, 1], alpha),
+        marker={"color": BEFORE, "size": 8}, name="mean ± std. error", **in_torque(means[:, 1], alpha),
     ))  # fmt: skip
     for number, tried in enumerate(diagnosis.candidates[: len(SHADES)]):
         _shape(figure, diagnosis, tried, (row, state), bins, SHADES[number])
     spread = np.quantile(force, [0.005, 0.995])
     figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [V]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
-    figure.update_xaxes(title=f"{pretty(state)} [{unit_of(state)}]")
+    figure.update_xaxes(title=f"{quantity(state)} [{unit_of(state)}]")
     return styled(figure, 440)
 
 
@@ -238,12 +247,12 @@ def _shape(figure: go.Figure, diagnosis: Diagnosis, tried: Tried, place: tuple[i
     law = law_along(diagnosis.study, tried, row, state)
     if law is not None:
         grid = np.linspace(float(x.min()), float(x.max()), 401)
-        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}: its law alone",
+        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}, law alone",
                                     line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
     whole = expected_force(diagnosis, tried)
     if whole is not None:
         curve = binned(x, whole[:, row], bins)
-        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}: with its refit",
+        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}, refitted",
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
 
@@ -274,7 +283,9 @@ def law_along(study: Study, tried: Tried, row: int, state: str):
     angle = plant.port(effect.enters.port).coordinate
     speed = derive_rate(angle, plant)
     along = symbol("along")
-    law = _law(effect, symbol("angle"), along if str(speed) == state else symbol("speed"))
+    known = {s.name: s for c in plant.coordinates for s in (c.q, c.dq)}
+    is_speed = sp.sympify(state, locals=known) == speed
+    law = _law(effect, symbol("angle"), along if is_speed else symbol("speed"))
     law = law.subs({effect.symbols[n]: v for n, v in tried.coefficients.items()})
     share = angle.diff(plant.coordinates[row].q)
     if law.free_symbols != {along} or not share.is_number or share == 0:
@@ -337,9 +348,9 @@ def parameter_figure(explanation: Explanation) -> go.Figure | None:
     if not explanation.steps:
         return None
     figure = go.Figure()
-    for number, step in enumerate(explanation.steps):
-        moved = [100.0 * (step.parameters[n] / v - 1.0) if v and n in step.parameters else None for n, v in first.items()]
-        figure.add_trace(go.Bar(x=list(first), y=moved, name=f"+ {step.effect}", marker_color=SHADES[number % len(SHADES)],
+    for step, colour in zip(explanation.steps, itertools.cycle(SHADES)):
+        moved = [100.0 * (step.parameters.get(n, v) / v - 1.0) if v else None for n, v in first.items()]
+        figure.add_trace(go.Bar(x=list(first), y=moved, name=f"+ {step.effect}", marker_color=colour,
                                 hovertemplate="%{x}: %{y:+.3g} %<extra></extra>"))  # fmt: skip
     figure.update_yaxes(title="change from the first fit [%]")
     figure.update_xaxes(title="parameter")

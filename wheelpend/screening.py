@@ -68,11 +68,13 @@ def screen(
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
     """Take out of every column what the base columns explain."""
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0)) + 1e-300
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.where(scale > 0.0, scale, np.inf)  # a column without any influence stays without
     scaled, right = information / np.outer(scale, scale), score / scale
     solved = np.linalg.lstsq(scaled[np.ix_(base, base)], np.column_stack([scaled[base], right[base]]), rcond=1e-11)[0]
     rest = scaled - scaled[:, base] @ solved[:, :-1]
-    return rest * np.outer(scale, scale), (right - scaled[:, base] @ solved[:, -1]) * scale
+    back = np.where(np.isfinite(scale), scale, 0.0)
+    return rest * np.outer(back, back), (right - scaled[:, base] @ solved[:, -1]) * back
 
 
 def _places(labels: Sequence[str], names: Sequence[str]) -> list[int]:
@@ -117,14 +119,13 @@ def ripple_shape(study: Study, fitted: Fit, seed: int = 0) -> tuple[float, int]:
     """
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
     log, segment = study.training[0].log, study.training[0].bounds
-    states = regression.measured_states(log, study.relative)
-    voltage = np.nan_to_num(log.voltage)
+    states, voltage = regression.measured_states(log, study.relative), regression.fill_gaps(log.t, log.voltage)
     tau = max(0.01, 4 * log.dt)
     sides, regressors = plain.filter_regressor(
         log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True
     )
-    x = np.array([fitted.values[n] for n in plain.LINEAR])
-    missing = (sides - regressors @ x).mean(axis=1)[segment[0, 0] : segment[-1, 1]]
+    rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
+    missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     angle = (states[:, 0] - states[:, 1])[segment[0, 0] : segment[-1, 1]]
     thin = max(1, len(missing) // 4000)
     missing, angle = missing[::thin], angle[::thin]

@@ -13,6 +13,7 @@ import numpy as np
 from wheelpend.logs import Log
 
 ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
+COLOURED = 0.008  # s, time over which the motion is taken to be smooth when a filter is looked for
 WINDOW = 50  # samples over which a variance is taken
 
 
@@ -28,13 +29,17 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
     """Noise of every channel, given values first, the rest estimated from the log.
 
     A quantised channel has σ = step/√12 unless noise is added to it. The floor accounts for a quantised channel that
-    stands still: its rounding error is then constant and smaller than σ says.
+    stands still: its rounding error is then constant and smaller than σ says. A channel that was low-pass filtered
+    before it was logged hardly scatters from sample to sample though its error may be large; for an angle and its rate
+    the error is then taken from how far the two contradict each other.
     """
     sigma, quantum, squares = [], [], []
     for index, channel in enumerate(log.channels):
         signal = log.measured[:, index]
         step = quanta.get(channel) or find_quantum(signal)
         scatter = difference_noise(signal)
+        if not step and not given.get(channel) and is_filtered(signal, log.dt):
+            scatter = max(scatter, inconsistency(log, channel))
         known = given.get(channel)
         rounding = step / np.sqrt(12.0)
         fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
@@ -57,6 +62,47 @@ def find_quantum(signal: np.ndarray) -> float:
     counts = (values - values[0]) / step
     off_grid = np.abs(counts - np.round(counts))
     return step if np.mean(off_grid < 0.1) > 0.95 and np.round(counts[-1]) < 1e6 else 0.0
+
+
+def is_filtered(signal: np.ndarray, dt: float) -> bool:
+    """Whether the scatter grows with the distance of the samples, as a low-pass filter makes it; white noise does not.
+
+    Asked only of logs fast enough that the motion itself does not grow over four samples.
+    """
+    if 4 * dt > COLOURED or len(signal) < 1000:
+        return False
+    near = difference_noise(signal)
+    far = float(np.median([difference_noise(signal[k::4]) for k in range(4)]))
+    return far > 1.5 * near
+
+
+def inconsistency(log: Log, channel: str) -> float:
+    """How far an angle and its measured rate contradict each other within half a second [unit of the channel].
+
+    0 where the channel has no such partner. The angle less the integrated rate should be constant; offset and drift are
+    taken out of every window.
+    """
+    rate = channel if channel.startswith("d") else f"d{channel}"
+    angle = rate[1:]
+    if angle not in log.channels or rate not in log.channels:
+        return 0.0
+    angles, rates = (log.measured[:, log.channels.index(c)] for c in (angle, rate))
+    good = np.isfinite(angles) & np.isfinite(rates)
+    t, angles, rates = log.t[good], angles[good], rates[good]
+    step = np.diff(t)
+    difference = angles - np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * step)])
+    length = max(8, round(0.5 / log.dt))
+    squares = []
+    for first in range(0, len(t) - length + 1, length):
+        piece = slice(first, first + length)
+        x = t[piece] - t[first]
+        rest = difference[piece] - np.polyval(np.polyfit(x, difference[piece], 1), x)
+        if channel == rate:
+            width = max(1, round(0.01 / log.dt))
+            smooth = np.convolve(rest, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+            rest = np.gradient(smooth, log.dt)
+        squares.append(np.mean(rest**2))
+    return float(np.sqrt(np.mean(squares))) if squares else 0.0
 
 
 def difference_noise(signal: np.ndarray) -> float:

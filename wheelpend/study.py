@@ -44,6 +44,7 @@ class Study:
     horizon: float  # s
     max_step: float  # s
     warnings: tuple[str, ...]
+    origins: tuple[dict[str, float], ...] = ()  # starts as they were before any fit, best first
 
     @property
     def relative(self) -> bool:
@@ -206,7 +207,8 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     if best is None:
         raise Failure(f"{study.training[0].log.name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
-    return replace(study, max_step=stable_step(study.module, best, study.training[0].log)), best
+    step = stable_step(study.module, best, study.training[0].log)
+    return replace(study, max_step=step, origins=tuple(ranked[:2])), best
 
 
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
@@ -216,8 +218,10 @@ def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
 
 
 def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Bounds that a simulation needs: a delay cannot be early, a number of periods not negative."""
-    limits = {}
+    """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
+    constants, without which a corrupted fit leaves everything that can be simulated.
+    """
+    limits = {name: (0.0, np.inf) for name in names if "." not in name}
     for name in names:
         effect, _, parameter = name.partition(".")
         if parameter in ("delay", "periods"):
@@ -256,7 +260,7 @@ def fit_model(
         result = fit(
             study.module, parts, values, free,
             per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
-            max_step=study.max_step, rounds=15,
+            max_step=study.max_step, rounds=25 if share == 1.0 else 15,
         )  # fmt: skip
         values, own = result.values, result.per_log
     assert result is not None

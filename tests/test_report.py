@@ -1,0 +1,190 @@
+"""The report tells what was missing, fetches nothing, and takes no text from a log for markup."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wheelpend import kernels
+from wheelpend.diagnose import Diagnosis, Tried
+from wheelpend.explain import Explanation, Step, parameter_table
+from wheelpend.failures import Failure
+from wheelpend.logs import Log
+from wheelpend.missing_force import Place, find_missing_force
+from wheelpend.model import Model
+from wheelpend.report import number, probability, terms, uncertain, write_report
+from wheelpend.report_figures import binned, bins_of, comparisons, expected_force, law_along, shown_samples
+from wheelpend.shooting import Fit
+from wheelpend.study import Study, fit_model, free_names, held_residuals, prepare
+
+ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
+DEGREE = np.pi / 180
+TORQUE = "coulomb_drive.torque"
+HOSTILE = "<script>alert('log')</script>.csv"
+
+
+def robot(torque: float) -> Log:
+    """Noisy closed-loop log of 6 s with dry friction in the drive, under a hostile name."""
+    module = kernels.library("wheel_pendulum", {})
+    t = np.arange(3_001) * 2e-3
+    reference = DEGREE * (3 * np.sin(7 * t) + 6 * (np.cos(4 * t) - np.sin(t)) + 10 * np.cos(3 * t) * np.sin(5 * t) ** 2)
+    values = ROBOT | {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "cogging.periods": 1.0}
+    values[TORQUE] = torque
+    parameters = np.array([values.get(name, 0.0) for name in module.PARAMETERS])
+    noise = np.random.default_rng(3).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
+    _, measured, voltage = module.closed_loop(
+        t, reference, np.gradient(reference, t), np.array([-168.0, -800.0, -8.8]), np.zeros(4), parameters, noise,
+        np.array([2 * np.pi / 60000, 0, 0]), 0.002,
+    )  # fmt: skip
+    return Log(HOSTILE, t, voltage, measured, ("theta_w", "theta_p", "dtheta_p"))
+
+
+@pytest.fixture(scope="module")
+def explanation() -> Explanation:
+    """A ladder of one step, its two models fitted from the truth and nothing screened."""
+    study = prepare(Model.default(), [robot(0.3)])
+    old, new = (fit_from_the_truth(study, effects) for effects in ([], ["coulomb_drive"]))
+    errors = [held_residuals(study, fitted)[0] for fitted in (old, new)]
+    torque, sigma, unit = {"torque": new.values[TORQUE]}, {"torque": new.sigma(TORQUE)}, {"torque": "V"}
+    tried = Tried("coulomb_drive", "drive", torque, sigma, unit, 0.0, "5/5", errors[1], (), True, new)
+    missing = find_missing_force(study, old)
+    where = (Place("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
+    first = Diagnosis("effect_missing", 0.5, errors[0], study.floor, {}, (tried,), None, {}, where, (), {}, (), old,
+                      study, missing)  # fmt: skip
+    last = replace(first, verdict="nothing_missing", candidates=(), detectable={"slope": {"angle": 0.01}}, fit=new)
+    step = Step("coulomb_drive", torque, sigma, unit, 0.0, (), *errors, {n: new.values[n] for n in study.base})
+    model = study.model.with_effects(["coulomb_drive"])
+    changed = replace(study, model=model)
+    return Explanation("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], study.floor, 0.5,
+                       parameter_table(changed, new), None, (), model, first, last, new, changed)  # fmt: skip
+
+
+def fit_from_the_truth(study: Study, effects: list[str]) -> Fit:
+    start = {**study.model.constants, **ROBOT, TORQUE: 0.3 if effects else 0.0}
+    return fit_model(study, start, free_names(study, effects), horizons=(1.0,))
+
+
+@pytest.fixture(scope="module")
+def page(explanation: Explanation, tmp_path_factory) -> str:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    return write_report(explanation, path, command="wheelpend report <log>").read_text(encoding="utf-8")
+
+
+def without_scripts(page: str) -> str:
+    return re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
+
+
+def test_the_page_names_the_missing_effect_and_its_size(page: str):
+    assert "The model was missing coulomb_drive" in page
+    assert re.search(r"\(coulomb_drive\): torque 0\.(30|29)\d* ± 0\.\d+ V \(4\d\.\d N·m, .* % of the rms", page)
+
+
+def test_nothing_is_fetched_from_a_network(page: str):
+    own = without_scripts(page)
+    assert not re.search(r"""(src|href)\s*=|url\(|@import|https?://""", own)
+    assert "default-src 'none'" in own
+    assert page.count("plotly.js v") == 1
+
+
+def test_a_hostile_log_name_stays_text(page: str):
+    assert HOSTILE not in page
+    assert "&lt;script&gt;alert(" in page
+    assert "wheelpend report &lt;log&gt;" in page
+
+
+def test_the_new_term_is_marked_with_opposite_signs_on_both_rows(page: str):
+    marked = re.findall(r"<mark>(.*?)</mark>", page)
+    assert [m[0] for m in marked if "coulomb_drive.torque" in m] == ["+", "−"]
+
+
+def test_every_section_is_readable_without_scripts(page: str):
+    headings = re.findall(r"<h2>(.*?)</h2>", without_scripts(page))
+    assert headings[:4] == [
+        "The error, step by step",
+        "Measured against predicted",
+        "Where the model failed",
+        "Candidates",
+    ]
+    assert headings[4:] == ["How the parameters moved", "The equations before and after", "Provenance"]
+
+
+def test_the_page_is_small_beside_plotly(page: str):
+    assert len(page) < 6_500_000
+
+
+def test_the_held_out_residuals_are_those_of_the_ladder(explanation: Explanation):
+    (shown,) = comparisons(explanation)
+    before, after = (np.sqrt(np.nanmean(r**2)) for r in (shown.before, shown.after))
+    assert before == pytest.approx(explanation.base_error, rel=0.05)
+    assert after == pytest.approx(explanation.error, rel=0.05)
+
+
+def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(explanation: Explanation):
+    tried, slip = explanation.first.candidates[0], np.array([-1.0, 0.0, 1.0])
+    laws = [law_along(explanation.study, tried, row, "dtheta_w - dtheta_p")(slip) for row in (0, 1)]
+    torque = tried.coefficients["torque"]
+    assert laws[0] == pytest.approx([torque, 0.0, -torque])
+    assert laws[1] == pytest.approx([-torque, 0.0, torque])
+    assert law_along(explanation.study, tried, 0, "theta_p") is None
+
+
+def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation: Explanation):
+    first, row = explanation.first, 0
+    slip, expected = first.missing.variables["dtheta_w - dtheta_p"], expected_force(first, first.candidates[0])
+    means = [binned(slip, force[:, row], bins_of(slip))[:, 1] for force in (expected, first.missing.force)]
+    assert np.corrcoef(*means)[0, 1] > 0.8
+
+
+def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Explanation):
+    part = explanation.study.training[0]
+    chosen = shown_samples(part)
+    assert len(chosen) <= 3000
+    assert (chosen == -1).sum() == len(part.bounds)
+
+
+def test_a_model_that_misses_nothing_has_a_page(explanation: Explanation, tmp_path: Path):
+    quiet = replace(explanation.first, verdict="nothing_missing", candidates=(), where=(), missing=None,
+                    detectable={"slope": {"angle": 0.01}})  # fmt: skip
+    bare = replace(explanation, verdict="nothing_missing", steps=(), effects=(), nominal_error=None, first=quiet,
+                   last=quiet, fit=quiet.fit, study=quiet.study)  # fmt: skip
+    page = write_report(bare, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Nothing is missing in this model" in page
+    assert "Where the model failed" not in page
+    assert "angle 0.01 rad" in page
+
+
+def test_without_alpha_no_torque_is_shown(explanation: Explanation, tmp_path: Path):
+    model = replace(explanation.model, constants={})
+    page = write_report(replace(explanation, model=model), tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "N·m" not in without_scripts(page)
+
+
+def test_an_ambiguous_finding_says_what_would_decide_it(explanation: Explanation, tmp_path: Path):
+    step = replace(explanation.steps[0], equivalent_to=("rolling_resistance",))
+    unsure = replace(explanation, verdict="ambiguous", steps=(step,), experiment="Lift the wheels & repeat.")
+    page = write_report(unsure, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "These data cannot tell coulomb_drive from rolling_resistance." in page
+    assert "Lift the wheels &amp; repeat." in page
+
+
+def test_a_folder_that_is_not_there_is_named(explanation: Explanation, tmp_path: Path):
+    with pytest.raises(Failure, match="cannot be written"):
+        write_report(explanation, tmp_path / "absent" / "report.html")
+
+
+def test_a_sensor_effect_and_a_delay_show_in_the_equations():
+    import derive
+
+    found = terms(derive.compose("wheel_pendulum", {}, ["imu_bias", "actuator_delay"]))
+    assert "+ imu_bias.bias" in found["sensor theta_p ="]
+    assert "actuator_delay.delay" in found["command:"][0]
+
+
+def test_numbers_are_written_for_people():
+    assert (number(-0.000012345), number(None), number(float("inf"))) == ("−1.234×10⁻⁵", "–", "–")
+    assert uncertain(0.30012, 0.00043) == "0.30012 ± 0.00043"
+    assert (probability(0.0), probability(3e-5), probability(None)) == ("< 10⁻¹²", "3×10⁻⁵", "–")

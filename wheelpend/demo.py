@@ -1,0 +1,57 @@
+"""The whole story on the shipped log: compare, see where it fails, diagnose, add, watch the error fall, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from wheelpend import wording, workspace
+from wheelpend.compare import compare
+from wheelpend.console import err, progress, say
+from wheelpend.explain import explain
+from wheelpend.failures import Failure
+from wheelpend.model import Model
+from wheelpend.report import write_report
+from wheelpend.version import version
+from wheelpend.warm import compile_all
+
+HERE = Path(__file__).resolve().parent
+LOG, HOLDOUT = "demo.csv", "demo_holdout.csv"
+
+
+def data_folder() -> Path:
+    """Where the shipped logs are: in the package, or beside it in a clone."""
+    for folder in (HERE / "data", HERE.parent / "data"):
+        if (folder / LOG).exists():
+            return folder
+    raise Failure(f"The shipped logs must lie in {HERE / 'data'}, but they are missing. Install wheelpend again.")
+
+
+def run(folder: Path) -> None:
+    """Tell the story in a workspace of its own, and leave the report in it."""
+    data = data_folder()
+    model = Model.open(folder) if (folder / "model.toml").exists() else workspace.create(folder)
+    if model.effects:
+        raise Failure(f"{folder} must hold a model without effects for the demo, but it has {', '.join(model.effects)}. "
+                      "Choose another folder with --out.")  # fmt: skip
+    log, holdout = data / LOG, data / HOLDOUT
+    err.print("Compiling the kernels the first time takes about a minute; after that they are kept.")
+    with progress("compiling") as update:
+        compile_all(model, update)
+
+    say("\n1. A balancing robot was logged. How well does the textbook model predict it?\n")
+    with progress("comparing") as update:
+        wording.show_comparison(compare(model, [log], progress=update), model)
+
+    say("\n2. Which physical effect is missing? Every effect of the library is tried, and judged on a log no fit sees.\n")
+    with progress("diagnosing") as update:
+        result = explain(model, [log], [holdout], progress=update)
+    wording.show_diagnosis(result.first, model)
+
+    say("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
+    wording.show_explanation(result)
+
+    from wheelpend.change import record
+
+    record(result, [log], [holdout])
+    page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo")
+    say(f"\nThe report is {page}. Open it in a browser.")
