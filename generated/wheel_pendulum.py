@@ -46,7 +46,7 @@ SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights o
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 EVENTS = 16  # stick-slip events handled within one step
-compiled = njit(cache=True, fastmath={"contract"}, error_model="numpy")
+compiled = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
 
 
 @compiled
@@ -187,14 +187,19 @@ def _solve(matrix, right, size):
 
 
 @compiled
+def _any_stuck(direction):
+    """Whether any surface sticks."""
+    for i in range(DRY):
+        if direction[i] == 0.0:
+            return True
+    return False
+
+
+@compiled
 def _hold(mobility, direction, vector, force):
     """Forces on the stuck surfaces that cancel the slip acceleration of vector (NQ,), and take them off it."""
-    stuck = 0
-    for i in range(DRY):
-        stuck += direction[i] == 0.0
-    if stuck == 0:
-        return
     index = np.flatnonzero(direction == 0.0)
+    stuck = index.size
     matrix, right = np.zeros((stuck, stuck)), np.zeros(stuck)
     for a in range(stuck):
         for k in range(NQ):
@@ -218,18 +223,22 @@ def _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
         return
     _dry_law(state, parameters, direction, force)
     for i in range(DRY):
-        for k in range(NQ):
-            for m in range(NQ):
-                rate[k] -= mobility[k, m] * SLIPS[i, m] * force[i] * abs(direction[i])
-    _hold(mobility, direction, rate, force)
+        if direction[i] != 0.0 and force[i] != 0.0:
+            for k in range(NQ):
+                for m in range(NQ):
+                    rate[k] -= mobility[k, m] * SLIPS[i, m] * force[i]
+    if _any_stuck(direction):
+        _hold(mobility, direction, rate, force)
 
 
 @compiled
 def _limits(state, parameters, direction, upper, lower):
     """Dry friction of every surface that is just about to slip forwards and backwards; overwrites direction."""
-    direction[:] = 1.0
+    for i in range(DRY):
+        direction[i] = 1.0
     _dry_law(state, parameters, direction, upper)
-    direction[:] = -1.0
+    for i in range(DRY):
+        direction[i] = -1.0
     _dry_law(state, parameters, direction, lower)
 
 
@@ -270,16 +279,22 @@ def _linearise(t, state, voltage, parameters, direction, columns, work):
     """
     rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
     _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
-    for c in range(NX + columns.size):
-        for k in range(NQ):
-            column[k] = 0.0
-            for m in range(NQ):
-                entry = by_state[m, c] if c < NX else by_parameter[m, columns[c - NX]]
-                column[k] -= mobility[k, m] * entry
-        if DRY:
+    for k in range(NQ):
+        for c in range(NX + columns.size):
+            jacobian[k, c] = 0.0
+        for m in range(NQ):
+            weight = -mobility[k, m]
+            for c in range(NX):
+                jacobian[k, c] += weight * by_state[m, c]
+            for c in range(columns.size):
+                jacobian[k, NX + c] += weight * by_parameter[m, columns[c]]
+    if _any_stuck(direction):
+        for c in range(NX + columns.size):
+            for k in range(NQ):
+                column[k] = jacobian[k, c]
             _hold(mobility, direction, column, force)
-        for k in range(NQ):
-            jacobian[k, c] = column[k]
+            for k in range(NQ):
+                jacobian[k, c] = column[k]
 
 
 @compiled
@@ -288,10 +303,12 @@ def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new
     rate, mobility, force = work[:3]
     jacobian, _, stage, slope, sens_stage, sens_slope = work[5:]
     n = sens.shape[1]
-    stage[:] = state
-    new_state[:] = state
-    sens_stage[:] = sens
-    new_sens[:] = sens
+    for i in range(NX):
+        stage[i] = state[i]
+        new_state[i] = state[i]
+        for c in range(n):
+            sens_stage[i, c] = sens[i, c]
+            new_sens[i, c] = sens[i, c]
     for number in range(4):
         now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
         weight = h / 6.0 if number in (0, 3) else h / 3.0
@@ -370,13 +387,21 @@ def _jump(state, sens, before, after, surface):
 
 
 @compiled
+def _copy(state, sens, to_state, to_sens):
+    """Copy state and sensitivities entry by entry, which is faster than slices for arrays this small."""
+    for i in range(NX):
+        to_state[i] = state[i]
+        for c in range(sens.shape[1]):
+            to_sens[i, c] = sens[i, c]
+
+
+@compiled
 def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sens, work, friction):
     """Advance state and sensitivities in place by h under a constant command, through stick-slip events."""
     if DRY == 0:
         empty = np.empty(0)
         _runge_kutta(t, h, state, sens, voltage, parameters, empty, columns, new_state, new_sens, work)
-        state[:] = new_state
-        sens[:] = new_sens
+        _copy(new_state, new_sens, state, sens)
         return
     rate, mobility, force = work[0], work[1], work[2]
     direction, previous, before, upper, lower = friction
@@ -410,8 +435,7 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
                 landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
-        state[:] = new_state
-        sens[:] = new_sens
+        _copy(new_state, new_sens, state, sens)
         if first < 0:
             return
         t += landing
@@ -606,7 +630,7 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
             for y in range(NY):
                 error = (measured[k, y] - reading[y]) * weight[y]
                 residual[k, y] = error
-                if np.isnan(error):
+                if np.isnan(measured[k, y]):
                     continue
                 for c in range(n):
                     row[c] = derivative[y, c] * weight[y]

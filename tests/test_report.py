@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from wheelpend import kernels
-from wheelpend.diagnose import Diagnosis, Tried
-from wheelpend.explain import Explanation, Step, parameter_table
+from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.explanation import Explanation, Step, parameter_table
 from wheelpend.failures import Failure
 from wheelpend.logs import Log
 from wheelpend.missing_force import Place, find_missing_force
 from wheelpend.model import Model
-from wheelpend.report import number, probability, terms, uncertain, write_report
-from wheelpend.report_figures import binned, bins_of, comparisons, expected_force, law_along, shown_samples
+from wheelpend.reporting import number, probability, terms, uncertain, write_report
+from wheelpend.reporting_figures import binned, bins_of, comparisons, expected_force, law_along, shown_samples
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, free_names, held_residuals, prepare
 

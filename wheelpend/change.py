@@ -9,7 +9,7 @@ from typing import Any
 import derive
 from wheelpend import workspace
 from wheelpend.console import failures, progress, say, show, warn
-from wheelpend.explain import Change, Explanation, add
+from wheelpend.explanation import Change, Explanation, add
 from wheelpend.failures import Failure
 from wheelpend.model import Model
 from wheelpend.serialise import plain

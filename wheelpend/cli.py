@@ -14,6 +14,7 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
     help="Find out what the model of a wheel-driven inverted pendulum is missing.",
 )
 
@@ -101,8 +102,8 @@ def simulate(
 ) -> None:
     """Write a closed-loop measurement file, with hidden effects on request."""
     from wheelpend.logs import save_log
-    from wheelpend.simulate import parse_hidden
-    from wheelpend.simulate import simulate as run
+    from wheelpend.simulation import parse_hidden
+    from wheelpend.simulation import simulate as run
 
     with failures(), progress("simulating"):
         opened, hidden = open_model(model), parse_hidden(hide or [])
@@ -123,7 +124,7 @@ def identify(
 ) -> None:
     """Identify the parameters, with standard errors."""
     from wheelpend import wording
-    from wheelpend.identify import identify as run
+    from wheelpend.identification import identify as run
 
     with failures(json):
         with progress("reading") as update:
@@ -151,7 +152,7 @@ def parse_tau(text: str) -> tuple[float, float]:
 def compare(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
     """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
     from wheelpend import wording
-    from wheelpend.compare import compare as run
+    from wheelpend.comparison import compare as run
 
     with failures(json):
         opened = open_model(model)
@@ -176,7 +177,7 @@ def check_logs(logs: list[Path], model) -> None:
 def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing."""
     from wheelpend import wording
-    from wheelpend.diagnose import diagnose as run
+    from wheelpend.diagnosis import diagnose as run
 
     with failures(json):
         opened = open_model(model)
@@ -227,7 +228,7 @@ def explain(
     """Diagnose and add in turn until nothing is missing; the error ladder."""
     from wheelpend import wording
     from wheelpend.change import record
-    from wheelpend.explain import explain as run
+    from wheelpend.explanation import explain as run
 
     with failures(json):
         opened = open_model(model)
@@ -268,11 +269,11 @@ def report(
     model: ModelFile = MODEL,
 ) -> None:
     """One self-contained HTML page with everything above."""
-    from wheelpend.report import write_report
+    from wheelpend.reporting import write_report
     from wheelpend.version import version
 
     with failures():
-        from wheelpend.explain import explain as run
+        from wheelpend.explanation import explain as run
 
         with progress("reading") as update:
             result = run(open_model(model), logs, holdout or [], progress=update)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from wheelpend import wording, workspace
-from wheelpend.compare import compare
+from wheelpend.comparison import compare
 from wheelpend.console import err, progress, say
-from wheelpend.explain import explain
+from wheelpend.explanation import explain
 from wheelpend.failures import Failure
 from wheelpend.model import Model
-from wheelpend.report import write_report
+from wheelpend.reporting import write_report
 from wheelpend.version import version
 from wheelpend.warm import compile_all
 

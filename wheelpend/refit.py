@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from wheelpend.diagnose import SHORT, refit
+from wheelpend.diagnosis import SHORT, refit
 from wheelpend.screening import ripple_shape, screen
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, free_names, shortened

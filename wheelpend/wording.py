@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 import derive
-from wheelpend.compare import Comparison
+from wheelpend.comparison import Comparison
 from wheelpend.console import say, table
-from wheelpend.diagnose import Diagnosis, Tried
-from wheelpend.explain import Explanation, Step
-from wheelpend.identify import Identification
+from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.explanation import Explanation, Step
+from wheelpend.identification import Identification
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
 

@@ -22,10 +22,10 @@ from plotly.offline import get_plotlyjs
 
 import derive
 from wheelpend import report_figures as figures
-from wheelpend.diagnose import Diagnosis, Tried
-from wheelpend.explain import Explanation, Step
+from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
-from wheelpend.report_figures import pretty
+from wheelpend.reporting_figures import pretty
 from wheelpend.study import Study
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.diagnose import VISIBLE, fit_percent
+from wheelpend.diagnosis import VISIBLE, fit_percent
 from wheelpend.logs import Log, segment_bounds
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model

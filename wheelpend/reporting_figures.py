@@ -17,8 +17,8 @@ from plotly.subplots import make_subplots
 import derive
 from derive.effects import DryForce, Effect, Force, InputDelay, SensorMap
 from derive.functions import symbol
-from wheelpend.diagnose import Diagnosis, Tried
-from wheelpend.explain import Explanation
+from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.explanation import Explanation
 from wheelpend.missing_force import MissingForce
 from wheelpend.shooting import Fit, Part, prediction_error, vector
 from wheelpend.study import Study, held_residuals

@@ -51,7 +51,7 @@ def identify(
 
 
 def _shoot(model: Model, logs: Sequence, progress: Callable[[str], None]) -> Identification:
-    from wheelpend.explain import standard_error
+    from wheelpend.explanation import standard_error
 
     study = prepare(model, logs, use_all=True)
     progress("finding a start")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.diagnose import Diagnosis, Tried, diagnose_study, honest_sigma
+from wheelpend.diagnosis import Diagnosis, Tried, diagnose_study, honest_sigma
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import Fit

@@ -1,0 +1,128 @@
+"""The generated kernels against physics and against independent numerics."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.conftest import simulated
+from wheelpend import kernels
+from wheelpend.shooting import vector
+
+X = dict(zip([f"X{k}" for k in range(1, 8)], (0.0436, 0.0178, 0.1149, 0.8719, 4.6701, 0.7268, 0.7256), strict=True))
+CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
+HIDDEN = {
+    "coulomb_drive.torque": 0.3, "rolling_resistance.torque": 0.1, "actuator_delay.delay": 0.0013, "slope.angle": 0.02,
+    "com_offset.angle": 0.01, "voltage_dead_zone.threshold": 0.2, "cogging.sine": 0.1, "cogging.cosine": 0.1,
+    "cogging.periods": 7.0, "quadratic_drive.coefficient": 0.01, "voltage_sag.rate": 0.01, "gyro_scale.scale": 0.1,
+}  # fmt: skip
+
+
+def energy(state, values):
+    """Kinetic and potential energy in volt-equivalents, typed from the paper's eq. 1."""
+    pitch, dw, dp = state[:, 1], state[:, 2], state[:, 3]
+    kinetic = values["X1"] * dw**2 + values["X2"] * (dw - dp) ** 2 + values["X4"] * dp**2
+    return kinetic / 2 + values["X3"] * np.cos(pitch) * dw * dp + values["X5"] * np.cos(pitch)
+
+
+def test_without_drive_and_friction_energy_is_kept(lean):
+    values = {**X, "X6": 0.0, "X7": 0.0}
+    t = np.arange(2001) * 1e-3
+    states = lean.simulate(t, np.zeros_like(t), np.array([0.0, 0.3, 0.5, 0.0]), np.array(list(values.values())), 0.001)
+    assert np.ptp(energy(states, values)) < 1e-9 * abs(energy(states, values)[0])
+
+
+def test_a_released_body_falls(lean):
+    t = np.arange(1001) * 1e-3
+    states = lean.simulate(t, np.zeros_like(t), np.array([0.0, 0.01, 0.0, 0.0]), np.array(list(X.values())), 0.001)
+    assert np.all(np.diff(states[:, 1]) > 0)
+
+
+def test_the_simulation_agrees_with_an_adaptive_integrator_on_equations_typed_by_hand(lean):
+    def motion(t, s):
+        pitch, dw, dp = s[1:]
+        c, drive = np.cos(pitch), np.sin(3 * 0.0) - X["X6"] * dw + X["X7"] * dp
+        mass = [[X["X1"] + X["X2"], X["X3"] * c - X["X2"]], [X["X3"] * c - X["X2"], X["X4"] + X["X2"]]]
+        right = [drive + X["X3"] * dp**2 * np.sin(pitch), -drive + X["X5"] * np.sin(pitch)]
+        return [dw, dp, *np.linalg.solve(mass, right)]
+
+    t, start = np.arange(501) * 1e-3, np.array([0.2, 0.1, 1.0, -0.5])
+    states = lean.simulate(t, np.zeros_like(t), start, np.array(list(X.values())), 0.001)
+    reference = solve_ivp(motion, (0, 0.5), start, rtol=1e-10, atol=1e-12, t_eval=t).y.T
+    assert np.abs(states - reference).max() < 1e-6
+
+
+def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_delays(library):
+    log = simulated(duration=3.0, noise=False, **{k.replace(".", "__"): v for k, v in HIDDEN.items()})
+    parameters, cut = vector(library, {**X, **CONSTANTS, **HIDDEN}, log), slice(0, 700)
+    start, columns = np.array([0.0, 0.01, 0.1, 0.05]), np.arange(library.FITTED)
+
+    def readings(changed, state=start):
+        return library.sensitivities(log.t[cut], log.voltage[cut], state, changed, columns[:0], 0.002)[1]
+
+    exact = library.sensitivities(log.t[cut], log.voltage[cut], start, parameters, columns, 0.002)[2]
+    for column, name in enumerate(library.PARAMETERS[: library.FITTED]):
+        step = np.zeros_like(parameters)
+        step[column] = 1e-7 if column == library.DELAY else 1e-6
+        numeric = (readings(parameters + step) - readings(parameters - step)) / (2 * step[column])
+        assert np.abs(numeric - exact[:, :, 4 + column]).max() < 2e-5 * np.abs(numeric).max() + 1e-9, name
+
+
+def test_dry_friction_holds_the_gearbox_completely_still(library):
+    parameters = vector(library, {**X, **CONSTANTS, "coulomb_drive.torque": 5.0}, simulated(duration=3.0))
+    t = np.arange(301) * 1e-3
+    states = library.simulate(t, np.full_like(t, 0.5), np.array([0.0, 0.05, 0.0, 0.0]), parameters, 0.001)
+    assert np.abs(states[:, 2] - states[:, 3]).max() < 1e-9
+    assert states[-1, 1] > 0.05
+
+
+@pytest.mark.parametrize("name", ["coulomb_drive.torque", "rolling_resistance.torque", "quadratic_drive.coefficient",
+                                  "ground_viscous.coefficient", "air_drag.coefficient"])  # fmt: skip
+def test_friction_and_drag_never_add_energy(library, name):
+    values = {**X, **CONSTANTS, "X6": 0.0, "X7": 0.0, name: 0.2}
+    t = np.arange(1501) * 1e-3
+    states = library.simulate(t, np.zeros_like(t), np.array([0.0, 0.1, 2.0, -1.0]), vector(library, values, simulated(duration=3.0)), 0.001)
+    assert np.diff(energy(states, values)).max() < 1e-9
+
+
+def test_the_filtered_regressor_reproduces_the_filtered_voltage_on_ideal_data(lean):
+    log = simulated(duration=5.0, noise=False)
+    parameters = np.array(list(X.values()))
+    states = lean.simulate(log.t, log.voltage, np.zeros(4), parameters, 0.001)
+    for tau in (0.014, 0.14, 2.0):
+        left, right = lean.filter_regressor(log.t, states, log.voltage, parameters, tau, 1.3 * tau, True)
+        assert np.abs(left - right @ parameters).max() < 2e-3 * np.abs(left).max()
+
+
+def test_recursive_least_squares_ends_at_the_batch_solution(lean):
+    rng = np.random.default_rng(1)
+    rows, truth = rng.normal(size=(200, 7)), np.arange(1.0, 8.0)
+    estimate, covariance = np.zeros(7), 1e8 * np.eye(7)
+    for row in rows:
+        lean.recursive_update(estimate, covariance, row, row @ truth, 1.0)
+    assert np.abs(estimate - truth).max() < 1e-6
+
+
+def test_the_acceleration_satisfies_the_regressor(lean):
+    state, parameters = np.array([0.3, 0.2, 1.0, -0.7]), np.array(list(X.values()))
+    rate = lean.acceleration(0.0, state, 2.0, parameters)
+    tau, phi = lean.regressor(0.0, state, rate, 2.0, parameters)
+    assert np.abs(phi @ parameters - tau).max() < 1e-12
+
+
+def test_the_lean_kernel_and_the_library_simulate_the_same(lean, library):
+    log = simulated(duration=3.0)
+    lean_states = lean.simulate(log.t, log.voltage, np.zeros(4), np.array(list(X.values())), 0.001)
+    full = library.simulate(log.t, log.voltage, np.zeros(4), vector(library, {**X, **CONSTANTS}, log), 0.001)
+    assert np.abs(lean_states - full).max() < 1e-9
+
+
+def test_a_workspaces_edited_code_is_never_executed(tmp_path):
+    from wheelpend import Failure, workspace
+
+    model = workspace.create(tmp_path)
+    code = tmp_path / "generated" / "wheel_pendulum.py"
+    code.write_text("raise SystemExit('executed')\n")
+    with pytest.raises(Failure, match="wheelpend generate"):
+        kernels.load_kernels(tmp_path)
+    workspace.generate_into(tmp_path / "generated", model)
+    assert kernels.load_kernels(tmp_path).ROWS == ("wheel", "body")
