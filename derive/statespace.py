@@ -32,6 +32,7 @@ class Code(NamedTuple):
     delay: int  # index of the input delay, or -1
     origin: int  # index of the angle at the log's first sample, or -1
     slips: tuple[tuple[float, ...], ...]
+    needs: dict[str, tuple[str, ...]]  # constants without which a parameter has no meaning
     linear: tuple[str, ...]  # parameters of the regressor
     controlled: tuple[int, int]  # outputs that the controller sees: angle, rate
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
@@ -54,6 +55,7 @@ def generate_code(model: Model) -> Code:
         delay=names.index(model.delay) if model.delay else -1,
         origin=names.index("origin") if "origin" in names else -1,
         slips=tuple(s.slip for s in model.surfaces),
+        needs=needed_constants(model),
         linear=tuple(s.name for s in model.regressor.parameters),
         controlled=tuple(outputs.index(c) for c in model.plant.controlled),
         signals=tuple((s.derivatives, s.held) for s in signals),
@@ -69,6 +71,18 @@ def generate_code(model: Model) -> Code:
             "assemble": assemble(model, signals),
         },
     )
+
+
+def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
+    """Constants in what multiplies each effect parameter, for those parameters that need any."""
+    known = [c.name for c in model.constants if c.name != "origin"]
+    table = {}
+    for name in (p.name for p in model.fitted if "." in p.name):
+        inside = set().union(*(row.diff(symbol(name)).free_symbols for row in model.residual))
+        wanted = tuple(c for c in known if symbol(c) in inside)
+        if wanted:
+            table[name] = wanted
+    return table
 
 
 def sources(model: Model, **extra: str) -> dict[str, str]:

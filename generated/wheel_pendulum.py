@@ -36,6 +36,7 @@ OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')
 UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad')
+NEEDS = {}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regressor, in the order of its columns
 FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = -1  # index of the input delay among PARAMETERS, or -1

@@ -51,6 +51,7 @@ OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
 UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V s²/rad²', 'rad', 'V/rad', 's', 'V', '1/s', '1', 'V', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
+NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w')}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'air_drag.coefficient', 'tether_spring.stiffness', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
 FITTED = 28  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = 18  # index of the input delay among PARAMETERS, or -1

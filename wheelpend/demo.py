@@ -26,13 +26,21 @@ def data_folder() -> Path:
     raise Failure(f"The shipped logs must lie in {HERE / 'data'}, but they are missing. Install wheelpend again.")
 
 
+def fresh_workspace(folder: Path) -> Model:
+    """A workspace with the paper's model; one that an earlier demo left is made anew, any other is refused."""
+    marker = folder / ".demo"
+    if marker.exists():
+        for name in ("model.toml", workspace.HISTORY):
+            (folder / name).unlink(missing_ok=True)
+    model = workspace.create(folder)
+    marker.write_text("Made by `wheelpend demo`, which makes it anew.\n", encoding="utf-8")
+    return model
+
+
 def run(folder: Path) -> None:
     """Tell the story in a workspace of its own, and leave the report in it."""
     data = data_folder()
-    model = Model.open(folder) if (folder / "model.toml").exists() else workspace.create(folder)
-    if model.effects:
-        raise Failure(f"{folder} must hold a model without effects for the demo, but it has {', '.join(model.effects)}. "
-                      "Choose another folder with --out.")  # fmt: skip
+    model = fresh_workspace(folder)
     log, holdout = data / LOG, data / HOLDOUT
     err.print("Compiling the kernels the first time takes about a minute; after that they are kept.")
     with progress("compiling") as update:

@@ -150,7 +150,7 @@ def refit_best(study, base, short, start, before, screens, residuals, progress: 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
         cheapest = begun[0][1].cost if begun else 0.0
-        hopeful = [p for n, p in enumerate(begun) if n < 2 or p[1].cost < HOPEFUL * cheapest][:REFITTED]
+        hopeful = [p for n, p in enumerate(begun) if n < 1 or p[1].cost < HOPEFUL * cheapest][:REFITTED]
         tried = list(pool.map(finish, hopeful))
     return sorted(tried, key=lambda t: t.error_after)
 
@@ -181,9 +181,13 @@ def refit(study: Study, short: Fit, start: dict[str, float], candidates: Sequenc
     beginnings = [admissible(effect, c.start) for c in candidates]
     for parameter in effect.parameters:
         beginnings += [{f"{effect.name}.{parameter.name}": size} for size in parameter.grid]
-    fits = [_refit_from(study, short, b, free, SHORT, short.values, short.per_log) for b in beginnings]
-    for origin in (start, *study.origins):
-        fits.append(_refit_from(study, short, beginnings[0], free, SHORT, {**short.values, **origin}, short.per_log))
+    trials = [(short.values, b) for b in beginnings]
+    trials += [({**short.values, **origin}, beginnings[0]) for origin in (start, *study.origins)]
+    fits = []
+    for values, sizes_ in trials:
+        fits.append(_refit_from(study, short, sizes_, free, SHORT, values, short.per_log))
+        if fits[-1].error < EXPLAINED * study.floor:
+            break  # it cannot get better than the noise
     best = min(fits, key=lambda f: f.cost)
     return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
 

@@ -146,7 +146,7 @@ def fit(
             gain = cost - trial_cost
             theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
             damping = max(damping * 0.1, 1e-12)
-            if gain < 0.01 + 1e-6 * cost + 1e-3 * max(cost - 2.0 * count, 0.0):  # a wrong model need not be exact
+            if gain < 0.01 + 1e-6 * cost + 5e-3 * max(cost - 2.0 * count, 0.0):  # a wrong model need not be exact
                 converged = True
                 break
         else:
@@ -165,13 +165,15 @@ def _result(module, parts, plan, theta, states, shots, start, start_per_log, con
     covariance, condition, flat = covariance_of(information, plan.labels)
     segments = len(reduced.scores)
     scores = np.nan_to_num(reduced.scores, posinf=0.0, neginf=0.0)
-    meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
+    with np.errstate(over="ignore", invalid="ignore"):  # a fit that cannot be simulated has no scatter to speak of
+        meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
+        robust = np.nan_to_num(covariance @ meat @ covariance, nan=np.inf)
     return Fit(
         values={**{k: float(v) for k, v in start.items()}, **_shared(plan, theta)},
         per_log=tuple(_own(plan, theta, k, start_per_log) for k in range(len(parts))),
         free=plan.labels,
         covariance=covariance,
-        robust=covariance @ meat @ covariance,
+        robust=robust,
         states=tuple(states),
         cost=sum(s.cost for s in shots),
         count=sum(p.values for p in parts),

@@ -70,17 +70,28 @@ def filtered(
 def positive(
     module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: tuple[float, float]
 ) -> dict[str, float]:
-    """Filtered least squares with no parameter negative; one that would be gets a thousandth of the largest share."""
+    """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
+
+    A constant on each row and dry friction in the slip are fitted along and thrown away, so that a slope, an offset or a
+    sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest share.
+    """
     states = measured_states(log, relative)
     voltage = fill_gaps(log.t, log.voltage)
+    slip = states[:, module.NQ] - states[:, module.NQ + 1]
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True)
-    matrix, right = regressors.reshape(-1, len(module.LINEAR)), sides.ravel()
+    dry, constant = (
+        module.filter_regressor(log.t, states, u, parameters, *tau, True)[0]
+        for u in (np.tanh(slip / (0.05 * slip.std() + 1e-300)), np.ones_like(voltage))
+    )
+    count = len(module.LINEAR)
+    rows = [constant * (np.arange(constant.shape[1]) == k) for k in range(constant.shape[1])]
+    nuisance = np.stack([dry, *rows, *(-r for r in rows)], axis=2)
+    matrix = np.concatenate([regressors, nuisance], axis=2).reshape(-1, count + nuisance.shape[2])
     scale = np.linalg.norm(matrix, axis=0) + 1e-300
-    gram, projected = matrix.T @ matrix / np.outer(scale, scale), (matrix / scale).T @ right
-    factor = np.linalg.cholesky(gram + 1e-10 * np.eye(len(scale)))
-    estimate, _ = nnls(factor.T, np.linalg.solve(factor, projected))
+    q, r = np.linalg.qr(matrix / scale)
+    estimate = nnls(r, q.T @ sides.ravel())[0][:count]
     estimate = np.maximum(estimate, 1e-3 * estimate.max())
-    return dict(zip(module.LINEAR, map(float, estimate / scale), strict=True))
+    return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
 
 
 def solve(module: ModuleType, sides: np.ndarray, regressors: np.ndarray) -> LinearFit:

@@ -21,7 +21,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 import derive
-from wheelpend import report_figures as figures
+from wheelpend import reporting_figures as figures
 from wheelpend.diagnosis import Diagnosis, Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure

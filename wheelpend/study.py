@@ -44,7 +44,7 @@ class Study:
     horizon: float  # s
     max_step: float  # s
     warnings: tuple[str, ...]
-    origins: tuple[dict[str, float], ...] = ()  # starts as they were before any fit, best first
+    origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
 
     @property
     def relative(self) -> bool:
@@ -80,15 +80,9 @@ class Study:
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     """Known constants that an effect's equations contain."""
-    settled = tuple(sorted(model.assumptions.items()))
-    return _needed_constants(model.plant, settled, effect)
-
-
-def _needed_constants(plant: str, assumptions: tuple, effect: str) -> tuple[str, ...]:
-    if not isinstance(derive.effects.find(effect).enters, derive.effects.Deformation):
-        return ()
-    composed = derive.compose(plant, dict(assumptions), [effect])
-    return tuple(c.name for c in composed.constants if c.name != "origin")
+    module = kernels.library(model.plant, model.assumptions)
+    names = derive.effects.find(effect).full_names
+    return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
 
 def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
@@ -196,7 +190,8 @@ def starts(study: Study) -> list[dict[str, float]]:
 def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     """The start from which short segments are fitted best, and the study with a step that suits it."""
     parts = shortened(study, study.horizon / 5, most=40)
-    ranked = sorted(starts(study), key=lambda v: _start_cost(study, parts[0], v))[:3]
+    found = starts(study)
+    ranked = sorted(found, key=lambda v: _start_cost(study, parts[0], v))[:3]
     best, lowest = None, np.inf
     for values in ranked:
         step = stable_step(study.module, values, study.training[0].log)
@@ -208,7 +203,7 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
         raise Failure(f"{study.training[0].log.name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
     step = stable_step(study.module, best, study.training[0].log)
-    return replace(study, max_step=step, origins=tuple(ranked[:2])), best
+    return replace(study, max_step=step, origins=(found[0], *found[:0:-1][:2])), best
 
 
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
