@@ -65,7 +65,7 @@ def tidy(text: str) -> str:
 
 def differences(folder: Path, files: dict[str, str]) -> str:
     """Unified diff from what is in the folder to what should be; empty when nothing is stale."""
-    found = []
+    found: list[str] = []
     for name, text in files.items():
         path = folder / name
         old = path.read_text(encoding="utf-8") if path.exists() else ""

@@ -56,7 +56,7 @@ def relative_inertias(plant: Plant, coefficients: dict[Term, sp.Expr]) -> dict[t
     for i in range(len(plant.coordinates)):
         for j in range(i + 1, len(plant.coordinates)):
             coupling = -coefficients.get((i, plant.coordinates[j].ddq), sp.Integer(0))
-            if coupling.subs({s: 2 for s in coupling.free_symbols}).is_positive:
+            if coupling.subs(dict.fromkeys(coupling.free_symbols, 2)).is_positive:
                 pairs[i, j] = sp.expand(coupling)
     return pairs
 
@@ -90,7 +90,7 @@ def _combine(target: sp.Expr, basis: tuple, names: tuple, known: set) -> sp.Expr
     solutions = sp.linsolve(conditions, *weights)
     if not solutions:
         return None
-    solution = [w.subs({free: 0 for free in weights}) for w in next(iter(solutions))]
+    solution = [w.subs(dict.fromkeys(weights, 0)) for w in next(iter(solutions))]
     return sp.Add(*(w * n for w, n in zip(solution, names, strict=False))) + solution[-1]
 
 
@@ -138,7 +138,8 @@ def columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.M
 def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: dict[str, sp.Matrix]) -> tuple:
     """Rename parameters so that each has the name of the default model's column it shares most entries with."""
     own = columns(rows, names)
-    free, renamed = dict(default), []
+    free = dict(default)
+    renamed: list[str] = []
     for name in names:
         overlap = {d: sum(a == b != 0 for a, b in zip(own[name], free[d], strict=True)) for d in free}
         best = max(overlap, key=lambda d: overlap[d], default=None)
@@ -176,5 +177,7 @@ def _new(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
         if not candidate.free_symbols:
             continue
         if not any(sp.expand(candidate - k) == 0 or sp.expand(candidate + k) == 0 for k in known + fresh):
-            fresh.append(-candidate if candidate.subs({s: 2 for s in candidate.free_symbols}).is_negative else candidate)
+            fresh.append(
+                -candidate if candidate.subs(dict.fromkeys(candidate.free_symbols, 2)).is_negative else candidate
+            )
     return fresh

@@ -28,22 +28,22 @@ class Target(NamedTuple):
 class KernelPrinter(PythonCodePrinter):
     """Prints scalars for a Numba kernel: math.* functions and our own piecewise ones."""
 
-    def _print_Sign(self, e: sp.Expr) -> str:  # noqa: N802
+    def _print_Sign(self, e: sp.Expr) -> str:
         return f"_sign({self._print(e.args[0])})"
 
-    def _print_Step(self, e: sp.Expr) -> str:  # noqa: N802
+    def _print_Step(self, e: sp.Expr) -> str:
         return f"_step({self._print(e.args[0])})"
 
-    def _print_Magnitude(self, e: sp.Expr) -> str:  # noqa: N802
+    def _print_Magnitude(self, e: sp.Expr) -> str:
         return f"abs({self._print(e.args[0])})"
 
-    def _print_Ramp(self, e: sp.Expr) -> str:  # noqa: N802
+    def _print_Ramp(self, e: sp.Expr) -> str:
         return f"max({self._print(e.args[0])}, 0.0)"
 
-    def _print_Symbol(self, e: sp.Symbol) -> str:  # noqa: N802
+    def _print_Symbol(self, e: sp.Symbol) -> str:
         return local_name(e.name)
 
-    def _print_Pow(self, e: sp.Expr, **kwargs) -> str:  # noqa: N802
+    def _print_Pow(self, e: sp.Expr, **kwargs) -> str:
         base, exponent = e.args
         if exponent.is_Integer and 2 <= int(exponent) <= 4:
             factor = self.parenthesize(base, sp.printing.precedence.PRECEDENCE["Mul"] + 1)

@@ -57,7 +57,7 @@ def generate_code(model: Model) -> Code:
         slips=tuple(s.slip for s in model.surfaces),
         needs=needed_constants(model),
         linear=tuple(s.name for s in model.regressor.parameters),
-        controlled=tuple(outputs.index(c) for c in model.plant.controlled),
+        controlled=(outputs.index(model.plant.controlled[0]), outputs.index(model.plant.controlled[1])),
         signals=tuple((s.derivatives, s.held) for s in signals),
         kernels={
             "free_motion": free_motion(model),
@@ -100,7 +100,7 @@ def free_motion(model: Model) -> Kernel:
     residual = sp.Matrix(model.residual)
     mass = residual.jacobian(accelerations)
     inverse = mass.adjugate() / mass.det()
-    at_rest = residual.subs({a: 0 for a in accelerations})
+    at_rest = residual.subs(dict.fromkeys(accelerations, 0))
     size = len(accelerations)
     targets = [Target(f"rate[{i}]", -(inverse * at_rest)[i]) for i in range(size)]
     targets += [Target(f"mobility[{i}, {j}]", inverse[i, j]) for i in range(size) for j in range(size)]
@@ -176,7 +176,9 @@ def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     for derivatives, piece in enumerate((regressor.phi0, regressor.phi1, regressor.phi2)):
         for place, entry in enumerate(piece):
             if entry:
-                number, sign = _place(model, signals, entry, derivatives)
+                place_of_signal = _place(model, signals, entry, derivatives)
+                assert place_of_signal is not None, "filtered_signals leaves none out"
+                number, sign = place_of_signal
                 phi[place] += sign * symbol(f"signal_{number}")
     first = len(signals) - len(regressor.tau)
     targets = [Target(f"tau[{n}]", symbol(f"signal_{first + n}")) for n in range(len(regressor.tau))]
@@ -187,7 +189,9 @@ def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
 def nonzero(array: str, matrix: sp.Matrix) -> list[Target]:
     """Targets for the entries of a matrix that are not always zero."""
     rows, columns = matrix.shape
-    return [Target(f"{array}[{i}, {j}]", matrix[i, j]) for i in range(rows) for j in range(columns) if matrix[i, j] != 0]
+    return [
+        Target(f"{array}[{i}, {j}]", matrix[i, j]) for i in range(rows) for j in range(columns) if matrix[i, j] != 0
+    ]
 
 
 def _place(model: Model, signals, entry: sp.Expr, derivatives: int) -> tuple[int, int] | None:

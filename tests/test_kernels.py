@@ -80,7 +80,9 @@ def test_dry_friction_holds_the_gearbox_completely_still(library):
 def test_friction_and_drag_never_add_energy(library, name):
     values = {**X, **CONSTANTS, "X6": 0.0, "X7": 0.0, name: 0.2}
     t = np.arange(1501) * 1e-3
-    states = library.simulate(t, np.zeros_like(t), np.array([0.0, 0.1, 2.0, -1.0]), vector(library, values, simulated(duration=3.0)), 0.001)
+    states = library.simulate(
+        t, np.zeros_like(t), np.array([0.0, 0.1, 2.0, -1.0]), vector(library, values, simulated(duration=3.0)), 0.001
+    )
     assert np.diff(energy(states, values)).max() < 1e-9
 
 

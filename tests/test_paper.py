@@ -133,7 +133,9 @@ def test_a_slope_is_written_with_x1_and_the_known_constants():
 def test_a_centre_of_mass_off_the_line_and_a_biased_pitch_sensor_are_the_same_model():
     body = derive.compose("wheel_pendulum", {}, ["com_offset"])
     shifted = [r.subs(p, p - symbol("com_offset.angle")) for r in body.residual]
-    assert [sp.expand(s - r) for s, r in zip(shifted, derive.compose("wheel_pendulum", {}, []).residual, strict=True)] == [0, 0]
+    assert [
+        sp.expand(s - r) for s, r in zip(shifted, derive.compose("wheel_pendulum", {}, []).residual, strict=True)
+    ] == [0, 0]
 
 
 def test_the_same_text_comes_out_for_every_hash_seed():

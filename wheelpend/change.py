@@ -45,7 +45,9 @@ def checked(model: Model, effect: str, remove: bool) -> Model:
     except KeyError as error:
         raise Failure(error.args[0]) from None
     if remove and effect not in model.effects:
-        raise Failure(f"{effect} must be in the model to be removed; the model has {', '.join(model.effects) or 'none'}.")
+        raise Failure(
+            f"{effect} must be in the model to be removed; the model has {', '.join(model.effects) or 'none'}."
+        )
     if not remove and effect in model.effects:
         raise Failure(f"{effect} is in the model already. `wheelpend identify LOG --save` refits it.")
     if not remove:

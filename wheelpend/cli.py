@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated
 
 import typer
 
@@ -19,9 +19,11 @@ app = typer.Typer(
 )
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
-Holdout = Annotated[Optional[list[Path]], typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
-Json = Annotated[Optional[str], typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")]
+Json = Annotated[
+    str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")
+]
 MODEL = Path("model.toml")
 
 
@@ -54,7 +56,7 @@ def new(folder: Annotated[Path, typer.Argument(help="Where to start the workspac
 @app.command()
 def equations(
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
-    diff: Annotated[Optional[Path], typer.Option(help="Another model: print what differs.")] = None,
+    diff: Annotated[Path | None, typer.Option(help="Another model: print what differs.")] = None,
     model: ModelFile = MODEL,
 ) -> None:
     """Print the derived equations, regressor and filtered pieces, or what changed between two models."""
@@ -95,7 +97,9 @@ def simulate(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
     command: Annotated[str, typer.Option(help="Reference of the pitch: simple, aggressive or upright.")] = "aggressive",
     duration: Annotated[float, typer.Option(help="Length [s].")] = 20.0,
-    hide: Annotated[Optional[list[str]], typer.Option(help="NAME=VALUE or NAME=param:value,...; repeat for several.")] = None,
+    hide: Annotated[
+        list[str] | None, typer.Option(help="NAME=VALUE or NAME=param:value,...; repeat for several.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sensor noise.")] = 0,
     noise: Annotated[bool, typer.Option("--noise/--no-noise", help="Ideal sensors without --noise.")] = True,
     model: ModelFile = MODEL,
@@ -191,7 +195,7 @@ def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json
 @app.command()
 def add(
     effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
-    data: Annotated[Optional[list[Path]], typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    data: Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
     json: Json = None,
@@ -205,7 +209,7 @@ def add(
 @app.command()
 def remove(
     effect: Annotated[str, typer.Argument(help="Name of the effect.")],
-    data: Annotated[Optional[list[Path]], typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    data: Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
     json: Json = None,
@@ -251,7 +255,8 @@ def history(model: ModelFile = MODEL, json: Json = None) -> None:
         entries = workspace.history(open_model(model).workspace)
 
         def text() -> None:
-            rows = [(e["change"], number(e.get("error_before")), number(e.get("error_after")), ", ".join(e.get("logs", [])))
+            rows = [(e["change"], number(e.get("error_before")), number(e.get("error_after")),
+                     ", ".join(e.get("logs", [])))
                     for e in entries]  # fmt: skip
             if rows:
                 table("History", ("change", "error before", "error after", "logs"), rows)
@@ -283,7 +288,7 @@ def report(
 
 @app.command()
 def effects(
-    effect: Annotated[Optional[str], typer.Argument(help="One effect.", show_default=False)] = None, json: Json = None
+    effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None, json: Json = None
 ) -> None:
     """The library of effects: name, family, sentence, unit, equation."""
     import derive
@@ -311,8 +316,10 @@ def effects(
 
 
 @app.command(name="inspect")
-def inspect_(log: Annotated[Path, typer.Argument(help="Measurement file.")], model: ModelFile = MODEL, json: Json = None) -> None:
-    """Rate, jitter, gaps, ranges and noise of a log; time shifts and flipped signs; proposes [columns] and [sensors]."""
+def inspect_(
+    log: Annotated[Path, typer.Argument(help="Measurement file.")], model: ModelFile = MODEL, json: Json = None
+) -> None:
+    """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
     from wheelpend.inspection import inspect_log
     from wheelpend.study import noise_of, read_logs
     from wheelpend.wording import number
@@ -321,7 +328,9 @@ def inspect_(log: Annotated[Path, typer.Argument(help="Measurement file.")], mod
         opened = open_model(model)
         with progress("reading"):
             loaded = read_logs([log], opened)[0]
-            result = inspect_log(loaded, relative=opened.assumptions["encoder"] == "relative", noise=noise_of(loaded, opened))
+            result = inspect_log(
+                loaded, relative=opened.assumptions["encoder"] == "relative", noise=noise_of(loaded, opened)
+            )
         warn(loaded.warnings)
 
         def text() -> None:

@@ -140,7 +140,9 @@ def error_at(study: Study, part: Part, values: dict[str, float], horizon: float)
     parameters = vector(study.module, values, part.log)
     states = initial_states(study.module, cut, study.relative)
     if horizon > 2.0:  # an unstable plant: start long predictions from states fitted over the first half second
-        head = replace(cut, bounds=np.ascontiguousarray([[a, min(b, a + max(6, round(0.5 / part.log.dt)))] for a, b in bounds]))
+        head = replace(
+            cut, bounds=np.ascontiguousarray([[a, min(b, a + max(6, round(0.5 / part.log.dt)))] for a, b in bounds])
+        )
         states, _ = fit_states(study.module, head, states, parameters, study.max_step)
         shot = shoot(study.module, cut, states, parameters, max_step=study.max_step)
     else:

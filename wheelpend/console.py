@@ -17,7 +17,7 @@ from wheelpend.failures import Failure
 from wheelpend.serialise import dumps, to_json
 
 out = Console(highlight=False, soft_wrap=True)
-err = Console(stderr=True, highlight=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 @contextmanager
@@ -75,7 +75,12 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> 
     """Print a table."""
     grid = Table(title=_plain(title), title_justify="left", title_style="bold")
     for column in columns:
-        grid.add_column(_plain(column), justify="left" if column in columns[:1] else "right", overflow="fold", no_wrap=column in columns[:1])
+        grid.add_column(
+            _plain(column),
+            justify="left" if column in columns[:1] else "right",
+            overflow="fold",
+            no_wrap=column in columns[:1],
+        )
     for row in rows:
         grid.add_row(*(_plain(str(cell)) for cell in row))
     out.print(grid)

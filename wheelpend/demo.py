@@ -9,6 +9,7 @@ from wheelpend.comparison import compare
 from wheelpend.console import err, progress, say
 from wheelpend.explanation import explain
 from wheelpend.failures import Failure
+from wheelpend.ladder import draw_ladder
 from wheelpend.model import Model
 from wheelpend.reporting import write_report
 from wheelpend.version import version
@@ -50,7 +51,7 @@ def run(folder: Path) -> None:
     with progress("comparing") as update:
         wording.show_comparison(compare(model, [log], progress=update), model)
 
-    say("\n2. Which physical effect is missing? Every effect of the library is tried, and judged on a log no fit sees.\n")
+    say("\n2. Which physical effect is missing? Every effect is tried, and judged on a log no fit sees.\n")
     with progress("diagnosing") as update:
         result = explain(model, [log], [holdout], progress=update)
     wording.show_diagnosis(result.first, model)
@@ -62,4 +63,5 @@ def run(folder: Path) -> None:
 
     record(result, [log], [holdout])
     page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo")
+    draw_ladder(result, folder / "error_ladder.svg")
     say(f"\nThe report is {page}. Open it in a browser.")

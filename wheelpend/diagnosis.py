@@ -25,7 +25,6 @@ from wheelpend.study import (
     fit_model,
     free_names,
     held_residuals,
-    known_values,
     limits_of,
     per_log_names,
     prepare,

@@ -33,7 +33,9 @@ def describe(model: Model, latex: bool = False) -> str:
     for coordinate, row in zip(derived.plant.coordinates, derived.residual, strict=True):
         lines += [f"  {coordinate.row} row:"] + [f"    {signed(t, write)}" for t in sp.Add.make_args(row)]
     for surface in derived.surfaces:
-        lines.append(f"  dry friction at the {surface.port}, against its slip: {write(surface.law)}, or what holds it still")
+        lines.append(
+            f"  dry friction at the {surface.port}, against its slip: {write(surface.law)}, or what holds it still"
+        )
     lines += ["", "Sensors"]
     lines += [f"  {c.name} = {write(r)}" for c, r in zip(derived.plant.channels, derived.readings, strict=True)]
     if derived.delay:
@@ -62,6 +64,6 @@ def regressor_lines(derived: derive.Model, write) -> list[str]:
 
 def difference(one: Model, other: Model) -> str:
     """Unified diff of two models' descriptions, term by term."""
-    pair = [describe(m).splitlines() for m in (one, other)]
-    lines = list(difflib.unified_diff(*pair, str(one.path), str(other.path), lineterm="", n=1))
+    before, after = describe(one).splitlines(), describe(other).splitlines()
+    lines = list(difflib.unified_diff(before, after, str(one.path), str(other.path), lineterm="", n=1))
     return "\n".join(lines) if lines else "The two models derive to the same equations."

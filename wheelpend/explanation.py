@@ -104,11 +104,13 @@ def overall(steps: Sequence[Step], last: Diagnosis) -> str:
 
 def nominal_error(study: Study) -> float | None:
     """Held-out error with the model's nominal values, before any fit; null without them, or where it diverges."""
-    values = {n: v.nominal for n, v in study.model.parameters.items()}
-    if any(values.get(n) is None for n in study.base):
+    values = {n: v.nominal for n, v in study.model.parameters.items() if v.nominal is not None}
+    if any(n not in values for n in study.base):
         return None
     known = {**known_values(study.model), **values}
-    fixed = Fit(known, tuple(dict() for _ in study.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True)
+    fixed = Fit(
+        known, tuple({} for _ in study.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True
+    )
     error, _ = held_residuals(study, fixed)
     return error if np.isfinite(error) else None
 

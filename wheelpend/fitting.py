@@ -76,7 +76,7 @@ def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.
 def bounded_step(
     information: np.ndarray, score: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray
 ) -> np.ndarray:
-    """Damped Gauss-Newton step within bounds on the step: what would leave them stops there, the rest is solved again."""
+    """Damped Gauss-Newton step within bounds on the step: what would leave them stops there."""
     step = np.zeros(len(score))
     free = np.ones(len(score), dtype=bool)
     for _ in range(len(score) + 1):

@@ -46,7 +46,9 @@ def identify(
     logs that cannot be used.
     """
     if method not in METHODS:
-        raise Failure(f"No method named '{method}'. Known methods: {', '.join(METHODS)}.{did_you_mean(method, METHODS)}")
+        raise Failure(
+            f"No method named '{method}'. Known methods: {', '.join(METHODS)}.{did_you_mean(method, METHODS)}"
+        )
     return _shoot(model, logs, progress) if method == "shooting" else _regress(model, logs, method, tau, progress)
 
 

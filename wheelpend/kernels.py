@@ -23,7 +23,7 @@ from wheelpend.failures import Failure
 
 
 def cache_folder() -> Path:
-    """Where derived texts and machine code are kept: $WHEELPEND_CACHE, else the user's cache, else a temporary folder."""
+    """Where texts and machine code are kept: $WHEELPEND_CACHE, else the user's cache, else a temporary folder."""
     root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
     folder = Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend"
     try:

@@ -104,7 +104,7 @@ def _variables(study: Study, part: Part, centres: np.ndarray) -> dict[str, np.nd
     """States, slip speed, input and time at the pieces."""
     states = measured_states(part.log, study.relative)
     table = {name: states[centres, k] for k, name in enumerate(study.module.STATES)}
-    width = max(1, int(round(0.01 / part.log.dt)))
+    width = max(1, round(0.01 / part.log.dt))
     speed = np.convolve(states[:, 2], np.ones(2 * width + 1) / (2 * width + 1), mode="same")
     table["dtheta_w"] = speed[centres]
     table["dtheta_w - dtheta_p"] = speed[centres] - states[centres, 3]
@@ -117,7 +117,7 @@ def concentrations(study: Study, missing: MissingForce, most: int = 4) -> tuple[
     """The ranges of states and input in which the missing force is most concentrated, strongest first.
 
     A range is named when its share of the force's sum of squares exceeds its share of the samples by a third of the
-    rest, and the force there is repeatable: its mean, with one sign or following the variable's, stands out of the band.
+    rest, or when the variable predicts the force.
     """
     found = []
     for row, name in enumerate(study.module.ROWS):

@@ -72,8 +72,9 @@ def positive(
 ) -> dict[str, float]:
     """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
 
-    A constant on each row and dry friction in the slip are fitted along and thrown away, so that a slope, an offset or a
-    sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest share.
+    A constant on each row and dry friction in the slip are fitted along and thrown away, so that a slope, an offset
+    or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest
+    share.
     """
     states = measured_states(log, relative)
     voltage = fill_gaps(log.t, log.voltage)

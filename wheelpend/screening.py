@@ -55,7 +55,7 @@ def screen(
     columns = [study.module.PARAMETERS.index(n) for n in names]
     shots = []
     for number, part in enumerate(parts):
-        values = {**fitted.of_log(number), **{"cogging.periods": s[0] for s in shapes.values()}}
+        values = {**fitted.of_log(number), "cogging.periods": ripple[0]}
         parameters = vector(study.module, values, part.log)
         shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
     reduced = reduce(shots, study.module.NX, plan)
@@ -63,7 +63,9 @@ def screen(
     own = {e.name: _places(plan.labels, [f"{e.name}.{p.name}" for p in e.linear]) for e in effects}
     noise = max(sum(s.cost for s in shots) / max(sum(p.values for p in parts), 1), 1.0)
     found = [_candidate(e, own[e.name], plan.labels, information, score, shapes.get(e.name), noise) for e in effects]
-    return Screen(tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, information, np.diag(reduced.information)))
+    return Screen(
+        tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, information, np.diag(reduced.information))
+    )
 
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -86,7 +88,8 @@ def _candidate(effect, places, labels, information, score, shape, noise) -> Cand
     scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
     inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
     step = inverse @ right
-    start, sigma = {}, {}
+    start: dict[str, float] = {}
+    sigma: dict[str, float] = {}
     for k, place in enumerate(places):
         name = labels[place].split("@")[0]
         start.setdefault(name, float(step[k]))

@@ -116,7 +116,9 @@ def difference_noise(signal: np.ndarray) -> float:
         if finite.size <= order + 10:
             break
         squares = np.diff(finite, order) ** 2 / comb(2 * order, order)
-        whole = squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
+        whole = (
+            squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
+        )
         means = whole.mean(axis=1)
         estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
     return min(estimates) if estimates else float(np.nanstd(signal))

@@ -22,8 +22,10 @@ def advice(study: Study, first) -> str:
         return (f"More than three effects fit this log equally well ({', '.join(names)}): it moves too little to tell. "
                 "Record a longer log with larger and faster motion.")  # fmt: skip
     if study.model.controller is None:
-        return (f"Record a second log in which {' and '.join(names)} would act differently: turn the robot round, change "
-                "the speed range, or move on level ground. With a [controller] in the model, commands are compared.")  # fmt: skip
+        return (
+            f"Record a second log in which {' and '.join(names)} would act differently: turn the robot round, change "
+            "the speed range, or move on level ground. With a [controller], commands are compared."
+        )
     others = [separations(study, first, command, names) for command in sorted(COMMANDS)]
     best = max(others, key=lambda pair: pair[1])
     if best[1] < CLEAR:
@@ -55,13 +57,22 @@ def separations(study: Study, first, command: str, names: list[str]) -> tuple[st
 
 def _rehearse(study: Study, first, command: str) -> tuple[Log, np.ndarray, np.ndarray]:
     """Simulate a command with the first candidate in the model and without noise."""
-    module, fitted = study.module, first.fit
+    module, fitted, controller = study.module, first.fit, study.model.controller
+    assert controller is not None, "a command needs a controller"
     t = np.arange(0.0, 20.0, 0.001)
     angle, rate = reference(command, t)
     log = Log(command, t, np.zeros_like(t), np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
     parameters = vector(module, fitted.of_log(0), log)
-    gains = np.array(study.model.controller.gains, dtype=float)
+    gains = np.array(controller.gains, dtype=float)
     states, measured, voltage = module.closed_loop(
-        t, angle, rate, gains, np.zeros(module.NX), parameters, np.zeros((len(t), module.NY)), np.zeros(module.NY), 0.002
+        t,
+        angle,
+        rate,
+        gains,
+        np.zeros(module.NX),
+        parameters,
+        np.zeros((len(t), module.NY)),
+        np.zeros(module.NY),
+        0.002,
     )
     return Log(command, t, voltage, measured, tuple(module.OUTPUTS), angle), states, parameters

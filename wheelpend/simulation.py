@@ -51,11 +51,21 @@ def simulate(
     quantum = np.array([2 * np.pi / counts if counts and noise and n == "theta_w" else 0.0 for n in module.OUTPUTS])
     normal = np.random.default_rng(seed).normal(size=(len(t), module.NY)) * scatter
     states, measured, voltage = module.closed_loop(
-        t, angle, rate, np.array(model.controller.gains, dtype=float), np.zeros(module.NX), parameters, normal, quantum, sample
+        t,
+        angle,
+        rate,
+        np.array(model.controller.gains, dtype=float),
+        np.zeros(module.NX),
+        parameters,
+        normal,
+        quantum,
+        sample,
     )
     if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
         fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]
-        raise Failure(f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains.")
+        raise Failure(
+            f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains."
+        )
     return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)
 
 

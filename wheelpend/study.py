@@ -111,8 +111,8 @@ def prepare(
 ) -> Study:
     """Cut logs into training and held-out segments.
 
-    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Raises Failure where a log
-    stands on both sides or yields no segments.
+    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Raises Failure where a
+    log stands on both sides or yields no segments.
     """
     _no_log_twice(logs, holdout)
     module = kernels.library(model.plant, model.assumptions)
@@ -137,15 +137,15 @@ def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
         str(Path(p).resolve()) for p in holdout if not isinstance(p, Log)
     }
     if both:
-        raise Failure(f"A log must not be on both sides, but {', '.join(sorted(both))} is given to fit and to hold out. "
-                      "Leave it out of one.")  # fmt: skip
+        raise Failure(f"A log must not be on both sides, but {', '.join(sorted(both))} is given to fit and to hold "
+                      "out. Leave it out of one.")  # fmt: skip
 
 
 def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):
-        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the robot stands, "
-                      f"but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
+        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the robot "
+                      f"stands, but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
                       "Check `wheelpend inspect`.")  # fmt: skip
     return Part(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
 
@@ -271,7 +271,11 @@ def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
     for held in study.held:
         values = _held_values(study, fitted, held)
         _, residual = prediction_error(study.module, held.part, values, study.relative, study.max_step)
-        squares += float(np.nansum(residual**2)) if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any() else np.inf
+        squares += (
+            float(np.nansum(residual**2))
+            if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any()
+            else np.inf
+        )
         count += held.part.values - 2 * study.module.NQ * len(held.part.bounds)
         residuals.append(residual)
     if not study.held:
@@ -287,7 +291,7 @@ def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
     if not own or held.calibration is None:
         return dict(fitted.values)
     start = {**fitted.values, **(fitted.per_log[0] if fitted.per_log else {})}
-    shapes = [n for n in dict.fromkeys(own)]
+    shapes = list(dict.fromkeys(own))
     calibrated = fit(study.module, [held.calibration], start, shapes, relative=study.relative,
                      limits=limits_of(shapes), max_step=study.max_step, rounds=10)  # fmt: skip
     return calibrated.values

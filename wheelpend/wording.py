@@ -63,7 +63,8 @@ def show_identification(result: Identification) -> None:
     ]
     table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
     say(f"{result.samples} samples; condition number {result.condition_number:.3g}"
-        + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "") + ".")  # fmt: skip
+        + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "")
+        + ".")  # fmt: skip
 
 
 def show_comparison(result: Comparison, model: Model) -> None:
@@ -71,7 +72,8 @@ def show_comparison(result: Comparison, model: Model) -> None:
     if result.fitted_first:
         say("The model has no parameter values yet: it was fitted to the log first.")
     say(f"Error {result.error:.4g} over {result.horizon_s:g} s (noise floor {result.noise_floor:.4g}): "
-        f"{'the model explains the log down to its noise.' if result.error < 1.05 * result.noise_floor else 'the model misses something.'}")  # fmt: skip
+        "the model " + ("explains the log down to its noise." if result.error < 1.05 * result.noise_floor
+                        else "misses something."))  # fmt: skip
     table(f"Fit per channel over {result.horizon_s:g} s", ("channel", "fit [%]", "rmse"),
           [(c, f"{f:.2f}", number(result.rmse[c])) for c, f in result.fit_percent.items()])  # fmt: skip
     table("Error against horizon", ("seconds", "error"),
@@ -126,11 +128,11 @@ def show_diagnosis(result: Diagnosis, model: Model) -> None:
 def headline(result: Diagnosis, model: Model) -> str:
     """The verdict in a sentence or two."""
     if result.verdict == "nothing_missing":
-        return (f"Nothing is missing: error {result.error:.4g}, noise floor {result.noise_floor:.4g}, and no effect of the "
-                "library is worth naming.")  # fmt: skip
+        return (f"Nothing is missing: error {result.error:.4g}, noise floor {result.noise_floor:.4g}, and no "
+                "effect of the library is worth naming.")  # fmt: skip
     if result.verdict == "unexplained":
-        return (f"Something is missing (error {result.error:.4g}, noise floor {result.noise_floor:.4g}), and no effect of the "
-                "library accounts for it.")  # fmt: skip
+        return (f"Something is missing (error {result.error:.4g}, noise floor {result.noise_floor:.4g}), and "
+                "no effect of the library accounts for it.")  # fmt: skip
     return first_sentence(result.candidates[0], result, model)
 
 
