@@ -148,10 +148,14 @@ def refit_best(study, base, short, start, before, screens, residuals, progress: 
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
-        cheapest = begun[0][1].cost if begun else 0.0
-        hopeful = [p for n, p in enumerate(begun) if n < 1 or p[1].cost < HOPEFUL * cheapest][:REFITTED]
+        hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
         tried = list(pool.map(finish, hopeful))
     return sorted(tried, key=lambda t: t.error_after)
+
+
+def is_clear(best: Fit, other: Fit, floor: float) -> bool:
+    """Whether the best fit on short segments has settled the matter: it reaches the noise and the other does not."""
+    return best.error < EXPLAINED * floor and other.cost > HOPEFUL * best.cost
 
 
 def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:

@@ -33,7 +33,7 @@ def measured_states(log: Log, relative: bool) -> np.ndarray:
     wheel, pitch, rate = (fill_gaps(log.t, log.measured[:, c]) for c in range(3))
     if relative:
         wheel = wheel + pitch
-    return np.column_stack([wheel, pitch, np.gradient(wheel, log.t), rate])
+    return np.column_stack([wheel, pitch, np.gradient(wheel, log.t, edge_order=2), rate])
 
 
 def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:

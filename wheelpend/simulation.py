@@ -12,6 +12,7 @@ from wheelpend.commands import reference
 from wheelpend.failures import Failure
 from wheelpend.logs import Log
 from wheelpend.model import Model
+from wheelpend.shooting import vector
 from wheelpend.study import known_values
 
 NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
@@ -45,7 +46,7 @@ def simulate(
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
-    parameters = np.array([machine.get(n, 1.0 if n == "cogging.periods" else 0.0) for n in module.PARAMETERS])
+    parameters = vector(module, machine, Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS)))
     scatter = noise_levels(model, module.OUTPUTS) * noise
     counts = model.sensors.encoder_counts
     quantum = np.array([2 * np.pi / counts if counts and noise and n == "theta_w" else 0.0 for n in module.OUTPUTS])
