@@ -118,9 +118,9 @@ def diagnose_study(
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
     ripple = ripple_shape(study, short)
-    near = screen(study, short, shortened(study, SHORT * study.horizon), present, ripple)
     far = screen(study, base, study.training, present, ripple)
-    tried = refit_best(study, base, short, start, before, (near, far), residuals, progress)
+    near = near_screens(study, short, start, ripple, corrupted=before > EXPLAINED * study.floor)
+    tried = refit_best(study, base, short, before, near, far, residuals, progress)
     missing = None
     if with_force:
         progress("estimating the missing force")
@@ -128,23 +128,43 @@ def diagnose_study(
     return conclude(study, base, before, residuals, tried, far, missing)
 
 
-def refit_best(study, base, short, start, before, screens, residuals, progress: Progress) -> list[Tried]:
-    """Refit the best candidates of both screenings, first on short segments, then the best of those on full ones."""
+def near_screens(
+    study: Study, short: Fit, start: dict[str, float], ripple: tuple[float, int], corrupted: bool
+) -> list[tuple[dict[str, float], Screen]]:
+    """Score every effect on short segments: at the fit, and where a missing effect corrupts that, at its starts too.
+
+    A base fit that bends every parameter to a missing effect can hide that very effect from its own linearisation.
+    """
+    parts, present = shortened(study, SHORT * study.horizon), study.model.effects
+    found = [(short.values, screen(study, short, parts, present, ripple))]
+    free = free_names(study, present)
+    for origin in (start, *study.origins) if corrupted else ():
+        values = {**short.values, **origin}
+        there = fit(study.module, parts, values, free, per_log=per_log_names(free), relative=study.relative,
+                    limits=limits_of(free), start_per_log=short.per_log, max_step=study.max_step, rounds=0)  # fmt: skip
+        if np.isfinite(there.cost):
+            found.append((values, screen(study, there, parts, present, ripple)))
+    return found
+
+
+def refit_best(study, base, short, before, near, far: Screen, residuals, progress: Progress) -> list[Tried]:
+    """Refit the best candidates of every screening, first on short segments, then the best of those on full ones."""
+    screens = [*(s for _, s in near), far]
     promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.start))
     names = list(dict.fromkeys(c.effect.name for c in promising))
-    by_name = [{c.effect.name: c for c in s.candidates} for s in screens]
-    tests = sum(c.trials for c in screens[1].candidates)
+    by_name = {c.effect.name: c for c in far.candidates}
+    tests = sum(c.trials for c in far.candidates)
 
     def begin(name: str) -> Fit:
         progress(f"refitting with {name}")
-        return refit(study, short, start, [table[name] for table in by_name])
+        return refit(study, short, starts_for(near, name))
 
     def finish(pair: tuple[str, Fit]) -> Tried:
         name, begun = pair
         progress(f"judging {name} on held-out data")
         fitted = fit_model(study, begun.values, _free_with(base, name), horizons=(1.0,), start_per_log=begun.per_log)
         evidence = evidence_fit(study, fitted, begun)
-        return judge(study, by_name[0][name], fitted, evidence, before, residuals, tests)
+        return judge(study, by_name[name], fitted, evidence, before, residuals, tests)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
@@ -165,27 +185,31 @@ def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
         return fitted
     share = max(SHORT, segments / (len(fitted.free) + 2.0 * FEWEST))
     free = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
-    return fit_model(study, begun.values, free, horizons=(share,), start_per_log=begun.per_log)
+    parts = shortened(study, share * study.horizon, most=1000)
+    return fit(study.module, parts, begun.values, free, per_log=per_log_names(free), relative=study.relative,
+               limits=limits_of(free), start_per_log=begun.per_log, max_step=study.max_step, rounds=15)  # fmt: skip
 
 
 def _free_with(base: Fit, effect: str) -> list[str]:
     return [*dict.fromkeys(n.split("@")[0] for n in base.free), *derive.effects.find(effect).full_names]
 
 
-def refit(study: Study, short: Fit, start: dict[str, float], candidates: Sequence[Candidate]) -> Fit:
-    """Refit the model with one more effect on short segments, from several sizes of it, with fresh states.
+def starts_for(near: list[tuple[dict[str, float], Screen]], name: str) -> list[tuple[dict[str, float], Candidate]]:
+    """Where an effect's refits may start: each screening's point with the size it suggests there."""
+    return [(values, c) for values, found in near for c in found.candidates if c.effect.name == name]
 
-    On short segments the problem is almost linear. The base fit may be corrupted by the missing effect, so the start
-    that it came from is tried as well.
-    Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well.
+
+def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:
+    """Refit the model with one more effect on short segments, from several points and sizes, with fresh states.
+
+    On short segments the problem is almost linear. Effects that are not locally linear (a delay, a threshold) start
+    from a grid of sizes as well.
     """
-    effect = candidates[0].effect
+    effect = beginnings[0][1].effect
     free = _free_with(short, effect.name)
-    beginnings = [admissible(effect, c.start) for c in candidates]
+    trials = [(values, admissible(effect, c.start)) for values, c in beginnings]
     for parameter in effect.parameters:
-        beginnings += [{f"{effect.name}.{parameter.name}": size} for size in parameter.grid]
-    trials = [(short.values, b) for b in beginnings]
-    trials += [({**short.values, **origin}, beginnings[0]) for origin in (start, *study.origins)]
+        trials += [(beginnings[0][0], {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
     fits = []
     for values, sizes_ in trials:
         fits.append(_refit_from(study, short, sizes_, free, SHORT, values, short.per_log))

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from wheelpend.diagnosis import SHORT, refit
-from wheelpend.screening import ripple_shape, screen
+from wheelpend.diagnosis import EXPLAINED, SHORT, near_screens, refit, starts_for
+from wheelpend.screening import ripple_shape
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, fit_model, free_names, shortened
+from wheelpend.study import Study, fit_model, free_names
 
 
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:
@@ -13,9 +13,7 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     present = study.model.effects
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
     ripple = ripple_shape(study, short) if effect == "cogging" else (1.0, 1)
-    near = screen(study, short, shortened(study, SHORT * study.horizon), present, ripple)
-    far = screen(study, base, study.training, present, ripple)
-    candidates = [c for s in (near, far) for c in s.candidates if c.effect.name == effect]
-    begun = refit(study, short, start, candidates)
+    near = near_screens(study, short, start, ripple, corrupted=base.error > EXPLAINED * study.floor)
+    begun = refit(study, short, starts_for(near, effect))
     return fit_model(study, begun.values, free_names(study, [*present, effect]), horizons=(1.0,),
                      start_per_log=begun.per_log)  # fmt: skip

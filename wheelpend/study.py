@@ -150,12 +150,12 @@ def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part
     return Part(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
 
 
-def shortened(study: Study, horizon: float, most: int = 0) -> tuple[Part, ...]:
-    """Training parts cut into shorter segments, thinned evenly to about ``most`` where that is not 0."""
+def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]:
+    """Training parts cut into shorter segments, thinned evenly to about ``most``: they only prepare."""
     found = []
     for part in study.training:
         bounds = segment_bounds(part.log, horizon, int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
-        thin = max(1, len(bounds) // most) if most else 1
+        thin = max(1, len(bounds) // most)
         found.append(replace(part, bounds=np.ascontiguousarray(bounds[::thin])))
     return tuple(found)
 
@@ -196,7 +196,7 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     for values in ranked:
         step = stable_step(study.module, values, study.training[0].log)
         tried = fit(study.module, parts, values, study.base, relative=study.relative, limits=limits_of(study.base),
-                    max_step=step, rounds=12)  # fmt: skip
+                    max_step=step, rounds=8)  # fmt: skip
         if tried.cost < lowest:
             best, lowest = {**values, **tried.values}, tried.cost
     if best is None:
