@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: install demo test check generate bench benchmark clean
+.PHONY: install demo test check generate clean
 
 install: $(STAMP)
 

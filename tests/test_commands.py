@@ -45,7 +45,7 @@ def test_a_workspace_lives_from_new_to_history(workspace):
         "add coulomb_drive", "remove coulomb_drive"]  # fmt: skip
 
 
-def test_explain_prints_the_contracts_keys_and_nothing_else(workspace):
+def test_explain_prints_json_with_the_documented_keys_and_nothing_else(workspace):
     data = json.loads(run("explain", "log.csv", "--json", "-").stdout)
     assert {"schema", "verdict", "nominal_error", "base_error", "steps", "effects", "error", "noise_floor", "horizon_s",
             "parameters"} <= set(data)  # fmt: skip
