@@ -36,12 +36,13 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
     sigma, quantum, squares = [], [], []
     for index, channel in enumerate(log.channels):
         signal = log.measured[:, index]
-        step = quanta.get(channel) or find_quantum(signal)
-        scatter = difference_noise(signal)
+        stated = quanta.get(channel)
+        step = stated if stated and on_grid(signal, stated) else find_quantum(signal)
+        scatter = rounding_only(step) if step and step == stated else difference_noise(signal)
         if not step and not given.get(channel) and is_filtered(signal, log.dt):
             scatter = max(scatter, inconsistency(log, channel))
         known = given.get(channel)
-        rounding = step / np.sqrt(12.0)
+        rounding = rounding_only(step)
         fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
         sigma.append(fine if fine > 0.0 else _resolution(signal))
         quantum.append(step)
@@ -59,9 +60,18 @@ def find_quantum(signal: np.ndarray) -> float:
     span = float(values[-1] - values[0])
     steps = steps[steps > 1e-9 * span]
     step = float(np.median(steps[steps < 1.5 * steps.min()]))
-    counts = (values - values[0]) / step
-    off_grid = np.abs(counts - np.round(counts))
-    return step if np.mean(off_grid < 0.1) > 0.95 and np.round(counts[-1]) < 1e6 else 0.0
+    return step if on_grid(values, step) and span < 1e6 * step else 0.0
+
+
+def on_grid(signal: np.ndarray, step: float) -> bool:
+    """Whether a signal moves in whole steps, as one does that was quantised and had no noise added afterwards."""
+    counts = (signal[np.isfinite(signal)] - signal[np.isfinite(signal)][0]) / step
+    return bool(np.mean(np.abs(counts - np.round(counts)) < 0.1) > 0.95)
+
+
+def rounding_only(step: float) -> float:
+    """Standard deviation of the error of rounding to a step."""
+    return step / np.sqrt(12.0)
 
 
 def is_filtered(signal: np.ndarray, dt: float) -> bool:
@@ -110,12 +120,12 @@ def difference_noise(signal: np.ndarray) -> float:
 
     The variance is averaged over short windows, those with bursts left out, so that the noise need not be Gaussian.
     """
-    finite = signal[np.isfinite(signal)]
     estimates = []
     for order in ORDERS:
-        if finite.size <= order + 10:
+        squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
+        squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
+        if squares.size <= 10:
             break
-        squares = np.diff(finite, order) ** 2 / comb(2 * order, order)
         whole = (
             squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
         )
@@ -126,7 +136,8 @@ def difference_noise(signal: np.ndarray) -> float:
 
 def rounding_error(signal: np.ndarray, step: float) -> float:
     """Root mean square of the error that rounding to a step makes on the smoothed signal."""
-    finite = signal[np.isfinite(signal)]
+    good = np.isfinite(signal)
+    finite = np.interp(np.arange(signal.size), np.flatnonzero(good), signal[good])
     kernel = np.hanning(min(41, finite.size // 2 * 2 - 1) + 2)[1:-1]
     smooth = np.convolve(finite, kernel / kernel.sum(), mode="valid")
     start = finite[0]
