@@ -90,6 +90,7 @@ def bounded_step(
     return step
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a trial that runs away gives infinities, and is rejected
 def fit(
     module: ModuleType,
     parts: Sequence[Part],
@@ -165,9 +166,8 @@ def _result(module, parts, plan, theta, states, shots, start, start_per_log, con
     covariance, condition, flat = covariance_of(information, plan.labels)
     segments = len(reduced.scores)
     scores = np.nan_to_num(reduced.scores, posinf=0.0, neginf=0.0)
-    with np.errstate(over="ignore", invalid="ignore"):  # a fit that cannot be simulated has no scatter to speak of
-        meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
-        robust = np.nan_to_num(covariance @ meat @ covariance, nan=np.inf)
+    meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
+    robust = np.nan_to_num(covariance @ meat @ covariance, nan=np.inf)
     return Fit(
         values={**{k: float(v) for k, v in start.items()}, **_shared(plan, theta)},
         per_log=tuple(_own(plan, theta, k, start_per_log) for k in range(len(parts))),

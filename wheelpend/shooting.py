@@ -148,6 +148,7 @@ def _polynomial(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
     return np.array([fitted[0], fitted[1] / scale if degree else 0.0])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a segment that runs away gives infinities, and is not kept
 def fit_states(
     module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float = 0.002, rounds: int = 8
 ) -> tuple[np.ndarray, Shot]:
@@ -158,8 +159,8 @@ def fit_states(
     for _ in range(rounds):
         step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
         trial = shoot(module, part, states + step, parameters, max_step=max_step)
-        old, new = shot.gram[:, -1, -1], trial.gram[:, -1, -1]
-        better = (new < old) | (~np.isfinite(old) & np.isfinite(new))
+        old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
+        better = new < old
         gain = np.where(better & np.isfinite(old), old - new, 0.0)
         states[better] += step[better]
         damping = np.where(better, damping * 0.1, damping * 10.0)
