@@ -94,7 +94,7 @@ def _candidate(effect, places, labels, information, score, shape, noise) -> Cand
         name = labels[place].split("@")[0]
         start.setdefault(name, float(step[k]))
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    trials = 1
+    trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start that is tried counts
     if shape is not None:
         start[f"{effect.name}.periods"], trials = shape
     return Candidate(effect, start, float(right @ step) / noise, sigma, trials)
