@@ -20,6 +20,7 @@ app = typer.Typer(
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Data = Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
 Json = Annotated[
     str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")
@@ -195,7 +196,7 @@ def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json
 @app.command()
 def add(
     effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
-    data: Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
     json: Json = None,
@@ -209,7 +210,7 @@ def add(
 @app.command()
 def remove(
     effect: Annotated[str, typer.Argument(help="Name of the effect.")],
-    data: Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")] = None,
+    data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
     json: Json = None,

@@ -13,7 +13,6 @@ from scipy.special import fdtrc
 
 import derive
 from derive.effects import Effect
-from wheelpend.fitting import fit
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
@@ -23,9 +22,9 @@ from wheelpend.study import (
     Study,
     best_start,
     fit_model,
+    fit_parts,
     free_names,
     held_residuals,
-    limits_of,
     per_log_names,
     prepare,
     shortened,
@@ -140,8 +139,7 @@ def near_screens(
     free = free_names(study, present)
     for origin in (start, *study.origins) if corrupted else ():
         values = {**short.values, **origin}
-        there = fit(study.module, parts, values, free, per_log=per_log_names(free), relative=study.relative,
-                    limits=limits_of(free), start_per_log=short.per_log, max_step=study.max_step, rounds=0)  # fmt: skip
+        there = fit_parts(study, parts, values, free, start_per_log=short.per_log, rounds=0)
         if np.isfinite(there.cost):
             found.append((values, screen(study, there, parts, present, ripple)))
     return found
@@ -186,8 +184,7 @@ def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
     share = max(SHORT, segments / (len(fitted.free) + 2.0 * FEWEST))
     free = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
     parts = shortened(study, share * study.horizon, most=1000)
-    return fit(study.module, parts, begun.values, free, per_log=per_log_names(free), relative=study.relative,
-               limits=limits_of(free), start_per_log=begun.per_log, max_step=study.max_step, rounds=15)  # fmt: skip
+    return fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
 
 
 def _free_with(base: Fit, effect: str) -> list[str]:
@@ -221,9 +218,8 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
 
 def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
     own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in per_log]
-    return fit(study.module, shortened(study, share * study.horizon, most=80), {**values, **sizes_}, free,
-               per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
-               max_step=study.max_step, rounds=15)  # fmt: skip
+    parts = shortened(study, share * study.horizon, most=80)
+    return fit_parts(study, parts, {**values, **sizes_}, free, start_per_log=own)
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
@@ -311,7 +307,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         fit_percent=fit_percent(study, residuals),
         candidates=(*named, *impossible),
         experiment=experiment(study, named[0]) if verdict == "ambiguous" else None,
-        detectable=detectable(study, far, base) if verdict == "nothing_missing" else {},
+        detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
         sentences=(),
         not_judged={e.name: why for e in derive.effects.LIBRARY.values() if (why := study.lacking(e))},
@@ -344,7 +340,7 @@ def fit_percent(study: Study, residuals: list[np.ndarray]) -> dict[str, float]:
     return found
 
 
-def detectable(study: Study, far: Screen, base: Fit) -> dict[str, dict[str, float]]:
+def detectable(study: Study, far: Screen) -> dict[str, dict[str, float]]:
     """The smallest size of each effect that this log would have shown.
 
     It must stand 5 standard errors clear of zero and lower the error by what makes it worth naming.

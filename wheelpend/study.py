@@ -195,8 +195,7 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     best, lowest = None, np.inf
     for values in ranked:
         step = stable_step(study.module, values, study.training[0].log)
-        tried = fit(study.module, parts, values, study.base, relative=study.relative, limits=limits_of(study.base),
-                    max_step=step, rounds=8)  # fmt: skip
+        tried = fit_parts(replace(study, max_step=step), parts, values, study.base, rounds=8)
         if tried.cost < lowest:
             best, lowest = {**values, **tried.values}, tried.cost
     if best is None:
@@ -237,6 +236,30 @@ def per_log_names(names: Sequence[str]) -> list[str]:
     return found
 
 
+def fit_parts(
+    study: Study,
+    parts: Sequence[Part],
+    start: Mapping[str, float],
+    free: Sequence[str],
+    *,
+    start_per_log: Sequence[Mapping[str, float]] = (),
+    rounds: int = 15,
+) -> Fit:
+    """Fit free parameters to some parts with the study's kernels, scopes and bounds."""
+    return fit(
+        study.module,
+        parts,
+        start,
+        free,
+        per_log=per_log_names(free),
+        relative=study.relative,
+        limits=limits_of(free),
+        start_per_log=start_per_log,
+        max_step=study.max_step,
+        rounds=rounds,
+    )
+
+
 def fit_model(
     study: Study,
     start: Mapping[str, float],
@@ -252,11 +275,7 @@ def fit_model(
     result, values, own = None, dict(start), tuple(start_per_log)
     for share in horizons:
         parts = study.training if share == 1.0 else shortened(study, share * study.horizon)
-        result = fit(
-            study.module, parts, values, free,
-            per_log=per_log_names(free), relative=study.relative, limits=limits_of(free), start_per_log=own,
-            max_step=study.max_step, rounds=25 if share == 1.0 else 15,
-        )  # fmt: skip
+        result = fit_parts(study, parts, values, free, start_per_log=own, rounds=25 if share == 1.0 else 15)
         values, own = result.values, result.per_log
     assert result is not None
     return result
@@ -292,9 +311,8 @@ def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
         return dict(fitted.values)
     start = {**fitted.values, **(fitted.per_log[0] if fitted.per_log else {})}
     shapes = list(dict.fromkeys(own))
-    calibrated = fit(study.module, [held.calibration], start, shapes, relative=study.relative,
-                     limits=limits_of(shapes), max_step=study.max_step, rounds=10)  # fmt: skip
-    return calibrated.values
+    calibrated = fit_parts(study, [held.calibration], start, shapes, rounds=10)
+    return calibrated.of_log(0)
 
 
 def free_names(study: Study, effects: Sequence[str]) -> list[str]:
