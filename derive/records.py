@@ -125,6 +125,14 @@ class Grouping(NamedTuple):
     rows: tuple[sp.Expr, ...]  # inertia − force in volt-equivalents, in terms of the names (paper eqs. 19, 20)
 
 
+class EnergyBalance(NamedTuple):
+    """The rows times their rates, summed: supplied = (d stored/dt + taken) · X, without accelerations."""
+
+    stored: sp.Matrix  # energy per parameter, 1 x parameters [rad² ... so that stored · X is in V rad]
+    taken: sp.Matrix  # power that is not stored, 1 x parameters
+    supplied: sp.Expr  # power of the input and of what is known [V rad/s]
+
+
 class Regressor(NamedTuple):
     """A model that is linear in its parameters: tau = phi · X, and phi = d²/dt² phi2 + d/dt phi1 + phi0."""
 
@@ -134,6 +142,7 @@ class Regressor(NamedTuple):
     phi2: sp.Matrix  # (paper eq. 26)
     phi1: sp.Matrix
     phi0: sp.Matrix
+    energy: EnergyBalance
 
 
 class DrySurface(NamedTuple):

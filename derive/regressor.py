@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from derive.functions import symbol
-from derive.records import DrySurface, Grouping, Parameter, Plant, Regressor
+from derive.records import DrySurface, EnergyBalance, Grouping, Parameter, Plant, Regressor
 
 
 def derive_regressor(
@@ -27,7 +27,42 @@ def derive_regressor(
     tau = -(rows - phi * sp.Matrix(parameters)).applyfunc(sp.expand)
     pieces = [split(plant, sp.expand(entry)) for entry in phi]
     phi2, phi1, phi0 = (sp.Matrix(*phi.shape, [p[k] for p in pieces]) for k in range(3))
-    return Regressor(parameters, tau, phi.applyfunc(sp.expand), phi2, phi1, phi0)
+    balance = energy_balance(plant, slipping, parameters)
+    return Regressor(parameters, tau, phi.applyfunc(sp.expand), phi2, phi1, phi0, balance)
+
+
+def energy_balance(plant: Plant, slipping: sp.Matrix, parameters: tuple[sp.Symbol, ...]) -> EnergyBalance:
+    """Multiply each row by its rate and add: what multiplies a parameter is a stored energy's rate plus a power.
+
+    This is the energy regressor of the paper's references [22, 23]. Raises ValueError if an acceleration is left.
+    """
+    power = sp.expand(sp.Add(*(c.dq * row for c, row in zip(plant.coordinates, slipping, strict=True))))
+    per_parameter = [sp.expand(power.diff(x)) for x in parameters]
+    stored = [stored_energy(plant, p) for p in per_parameter]
+    taken = [sp.expand(p - total_rate(plant, e)) for p, e in zip(per_parameter, stored, strict=True)]
+    if any(p.has(*(c.ddq for c in plant.coordinates)) for p in taken):
+        raise ValueError(f"{plant.name}: the energy balance must be free of accelerations, but {taken} is not")
+    known = sp.Add(*(x * p for x, p in zip(parameters, per_parameter, strict=True)))
+    return EnergyBalance(sp.Matrix([stored]), sp.Matrix([taken]), sp.expand(known - power))
+
+
+def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
+    """Kinetic and potential energy whose rate a power contains."""
+    kinetic = sp.Add(*(power.diff(c.ddq).subs({k.ddq: 0 for k in plant.coordinates}) * c.dq
+                       for c in plant.coordinates)) / 2  # fmt: skip
+    left = sp.expand(power - total_rate(plant, kinetic))
+    potential = sp.Integer(0)
+    for c in plant.coordinates:
+        pull = left.coeff(c.dq, 1)
+        if not pull.has(*(s for k in plant.coordinates for s in (k.dq, k.ddq)), plant.input):
+            potential += sp.integrate(pull, c.q)
+            left = sp.expand(left - pull * c.dq)
+    return sp.expand(kinetic) + potential
+
+
+def total_rate(plant: Plant, expression: sp.Expr) -> sp.Expr:
+    """Time derivative of a function of the coordinates and their rates."""
+    return sp.Add(*(expression.diff(c.q) * c.dq + expression.diff(c.dq) * c.ddq for c in plant.coordinates))
 
 
 def dry_forces(plant: Plant, surfaces: tuple[DrySurface, ...]) -> sp.Matrix:

@@ -36,6 +36,7 @@ class Code(NamedTuple):
     linear: tuple[str, ...]  # parameters of the regressor
     controlled: tuple[int, int]  # outputs that the controller sees: angle, rate
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
+    unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
     kernels: dict[str, Kernel]
 
 
@@ -59,6 +60,7 @@ def generate_code(model: Model) -> Code:
         linear=tuple(s.name for s in model.regressor.parameters),
         controlled=(outputs.index(model.plant.controlled[0]), outputs.index(model.plant.controlled[1])),
         signals=tuple((s.derivatives, s.held) for s in signals),
+        unmeasured=unmeasured_rates(model),
         kernels={
             "free_motion": free_motion(model),
             "residual_jacobian": residual_jacobian(model),
@@ -67,6 +69,8 @@ def generate_code(model: Model) -> Code:
             "output_jacobian": output_jacobian(model),
             "regressor": regressor_kernel(model),
             "regressor_parts": regressor_parts(model),
+            "energy_parts": energy_parts(model),
+            "signal_rates": signal_rates(model, signals),
             "signals": kernel([Target(f"signal[{n}]", s.value) for n, s in enumerate(signals)], directed(model)),
             "assemble": assemble(model, signals),
         },
@@ -169,6 +173,30 @@ def filtered_signals(model: Model) -> tuple[Signal, ...]:
     return (*found, *(Signal(entry, 0, True) for entry in model.regressor.tau))
 
 
+def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:
+    """Time derivatives of the signals that are differentiated twice; they are functions of the configuration."""
+    targets = []
+    for n, s in enumerate(signals):
+        if s.derivatives == 2:
+            rate = sp.Add(*(s.value.diff(c.q) * c.dq for c in model.plant.coordinates))
+            targets.append(Target(f"speed[{n}]", rate))
+    return kernel(targets, directed(model))
+
+
+def unmeasured_rates(model: Model) -> tuple[int, ...]:
+    """Indices, among the states, of the rates that no sensor of the plant reads."""
+    count = len(model.plant.coordinates)
+    read = {c.reading for c in model.plant.channels}
+    return tuple(count + n for n, c in enumerate(model.plant.coordinates) if c.dq not in read)
+
+
+def energy_parts(model: Model) -> Kernel:
+    """Energy stored and power taken per parameter, and power supplied: the regressor without accelerations."""
+    energy = model.regressor.energy
+    targets = nonzero_entries("stored", energy.stored) + nonzero_entries("taken", energy.taken)
+    return kernel([*targets, Target("supplied[0]", energy.supplied)], directed(model))
+
+
 def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     """Put the filtered signals together to left side and regressor (paper eqs. 39, 40)."""
     regressor = model.regressor
@@ -192,6 +220,11 @@ def nonzero(array: str, matrix: sp.Matrix) -> list[Target]:
     return [
         Target(f"{array}[{i}, {j}]", matrix[i, j]) for i in range(rows) for j in range(columns) if matrix[i, j] != 0
     ]
+
+
+def nonzero_entries(array: str, row: sp.Matrix) -> list[Target]:
+    """Targets for the entries of a row that are not always zero."""
+    return [Target(f"{array}[{i}]", entry) for i, entry in enumerate(row) if entry != 0]
 
 
 def _place(model: Model, signals, entry: sp.Expr, derivatives: int) -> tuple[int, int] | None:

@@ -941,9 +941,89 @@ def regressor_parts(t, state, voltage, parameters):
     return phi2, phi1, phi0
 
 
+@compiled
+def energy_parts(t, state, voltage, parameters):
+    """Energy stored (n,), power taken (n,) and power supplied: supplied = (d stored/dt + taken) · X, n = len(LINEAR).
+
+    The rows times their rates, summed: the energy balance, which holds without accelerations. In V rad, V rad/s.
+    """
+    stored, taken, supplied = np.zeros(len(LINEAR)), np.zeros(len(LINEAR)), np.zeros(1)
+    v_in = voltage
+    theta_w = state[0]
+    theta_p = state[1]
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
+    direction_ground = _sign(1.0 * state[2])
+    cogging_periods = parameters[11]
+    slope_angle = parameters[14]
+    com_offset_angle = parameters[16]
+    voltage_dead_zone_threshold = parameters[19]
+    voltage_sag_rate = parameters[20]
+    R = parameters[28]
+    g = parameters[29]
+    alpha = parameters[30]
+    J_w = parameters[31]
+    origin = parameters[32]
+    c0 = dtheta_w*dtheta_w
+    c1 = (1/2)*c0
+    c2 = g*math.sin(slope_angle)/R
+    c3 = dtheta_p*dtheta_w
+    c4 = -c3
+    c5 = dtheta_p*dtheta_p
+    c6 = (1/2)*c5
+    c7 = com_offset_angle + theta_p
+    c8 = 1/cogging_periods
+    c9 = cogging_periods*theta_p - cogging_periods*theta_w
+    c10 = math.cos(c9)
+    c11 = c10*c8
+    c12 = (cogging_periods != 0)
+    c13 = math.sin(c9)
+    c14 = c13*c8
+    c15 = -theta_w
+    c16 = abs(-dtheta_p + dtheta_w)
+    c17 = ((c13) if c12 else (0))
+    c18 = ((-c13) if c12 else (0))
+    c19 = ((c10) if c12 else (1))
+    c20 = ((-c10) if c12 else (0))
+    c21 = _sign(v_in)
+    c22 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
+    c23 = c21*c22
+    c24 = t*voltage_sag_rate
+    c25 = _sign(c21*c22 - c23*c24)
+    c26 = c23*dtheta_w
+    c27 = c23*dtheta_p
+    stored[0] = c1 + c2*theta_w
+    stored[1] = c1 + c4 + c6
+    stored[2] = c3*math.cos(c7 + slope_angle)
+    stored[3] = c6
+    stored[4] = math.cos(c7)
+    stored[7] = -direction_drive*theta_p + direction_drive*theta_w
+    stored[9] = -((-c11) if c12 else (0)) + ((c11) if c12 else (0))
+    stored[10] = -((-c14) if c12 else (theta_w)) + ((c14) if c12 else (theta_p))
+    stored[12] = direction_ground*theta_w
+    stored[14] = -origin*theta_w + (1/2)*theta_w*theta_w
+    stored[16] = c15 + theta_p
+    stored[17] = c15
+    stored[18] = -theta_p
+    taken[5] = c0 - c3
+    taken[6] = c4 + c5
+    taken[8] = c0*c16 - 2*c16*c3 + c16*c5
+    taken[9] = -c13*dtheta_p + c13*dtheta_w + c17*dtheta_p - c17*dtheta_w - c18*dtheta_p + c18*dtheta_w
+    taken[10] = c10*dtheta_p - c10*dtheta_w - c19*dtheta_p + c19*dtheta_w + c20*dtheta_p - c20*dtheta_w
+    taken[11] = c0
+    taken[13] = c0*abs(dtheta_w)
+    taken[15] = c21*c22*c25*dtheta_p + c21*c22*c25*dtheta_w*t*voltage_sag_rate - c24*c25*c27 - c25*c26
+    supplied[0] = 2*J_w*c2*dtheta_w/alpha - c24*c26 + c24*c27 + c26 - c27
+
+    return stored, taken, supplied[0]
+
+
 SIGNALS = 21
 DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
 HELD = np.array([False, False, False, False, False, False, False, False, True, False, False, False, False, False, False, False, False, False, False, True, True])  # whether it is constant between samples
+UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
+Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
 
 @compiled
@@ -1005,6 +1085,16 @@ def _signals(t, state, voltage, parameters, signal):
 
 
 @compiled
+def _signal_rates(t, state, voltage, parameters, speed):
+    """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
+    dtheta_w = state[2]
+    dtheta_p = state[3]
+    speed[16] = dtheta_w
+    speed[17] = -dtheta_p + dtheta_w
+    speed[18] = -dtheta_p
+
+
+@compiled
 def _assemble(signal, tau, phi):
     """Filtered left side and regressor from the filtered signals (paper eqs. 39, 40)."""
     signal_0 = signal[0]
@@ -1062,68 +1152,117 @@ def _assemble(signal, tau, phi):
 
 
 @compiled
-def _filter_step(h, tau1, tau2):
-    """Exact step of z1' = (u − z1)/τ1, z2' = (z1 − z2)/τ2 for u linear between samples.
+def filter_weights(h, tau1, tau2):
+    """Exact step of z1' = (u − z1)/τ1, z2' = (z1 − z2)/τ2 over h [s] for u linear between samples, (9,).
 
-    Returns e1, e2, the coupling of z1 into z2, and the weights of the old and the new input in z1 and in z2. Needs
-    τ1 ≠ τ2.
+    Decay of z1 and of z2, coupling of z1 into z2, weights of the old and the new input in z1 and in z2, τ1, τ2. Equal
+    time constants are set a thousandth apart: any pair will do as long as both sides of the equation share it.
     """
+    if abs(tau1 - tau2) < 1e-3 * tau1:
+        tau2 = tau1 * 1.001
     e1, e2 = math.exp(-h / tau1), math.exp(-h / tau2)
     coupling = tau1 / (tau1 - tau2) * (e1 - e2)
     ramp1, ramp2 = 1.0 - tau1 / h * (1.0 - e1), 1.0 - tau2 / h * (1.0 - e2)
     step1, step2 = 1.0 - e1, (tau1 * (1.0 - e1) - tau2 * (1.0 - e2)) / (tau1 - tau2)
     both = (tau1 * ramp1 - tau2 * ramp2) / (tau1 - tau2)
-    return e1, e2, coupling, step1 - ramp1, ramp1, step2 - both, both
+    return np.array([e1, e2, coupling, step1 - ramp1, ramp1, step2 - both, both, tau1, tau2])
 
 
 @compiled
-def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hold):
+def filter_memory():
+    """What the filters remember between two samples."""
+    return np.zeros((5, max(SIGNALS, NX)))
+
+
+@compiled
+def filter_start(t, state, voltage, parameters, weights, memory):
+    """Set the filters' memory at the first sample, from the state (NX,) believed there (the paper's eq. 42)."""
+    tau1, tau2 = weights[7], weights[8]
+    value, speed = memory[OLD], memory[NEW]
+    _signals(t, state, voltage, parameters, value)
+    _signal_rates(t, state, voltage, parameters, speed)
+    for s in range(SIGNALS):
+        memory[Z1, s] = memory[Z2, s] = 0.0
+        if DERIVATIVES[s] == 1:
+            memory[Z1, s] = memory[Z2, s] = value[s]
+        elif DERIVATIVES[s] == 2:
+            memory[Z1, s] = value[s] - speed[s] * tau1
+            memory[Z2, s] = value[s] - speed[s] * (tau1 + tau2)
+
+
+@compiled
+def filter_advance(t, h, old_state, state, old_voltage, voltage, parameters, weights, first_order_hold, memory):
+    """Take the filters' memory from a sample to the next one, h [s] later, where ``state`` and ``voltage`` were measured.
+
+    Between samples a signal is linear (first_order_hold) or constant, the voltage always constant. A rate that no
+    sensor reads is the increment of its angle over the interval, which is what the filters integrate.
+    """
+    now = memory[STATE]
+    for x in range(NX):
+        now[x] = old_state[x]
+    for x in UNMEASURED:
+        now[x] = (state[x - NQ] - old_state[x - NQ]) / h
+    _signals(t, now, old_voltage, parameters, memory[OLD])
+    for x in range(NX):
+        now[x] = state[x]
+    for x in UNMEASURED:
+        now[x] = (state[x - NQ] - old_state[x - NQ]) / h
+    _signals(t + h, now, voltage, parameters, memory[NEW])
+    for s in range(SIGNALS):
+        old = memory[OLD, s]
+        end = old if HELD[s] or not first_order_hold else memory[NEW, s]
+        memory[Z2, s] = weights[1] * memory[Z2, s] + weights[2] * memory[Z1, s] + weights[5] * old + weights[6] * end
+        memory[Z1, s] = weights[0] * memory[Z1, s] + weights[3] * old + weights[4] * end
+
+
+@compiled
+def filter_output(t, state, voltage, parameters, weights, memory, tau, phi):
+    """Filtered left side, into tau (NQ,), and regressor, into phi (NQ, len(LINEAR)), at a sample.
+
+    No acceleration is formed: a derivative is taken of the filter's output instead.
+    """
+    tau1, tau2 = weights[7], weights[8]
+    value = memory[NEW]
+    _signals(t, state, voltage, parameters, value)
+    for s in range(SIGNALS):
+        slope = (memory[Z1, s] - memory[Z2, s]) / tau2
+        if DERIVATIVES[s] == 0:
+            value[s] = memory[Z2, s]
+        elif DERIVATIVES[s] == 1:
+            value[s] = slope
+        else:
+            value[s] = ((value[s] - memory[Z1, s]) / tau1 - slope) / tau2
+    _assemble(value, tau, phi)
+
+
+@compiled
+def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, start, weights, memory, tau, phi):
+    """Bring the filters from sample k - 1 to sample k of a log and read them; weights[9] is the interval they are for."""
+    h = t[k] - t[k - 1] if k else t[1] - t[0]
+    if h != weights[9]:
+        weights[:9], weights[9] = filter_weights(h, taus[0], taus[1]), h
+    if k:
+        filter_advance(
+            t[k - 1], h, states[k - 1], states[k], voltage[k - 1], voltage[k], parameters, weights, first_order_hold, memory
+        )
+    else:
+        filter_start(t[0], start, voltage[0], parameters, weights, memory)
+    filter_output(t[k], states[k], voltage[k], parameters, weights, memory, tau, phi)
+
+
+@compiled
+def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hold, start):
     """Left side (N, NQ) and regressor (N, NQ, len(LINEAR)) behind 1/((τ1 s + 1)(τ2 s + 1)) (paper eqs. 30-42).
 
-    No acceleration is formed: a derivative is taken of the filter's output instead. The initial conditions are the
-    paper's (42), written as the filter's own states. states (N, NX) hold the measured angles and rates; between samples
-    they are taken as linear (first_order_hold) or constant, the voltage always as constant. φ̇2(0) comes from the
-    measured rates.
+    states (N, NX) hold the measured angles and rates; see filter_advance for what is assumed between samples. The
+    initial conditions are the paper's (42), formed from the state ``start`` (NX,), usually the first of the states.
     """
-    if abs(tau1 - tau2) < 1e-3 * tau1:  # any pair will do as long as both sides share it, but not an equal one
-        tau2 = tau1 * 1.001
-    count = t.size
-    taus, phis = np.empty((count, NQ)), np.zeros((count, NQ, len(LINEAR)))
-    old, new, slope, filtered = np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS), np.zeros(SIGNALS)
-    _signals(t[0], states[0], voltage[0], parameters, old)
-    ahead = states[0].copy()
-    for k in range(NQ):  # φ̇2(0) = ∂φ2/∂q · q̇, and φ2 is linear in the angles
-        ahead[k] += states[0, NQ + k]
-    _signals(t[0], ahead, voltage[0], parameters, slope)
-    z1, z2 = np.zeros(SIGNALS), np.zeros(SIGNALS)
-    for s in range(SIGNALS):
-        if DERIVATIVES[s] == 1:
-            z1[s], z2[s] = old[s], old[s]
-        elif DERIVATIVES[s] == 2:
-            speed = slope[s] - old[s]
-            z1[s], z2[s] = old[s] - speed * tau1, old[s] - speed * (tau1 + tau2)
-    last = -1.0
-    e1, e2, coupling, old1, new1, old2, new2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(count):
-        if k > 0:
-            h = t[k] - t[k - 1]
-            if h != last:
-                e1, e2, coupling, old1, new1, old2, new2 = _filter_step(h, tau1, tau2)
-                last = h
-            _signals(t[k], states[k], voltage[k], parameters, new)
-            for s in range(SIGNALS):
-                end = old[s] if HELD[s] or not first_order_hold else new[s]
-                z2[s] = e2 * z2[s] + coupling * z1[s] + old2 * old[s] + new2 * end
-                z1[s] = e1 * z1[s] + old1 * old[s] + new1 * end
-                old[s] = new[s]
-        for s in range(SIGNALS):
-            if DERIVATIVES[s] == 0:
-                filtered[s] = z2[s]
-            elif DERIVATIVES[s] == 1:
-                filtered[s] = (z1[s] - z2[s]) / tau2
-            else:
-                filtered[s] = ((old[s] - z1[s]) / tau1 - (z1[s] - z2[s]) / tau2) / tau2
-        _assemble(filtered, taus[k], phis[k])
+    taus, phis = np.zeros((t.size, NQ)), np.zeros((t.size, NQ, len(LINEAR)))
+    weights, memory, times = np.zeros(10), filter_memory(), (tau1, tau2)
+    for k in range(t.size):
+        _filter_sample(
+            k, t, states, voltage, parameters, times, first_order_hold, start, weights, memory, taus[k], phis[k]
+        )
     return taus, phis
 
 
@@ -1144,3 +1283,29 @@ def recursive_update(estimate, covariance, phi, tau, forgetting):
         for j in range(i + 1):
             covariance[i, j] = (covariance[i, j] - gain[i] * gain[j] / spread) / forgetting
             covariance[j, i] = covariance[i, j]
+
+
+@compiled
+def recursive_identification(
+    t, states, voltage, parameters, tau1, tau2, first_order_hold, start, first, forgetting, estimate, covariance, track
+):
+    """Recursive least squares over a log in constant memory, in place; the mean square of the left side's innovations.
+
+    estimate (n,) and covariance (n, n) start as the caller sets them and are updated from sample ``first`` on, when the
+    filters have forgotten their start; ``forgetting`` applies once a sample. The estimate is noted in track (M, n) at M
+    samples spread evenly over the log.
+    """
+    tau, phi, squares, noted = np.zeros(NQ), np.zeros((NQ, len(LINEAR))), 0.0, 0
+    weights, memory, times = np.zeros(10), filter_memory(), (tau1, tau2)
+    for k in range(t.size):
+        _filter_sample(k, t, states, voltage, parameters, times, first_order_hold, start, weights, memory, tau, phi)
+        for row in range(NQ if k >= first else 0):
+            error = tau[row]
+            for i in range(estimate.size):
+                error -= phi[row, i] * estimate[i]
+            squares += error * error
+            recursive_update(estimate, covariance, phi[row], tau[row], forgetting if row == 0 else 1.0)
+        while noted < len(track) and (noted + 1) * t.size <= (k + 1) * len(track):
+            track[noted] = estimate
+            noted += 1
+    return squares / (max(t.size - first, 1) * NQ)

@@ -91,7 +91,7 @@ def test_the_filtered_regressor_reproduces_the_filtered_voltage_on_ideal_data(le
     parameters = np.array(list(X.values()))
     states = lean.simulate(log.t, log.voltage, np.zeros(4), parameters, 0.001)
     for tau in (0.014, 0.14, 2.0):
-        left, right = lean.filter_regressor(log.t, states, log.voltage, parameters, tau, 1.3 * tau, True)
+        left, right = lean.filter_regressor(log.t, states, log.voltage, parameters, tau, 1.3 * tau, True, np.zeros(4))
         assert np.abs(left - right @ parameters).max() < 2e-3 * np.abs(left).max()
 
 

@@ -58,13 +58,30 @@ def filtered(
     parameters: np.ndarray,
     relative: bool,
     tau: tuple[float, float],
+    *,
     first_order_hold: bool = True,
+    start: np.ndarray | None = None,
 ) -> LinearFit:
-    """Least squares on the filtered, acceleration-free regressor (paper eqs. 39-43)."""
-    states = measured_states(log, relative)
-    voltage = fill_gaps(log.t, log.voltage)
-    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold)
-    return solve(module, sides, regressors)
+    """Least squares on the filtered, acceleration-free regressor (paper eqs. 39-43).
+
+    ``start`` (4,) is the state from which the filters' initial conditions (42) are made. Without it what a wrong start
+    would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
+    """
+    states, voltage = measured_states(log, relative), fill_gaps(log.t, log.voltage)
+    begin = states[0] if start is None else start
+    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
+    return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
+
+
+def free_decay(t: np.ndarray, tau: tuple[float, float], rows: int) -> np.ndarray:
+    """Both free responses of the filters on each row, (N, rows, 2 rows)."""
+    slow, rest = np.exp(-(t - t[0]) / tau[1]), t - t[0]
+    if abs(tau[0] - tau[1]) > 1e-3 * tau[0]:
+        coupled = (np.exp(-rest / tau[0]) - slow) * tau[0] / (tau[0] - tau[1])
+    else:
+        coupled = slow * rest / tau[1]
+    pair = np.column_stack([slow, coupled])
+    return np.einsum("kc,rs->krsc", pair, np.eye(rows)).reshape(len(t), rows, 2 * rows)
 
 
 def positive(
@@ -72,21 +89,22 @@ def positive(
 ) -> dict[str, float]:
     """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
 
-    A constant on each row and dry friction in the slip are fitted along and thrown away, so that a slope, an offset
-    or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest
+    A constant on each row, dry friction in the slip and the filters' own start are fitted along and thrown away, so
+    that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest
     share.
     """
     states = measured_states(log, relative)
     voltage = fill_gaps(log.t, log.voltage)
     slip = states[:, module.NQ] - states[:, module.NQ + 1]
-    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True)
+    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     dry, constant = (
-        module.filter_regressor(log.t, states, u, parameters, *tau, True)[0]
+        module.filter_regressor(log.t, states, u, parameters, *tau, True, states[0])[0]
         for u in (np.tanh(slip / (0.05 * slip.std() + 1e-300)), np.ones_like(voltage))
     )
     count = len(module.LINEAR)
     rows = [constant * (np.arange(constant.shape[1]) == k) for k in range(constant.shape[1])]
-    nuisance = np.stack([dry, *rows, *(-r for r in rows)], axis=2)
+    either = np.concatenate([np.stack(rows, axis=2), free_decay(log.t, tau, constant.shape[1])], axis=2)
+    nuisance = np.concatenate([dry[:, :, None], either, -either], axis=2)
     matrix = np.concatenate([regressors, nuisance], axis=2).reshape(-1, count + nuisance.shape[2])
     scale = np.linalg.norm(matrix, axis=0) + 1e-300
     q, r = np.linalg.qr(matrix / scale)
@@ -95,10 +113,18 @@ def positive(
     return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
 
 
-def solve(module: ModuleType, sides: np.ndarray, regressors: np.ndarray) -> LinearFit:
-    """Least squares by SVD of the column-scaled regressor (paper eq. 17); flat directions stay at zero."""
+def solve(
+    module: ModuleType, sides: np.ndarray, regressors: np.ndarray, nuisance: np.ndarray | None = None
+) -> LinearFit:
+    """Least squares by SVD of the column-scaled regressor (paper eq. 17); flat directions stay at zero.
+
+    ``nuisance`` (N, rows, m) is projected out of both sides first.
+    """
     count = len(module.LINEAR)
     matrix, right = regressors.reshape(-1, count), sides.ravel()
+    if nuisance is not None:
+        basis = np.linalg.qr(nuisance.reshape(len(right), -1))[0]
+        matrix, right = matrix - basis @ (basis.T @ matrix), right - basis @ (basis.T @ right)
     scale = np.linalg.norm(matrix, axis=0)
     silent = scale == 0.0
     scale = np.where(silent, 1.0, scale)

@@ -125,7 +125,7 @@ def ripple_shape(study: Study, fitted: Fit, seed: int = 0) -> tuple[float, int]:
     states, voltage = regression.measured_states(log, study.relative), regression.fill_gaps(log.t, log.voltage)
     tau = max(0.01, 4 * log.dt)
     sides, regressors = plain.filter_regressor(
-        log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True
+        log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True, states[0]
     )
     rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more

@@ -34,11 +34,14 @@ def exercise(module: ModuleType) -> None:
     module.sensitivities(t, voltage, states[0], parameters, columns, 0.01)
     module.regressor(0.0, states[0], np.zeros(module.NQ), 0.0, parameters)
     module.regressor_parts(0.0, states[0], 0.0, parameters)
-    module.filter_regressor(t, states, voltage, parameters, 0.1, 0.13, True)
+    module.filter_regressor(t, states, voltage, parameters, 0.1, 0.13, True, states[0])
+    module.energy_parts(0.0, states[0], 0.0, parameters)
     size = module.NX + 2
     module.shoot(
         t, voltage, zeros, np.ones(module.NY), np.array([[0, 6]]), states[:1], parameters, columns,
         np.array([[0, 9]]), 0.01, np.zeros((1, size, size)), zeros.copy(),
     )  # fmt: skip
     count = len(module.LINEAR)
-    module.recursive_update(np.zeros(count), np.eye(count), np.ones(count), 1.0, 1.0)
+    module.recursive_identification(
+        t, states, voltage, parameters, 0.1, 0.13, True, states[0], 0, 1.0, np.zeros(count), np.eye(count), np.zeros((1, count))
+    )
