@@ -9,7 +9,7 @@ import sympy as sp
 
 from derive import effects as library
 from derive import plants
-from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputMap, SensorMap
+from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputLag, InputMap, SensorMap
 from derive.functions import TIME, symbol
 from derive.grouping import Grouping, columns, group, rewrite, scaled_rows
 from derive.lagrange import derive_equations
@@ -29,10 +29,11 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     """
     settled = plants.settle(plant_name, assumptions)
     plant = plants.find(plant_name).build(settled)
-    chosen = in_library_order(effect_names)
+    chosen = in_library_order((*effect_names, *plants.brought(plant_name, settled)))
     grouping, rows = group_and_deform(plant, settled, chosen)
-    voltage = input_map(plant, chosen)
-    residual = [row.subs(plant.input, voltage) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
+    acting = plant.input if lag else voltage  # a lagging input is a state of its own
+    residual = [row.subs(plant.input, acting) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
     fitted += [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
     if missing_force:
@@ -41,7 +42,6 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     readings = sensor_maps(plant, chosen)
     used = set().union(*(e.free_symbols for e in (*residual, *readings)))
     constants = [c for c in (*plant.constants, ORIGIN) if symbol(c.name) in used]
-    delays = [f"{e.name}.{p.name}" for e in chosen if isinstance(e.enters, InputDelay) for p in e.parameters]
     return Model(
         plant=plant,
         assumptions=settled,
@@ -52,9 +52,16 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         readings=readings,
         fitted=tuple(fitted),
         constants=tuple(constants),
-        delay=delays[0] if delays else "",
+        delay=parameter_of(InputDelay, chosen),
+        lag=lag,
+        drive=voltage,
         regressor=derive_regressor(plant, tuple(residual), dry_surfaces(plant, chosen), grouping, tuple(fitted)),
     )
+
+
+def parameter_of(kind: type, chosen: tuple[Effect, ...]) -> str:
+    """Full name of the parameter of the effect that enters in this way, or an empty string."""
+    return next((e.full_names[0] for e in chosen if isinstance(e.enters, kind)), "")
 
 
 def in_library_order(effect_names: Sequence[str]) -> tuple[Effect, ...]:

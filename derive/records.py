@@ -70,6 +70,7 @@ class Assumption(NamedTuple):
     default: object
     choices: tuple
     sentence: str
+    brings: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is nothing but an effect
 
 
 class Parameter(NamedTuple):
@@ -172,6 +173,8 @@ class Model:
     fitted: tuple[Parameter, ...]  # parameters that may be identified, base first
     constants: tuple[Parameter, ...]  # known numbers the equations use
     delay: str  # name of the parameter that delays the input, or ""
+    lag: str  # name of the time constant of the input's first-order lag, or ""
+    drive: sp.Expr  # what the actuator makes of the commanded input; it lags where there is a lag
     regressor: Regressor
 
     @property

@@ -30,6 +30,7 @@ class Code(NamedTuple):
     units: tuple[str, ...]
     fitted: int  # so many of the parameters, from the first, have sensitivities
     delay: int  # index of the input delay, or -1
+    lag: int  # index of the time constant of the input's lag, or -1
     origin: int  # index of the angle at the log's first sample, or -1
     slips: tuple[tuple[float, ...], ...]
     needs: dict[str, tuple[str, ...]]  # constants without which a parameter has no meaning
@@ -54,6 +55,7 @@ def generate_code(model: Model) -> Code:
         units=tuple(p.unit for p in (*model.fitted, *model.constants)),
         fitted=len(model.fitted),
         delay=names.index(model.delay) if model.delay else -1,
+        lag=names.index(model.lag) if model.lag else -1,
         origin=names.index("origin") if "origin" in names else -1,
         slips=tuple(s.slip for s in model.surfaces),
         needs=needed_constants(model),
@@ -65,6 +67,8 @@ def generate_code(model: Model) -> Code:
             "free_motion": free_motion(model),
             "residual_jacobian": residual_jacobian(model),
             "dry_law": dry_law(model),
+            "drive": kernel([Target("driven[0]", model.drive)], sources(model)),
+            "drive_jacobian": drive_jacobian(model),
             "outputs": outputs_kernel(model),
             "output_jacobian": output_jacobian(model),
             "regressor": regressor_kernel(model),
@@ -112,13 +116,22 @@ def free_motion(model: Model) -> Kernel:
 
 
 def residual_jacobian(model: Model) -> Kernel:
-    """Derivatives of the residual, dry friction included, with the accelerations held; zero entries are left out."""
+    """Derivatives of the residual, dry friction included, with the accelerations held; zero entries are left out.
+
+    Where the input lags it is a state, the last.
+    """
     slipping = sp.Matrix(model.residual)
     for surface in model.surfaces:
         slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
-    by_state = slipping.jacobian(list(model.states))
+    by_state = slipping.jacobian([*model.states, *([model.plant.input] if model.lag else [])])
     by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
     return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))
+
+
+def drive_jacobian(model: Model) -> Kernel:
+    """Derivatives of the driven input in the parameters; zero entries are left out."""
+    slopes = [(n, model.drive.diff(symbol(p.name))) for n, p in enumerate(model.fitted)]
+    return kernel([Target(f"by_parameter[{n}]", s) for n, s in slopes if s != 0], sources(model))
 
 
 def dry_law(model: Model) -> Kernel:
@@ -169,8 +182,8 @@ def filtered_signals(model: Model) -> tuple[Signal, ...]:
     for derivatives, piece in enumerate((model.regressor.phi0, model.regressor.phi1, model.regressor.phi2)):
         for entry in piece:
             if entry and _place(model, found, entry, derivatives) is None:
-                found.append(Signal(entry, derivatives, entry.has(model.plant.input)))
-    return (*found, *(Signal(entry, 0, True) for entry in model.regressor.tau))
+                found.append(Signal(entry, derivatives, entry.has(model.plant.input) and not model.lag))
+    return (*found, *(Signal(entry, 0, not model.lag) for entry in model.regressor.tau))
 
 
 def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:

@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, encoder=absolute; effects none
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects none
 """Kernels of the model `wheel_pendulum`.
 
 wheel row: 0 =
@@ -40,12 +40,15 @@ NEEDS = {}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regressor, in the order of its columns
 FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = -1  # index of the input delay among PARAMETERS, or -1
+LAG = -1  # index of the time constant of the input's lag, or -1
 ORIGIN = -1  # index of the wheel's angle at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 7
+NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
 DRY = 0  # surfaces with dry friction
 SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights on the rates
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
 compiled = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
 
@@ -272,8 +275,114 @@ def _settle(t, state, voltage, parameters, direction, rate, mobility, force, upp
 
 
 @compiled
+def _driven(t, voltage, parameters):
+    """What the actuator makes of a command, before it lags."""
+    driven = np.zeros(1)
+    v_in = voltage
+    driven[0] = v_in
+
+    return driven[0]
+
+
+@compiled
+def _drive_jacobian(t, voltage, parameters, by_parameter):
+    """Derivatives of the driven input into (NP,); zero entries are not touched."""
+
+
+@compiled
+def _lag(h, time_constant):
+    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
+
+    Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
+    derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at
+    T = 0 it has the derivatives of a pure delay.
+    """
+    if time_constant <= 0.0:
+        return 0.0, 0.0, 0.0, 4.0 / h, -6.0 / (h * h), 0.0
+    x = h / time_constant
+    end = math.exp(-x)
+    if x < 1e-3:  # the closed form cancels
+        return (
+            1.0 - x * x / 12.0, (0.5 * x * x - x) / h, end,
+            x * x / (6.0 * time_constant), (x - x * x) / (h * time_constant), end * x / time_constant,
+        )  # fmt: skip
+    area, moment = time_constant * (1.0 - end), time_constant * (h - time_constant * (1.0 - end))
+    area_by, moment_by = 1.0 - end - x * end, h - 2.0 * time_constant * (1.0 - end) + h * end
+    slope, slope_by = 12.0 * (0.5 * area * h - moment) / h**3, 12.0 * (0.5 * area_by * h - moment_by) / h**3
+    return area / h - 0.5 * slope * h, slope, end, area_by / h - 0.5 * slope_by * h, slope_by, end * x / time_constant
+
+
+@compiled
+def _lagged(share, share_by, state, sens, driven, driven_by, columns, to_state, to_sens):
+    """Input that acts while a share of the old one is left, with its sensitivities, into the last entry of to_state."""
+    excess = state[NX] - driven
+    to_state[NX] = driven + share * excess
+    for c in range(sens.shape[1]):
+        to_sens[NX, c] = share * sens[NX, c]
+        if c >= NX:
+            to_sens[NX, c] += (1.0 - share) * driven_by[columns[c - NX]]
+            if columns[c - NX] == LAG:
+                to_sens[NX, c] += share_by * excess
+
+
+@compiled
+def _acting(t, h, state, voltage, parameters):
+    """The input that acts in the mean over the next h."""
+    if LAG < 0:
+        return voltage
+    begin, slope = _lag(h, parameters[LAG])[:2]
+    driven = _driven(t, voltage, parameters)
+    return driven + (begin + 0.5 * slope * h) * (state[NX] - driven)
+
+
+@compiled
+def _begin(t, voltage, k, start, parameters, columns, state, sens):
+    """State (NS,) and sensitivities (NS, n) at sample k, from coordinates and rates (NX,).
+
+    A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
+    as one that has acted for long.
+    """
+    for i in range(NX):
+        state[i] = start[i]
+        for c in range(sens.shape[1]):
+            sens[i, c] = 1.0 if c == i else 0.0
+    if LAG < 0:
+        return
+    time_constant, delay = parameters[LAG], parameters[DELAY] if DELAY >= 0 else 0.0
+    acting = _acting_at(t, k, parameters)
+    first = acting
+    while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
+        first -= 1
+    driven_by = np.zeros(FITTED + 1)
+    _drive_jacobian(t[k], voltage[first], parameters, driven_by)
+    state[NX] = _driven(t[k], voltage[first], parameters)
+    for c in range(sens.shape[1]):
+        sens[NX, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
+    for j in range(first + 1, acting + 1):
+        until = t[k] if j == acting else t[j + 1] + delay
+        _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
+        if sens.shape[1]:
+            _drive_jacobian(until, voltage[j], parameters, driven_by)
+        _lagged(left, left_by, state, sens, _driven(until, voltage[j], parameters), driven_by, columns, state, sens)
+    for c in range(NX, sens.shape[1]):
+        if columns[c - NX] == DELAY and time_constant > 0.0:
+            sens[NX, c] = (state[NX] - _driven(t[k], voltage[acting], parameters)) / time_constant
+
+
+@compiled
+def acting_voltage(t, voltage, parameters):
+    """The input (N,) that acts at each sample just before its command: the commanded one unless the input lags."""
+    acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
+    state, start = np.zeros(NS), np.zeros(NX)
+    for k in range(t.size):
+        _begin(t, voltage, k, start, parameters, columns, state, sens)
+        acting[k] = state[NX] if LAG >= 0 else voltage[k]
+    return acting
+
+
+@compiled
 def _linearise(t, state, voltage, parameters, direction, columns, work):
-    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NX + n).
+    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NS + n).
 
     Implicit differentiation of residual(acceleration, ...) = 0; a stuck surface has no slip acceleration to change.
     A column FITTED stands for a parameter that is switched off.
@@ -281,16 +390,16 @@ def _linearise(t, state, voltage, parameters, direction, columns, work):
     rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
     _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
     for k in range(NQ):
-        for c in range(NX + columns.size):
+        for c in range(NS + columns.size):
             jacobian[k, c] = 0.0
         for m in range(NQ):
             weight = -mobility[k, m]
-            for c in range(NX):
+            for c in range(NS):
                 jacobian[k, c] += weight * by_state[m, c]
             for c in range(columns.size):
-                jacobian[k, NX + c] += weight * by_parameter[m, columns[c]]
+                jacobian[k, NS + c] += weight * by_parameter[m, columns[c]]
     if _any_stuck(direction):
-        for c in range(NX + columns.size):
+        for c in range(NS + columns.size):
             for k in range(NQ):
                 column[k] = jacobian[k, c]
             _hold(mobility, direction, column, force)
@@ -300,48 +409,61 @@ def _linearise(t, state, voltage, parameters, direction, columns, work):
 
 @compiled
 def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work):
-    """One step of the classical fourth-order method for the state (NX,) and its sensitivities (NX, n)."""
+    """One step of the classical fourth-order method for the state (NS,) and its sensitivities (NS, n)."""
     rate, mobility, force = work[:3]
-    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:]
+    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:11]
     n = sens.shape[1]
-    for i in range(NX):
+    for i in range(NS):
         stage[i] = state[i]
         new_state[i] = state[i]
         for c in range(n):
             sens_stage[i, c] = sens[i, c]
             new_sens[i, c] = sens[i, c]
+    if LAG >= 0:
+        begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
+        driven, driven_by = _driven(t + 0.5 * h, voltage, parameters), work[11]
+        if n:
+            _drive_jacobian(t + 0.5 * h, voltage, parameters, driven_by)
     for number in range(4):
         now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
         weight = h / 6.0 if number in (0, 3) else h / 3.0
         ahead = 0.5 * h if number < 2 else h
-        _accelerate(now, stage, voltage, parameters, direction, rate, mobility, force)
+        acting = voltage
+        if LAG >= 0:
+            share, share_by = begin + descent * (now - t), begin_by + descent_by * (now - t)
+            _lagged(share, share_by, state, sens, driven, driven_by, columns, stage, sens_stage)
+            acting = stage[NX]
+        _accelerate(now, stage, acting, parameters, direction, rate, mobility, force)
         for k in range(NQ):
             slope[k] = stage[NQ + k]
             slope[NQ + k] = rate[k]
         if n:
-            _linearise(now, stage, voltage, parameters, direction, columns, work)
+            _linearise(now, stage, acting, parameters, direction, columns, work)
             for k in range(NQ):
                 for c in range(n):
                     sens_slope[k, c] = sens_stage[NQ + k, c]
-                    sens_slope[NQ + k, c] = jacobian[k, c] if c >= NX else 0.0
-                for m in range(NX):
+                    sens_slope[NQ + k, c] = jacobian[k, c - NX + NS] if c >= NX else 0.0
+                for m in range(NS):
                     for c in range(n):
                         sens_slope[NQ + k, c] += jacobian[k, m] * sens_stage[m, c]
-            for i in range(NX):
+            for i in range(NS):
                 for c in range(n):
                     new_sens[i, c] += weight * sens_slope[i, c]
                     sens_stage[i, c] = sens[i, c] + ahead * sens_slope[i, c]
-        for i in range(NX):
+        for i in range(NS):
             new_state[i] += weight * slope[i]
             stage[i] = state[i] + ahead * slope[i]
+    if LAG >= 0:
+        _lagged(end, end_by, state, sens, driven, driven_by, columns, new_state, new_sens)
 
 
 @compiled
 def _workspace(n):
     """Scratch arrays of _runge_kutta for n sensitivity columns."""
     return (
-        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NX)), np.zeros((NQ, FITTED + 1)),
-        np.zeros((NQ, n)), np.zeros(NQ), np.zeros(NX), np.zeros(NX), np.zeros((NX, n)), np.zeros((NX, n)),
+        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NS)), np.zeros((NQ, FITTED + 1)),
+        np.zeros((NQ, n + 1)), np.zeros(NQ), np.zeros(NS), np.zeros(NS), np.zeros((NS, n)), np.zeros((NS, n)),
+        np.zeros(FITTED + 1),
     )  # fmt: skip
 
 
@@ -390,7 +512,7 @@ def _jump(state, sens, before, after, surface):
 @compiled
 def _copy(state, sens, to_state, to_sens):
     """Copy state and sensitivities entry by entry, which is faster than slices for arrays this small."""
-    for i in range(NX):
+    for i in range(NS):
         to_state[i] = state[i]
         for c in range(sens.shape[1]):
             to_sens[i, c] = sens[i, c]
@@ -408,13 +530,14 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
     direction, previous, before, upper, lower = friction
     remaining = h
     for event in range(EVENTS):
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        acting = _acting(t, remaining, state, voltage, parameters)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
         for i in range(DRY):
             if direction[i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
                 previous[:] = direction
                 previous[i] = 1.0
-                _accelerate(t, state, voltage, parameters, previous, before, mobility, force)
-                _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                _accelerate(t, state, acting, parameters, previous, before, mobility, force)
+                _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
                 _jump(state, sens, before, rate, i)
         _runge_kutta(t, remaining, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
         first, landing = -1, remaining
@@ -422,16 +545,18 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
             for i in range(DRY):
                 start, end = _slip(state, i), _slip(new_state, i)
                 if direction[i] != 0.0 and upper[i] > lower[i] and end * direction[i] < 0.0 and abs(start) > AT_REST:
-                    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
                     start_rate = _slip_rate(rate, i)
-                    _accelerate(t + remaining, new_state, voltage, parameters, direction, rate, mobility, force)
+                    _accelerate(t + remaining, new_state, acting, parameters, direction, rate, mobility, force)
                     when = _landing(remaining, start, start_rate, end, _slip_rate(rate, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
             for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
                 _runge_kutta(t, landing, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
-                _accelerate(t + landing, new_state, voltage, parameters, direction, before, mobility, force)
+                if LAG >= 0:
+                    acting = new_state[NX]
+                _accelerate(t + landing, new_state, acting, parameters, direction, before, mobility, force)
                 approach = _slip_rate(before, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
@@ -442,9 +567,9 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
         t += landing
         remaining -= landing
         previous[:] = direction
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
         if direction[first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
-            _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+            _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
             _jump(state, sens, before, rate, first)
         if remaining <= 0.0:
             return
@@ -455,9 +580,10 @@ def acceleration(t, state, voltage, parameters):
     """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
     rate, mobility, force = np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY)
     direction, upper, lower = np.zeros(DRY), np.zeros(DRY), np.zeros(DRY)
+    acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
     if DRY:
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
-    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
+    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
     return rate
 
 
@@ -470,8 +596,12 @@ def _friction_workspace():
 @compiled
 def _switch(sens, state, old, new, t, parameters, columns, work, friction):
     """A delayed command switches: the later it does, the longer the old one acts."""
+    if LAG >= 0:
+        old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     for c in range(columns.size):
-        if columns[c] == DELAY:
+        if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
+            sens[NX, NX + c] += (old - new) / parameters[LAG]
+        elif columns[c] == DELAY:
             rate, mobility, force = work[0], work[1], work[2]
             direction, previous, before, upper, lower = friction
             _settle(t, state, old, parameters, direction, rate, mobility, force, upper, lower)
@@ -526,15 +656,16 @@ def simulate(t, voltage, state, parameters, max_step):
     """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
     states = np.empty((t.size, NX))
     columns = np.empty(0, np.int64)
-    now, sens = state.astype(np.float64), np.zeros((NX, 0))
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
-    states[0] = now
+    now, sens = np.zeros(NS), np.zeros((NS, 0))
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
+    _begin(t, voltage, 0, state, parameters, columns, now, sens)
+    states[0] = now[:NX]
     acting = _acting_at(t, 0, parameters)
     for k in range(t.size - 1):
         acting = _interval(
             t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
         )
-        states[k + 1] = now
+        states[k + 1] = now[:NX]
     return states
 
 
@@ -548,11 +679,12 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     """
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
-    now, sens, output = state.astype(np.float64), np.zeros((NX, 0)), np.zeros(NY)
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
+    now[:NX] = state
     integral, acting = 0.0, _acting_at(t, 0, parameters)
     for k in range(t.size):
-        states[k] = now
+        states[k] = now[:NX]
         read_sensors(t[k], now, parameters, output)
         for y in range(NY):
             reading = output[y] + noise[k, y]
@@ -562,6 +694,8 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
             integral += error * (t[k] - t[k - 1])
         slope = reference_rate[k] - measured[k, CONTROLLED[1]]
         voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+        if k == 0:
+            _begin(t, voltage, 0, state, parameters, columns, now, sens)
         if k + 1 < t.size:
             acting = _interval(
                 t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
@@ -577,12 +711,13 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     """
     n = NX + columns.size
     states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
-    now, sens = state.astype(np.float64), np.eye(NX, n)
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    now, sens = np.zeros(NS), np.zeros((NS, n))
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
+    _begin(t, voltage, 0, state, parameters, columns, now, sens)
     by_state, by_parameter = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     acting = _acting_at(t, 0, parameters)
     for k in range(t.size):
-        states[k] = now
+        states[k] = now[:NX]
         read_sensors(t[k], now, parameters, readings[k])
         _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
         _chain(sens, by_state, by_parameter, columns, derivatives[k])
@@ -614,12 +749,13 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     (measured − simulated) · weight.
     """
     n = NX + columns.size
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
     by_state, by_parameter, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
+    now, sens = np.zeros(NS), np.zeros((NS, n))
     derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
-        now, sens = states[s].copy(), np.eye(NX, n)
+        _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
         acting = _acting_at(t, bounds[s, 0], parameters)
         for k in range(bounds[s, 0], bounds[s, 1]):
             read_sensors(t[k], now, parameters, reading)

@@ -1,10 +1,10 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, encoder=absolute; effects coulomb_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, air_drag, com_offset, tether_spring, actuator_delay, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, gyro_scale, imu_bias, gyro_bias
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, air_drag, com_offset, tether_spring, actuator_delay, winding_inductance, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, gyro_scale, imu_bias, gyro_bias
 """Kernels of the model `wheel_pendulum with every effect`.
 
 wheel row: 0 =
     - missing.wheel
-    - voltage_offset.offset
+    - v_in
     + X1*ddtheta_w
     + X2*ddtheta_w
     + X6*dtheta_w
@@ -19,10 +19,9 @@ wheel row: 0 =
     + quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
     - X3*dtheta_p**2*sin(com_offset.angle + slope.angle + theta_p)
     + X1*g*sin(slope.angle)/R
-    - (-t*voltage_sag.rate + 1)*(voltage_asymmetry.ratio*Sign((-t*voltage_sag.rate + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)) + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)
     - 2*J_w*g*sin(slope.angle)/(R*alpha)
 body row: 0 =
-    + voltage_offset.offset
+    + v_in
     - missing.body
     + X2*ddtheta_p
     + X4*ddtheta_p
@@ -34,8 +33,9 @@ body row: 0 =
     - X6*dtheta_w
     + X3*ddtheta_w*cos(com_offset.angle + slope.angle + theta_p)
     - quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
-    + (-t*voltage_sag.rate + 1)*(voltage_asymmetry.ratio*Sign((-t*voltage_sag.rate + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)) + 1)*Ramp(-voltage_dead_zone.threshold + Magnitude(v_in))*Sign(v_in)
 
+The command acts actuator_delay.delay later.
+The voltage U in them follows the command: T dU/dt = V − U with T = winding_inductance.time_constant.
 States theta_w, theta_p, dtheta_w, dtheta_p; voltage is what was commanded, held between samples; parameters as in PARAMETERS.
 Angles in rad, times in s from the log's first sample, voltages in V. Every function is compiled by Numba and may be
 called from compiled code.
@@ -49,18 +49,21 @@ from numba import njit
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
-PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
-UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V s²/rad²', 'rad', 'V/rad', 's', 'V', '1/s', '1', 'V', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V s²/rad²', 'rad', 'V/rad', 's', 's', 'V', '1/s', '1', 'V', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w')}  # constants without which a parameter has no meaning
-LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'air_drag.coefficient', 'tether_spring.stiffness', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
-FITTED = 28  # so many of PARAMETERS, from the first, have sensitivities
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'air_drag.coefficient', 'tether_spring.stiffness', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+FITTED = 29  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = 18  # index of the input delay among PARAMETERS, or -1
-ORIGIN = 32  # index of the wheel's angle at the log's first sample, or -1
-NQ, NX, NY, NP = 2, 4, 3, 33
+LAG = 19  # index of the time constant of the input's lag, or -1
+ORIGIN = 33  # index of the wheel's angle at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 34
+NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
 DRY = 2  # surfaces with dry friction
 SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
 compiled = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
 
@@ -81,7 +84,7 @@ def _step(x):
 def _free_motion(t, state, voltage, parameters, rate, mobility):
     """Accelerations without dry friction into rate (NQ,), inverse mass matrix into mobility (NQ, NQ).
 
-    95 operations.
+    87 operations.
     """
     v_in = voltage
     theta_w = state[0]
@@ -104,49 +107,47 @@ def _free_motion(t, state, voltage, parameters, rate, mobility):
     air_drag_coefficient = parameters[15]
     com_offset_angle = parameters[16]
     tether_spring_stiffness = parameters[17]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    voltage_asymmetry_ratio = parameters[21]
-    voltage_offset_offset = parameters[22]
-    missing_wheel = parameters[26]
-    missing_body = parameters[27]
-    R = parameters[28]
-    g = parameters[29]
-    alpha = parameters[30]
-    J_w = parameters[31]
-    origin = parameters[32]
-    c0 = com_offset_angle + theta_p
-    c1 = -theta_w
-    c2 = cogging_periods*(-c1 - theta_p)
-    c3 = -dtheta_p + dtheta_w
-    c4 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(v_in), 0.0)*_sign(v_in)
-    c5 = -X6*dtheta_w + X7*dtheta_p - c3*quadratic_drive_coefficient*abs(c3) + c4*(voltage_asymmetry_ratio*_sign(c4) + 1) + cogging_cosine*math.cos(c2) + cogging_sine*math.sin(c2) + voltage_offset_offset
-    c6 = -X5*math.sin(c0) + c5 - missing_body
-    c7 = c0 + slope_angle
-    c8 = math.cos(c7)
-    c9 = X3*c8
-    c10 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c9 - X3*X3*c8*c8)
-    c11 = c10*(X2 - c9)
-    c12 = math.sin(slope_angle)
-    c13 = 1/R
-    c14 = -2*J_w*c12*c13*g/alpha + X1*c12*c13*g - X3*dtheta_p*dtheta_p*math.sin(c7) + air_drag_coefficient*dtheta_w*abs(dtheta_w) - c5 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c1 - origin)
-    c15 = c10*(X2 + X4)
-    c16 = c10*(X1 + X2)
-    rate[0] = -c11*c6 - c14*c15
-    rate[1] = -c11*c14 - c16*c6
-    mobility[0, 0] = c15
-    mobility[0, 1] = c11
-    mobility[1, 0] = c11
-    mobility[1, 1] = c16
+    missing_wheel = parameters[27]
+    missing_body = parameters[28]
+    R = parameters[29]
+    g = parameters[30]
+    alpha = parameters[31]
+    J_w = parameters[32]
+    origin = parameters[33]
+    c0 = X6*dtheta_w
+    c1 = X7*dtheta_p
+    c2 = com_offset_angle + theta_p
+    c3 = -theta_w
+    c4 = cogging_periods*(-c3 - theta_p)
+    c5 = cogging_cosine*math.cos(c4)
+    c6 = cogging_sine*math.sin(c4)
+    c7 = -dtheta_p + dtheta_w
+    c8 = c7*quadratic_drive_coefficient*abs(c7)
+    c9 = -X5*math.sin(c2) - c0 + c1 + c5 + c6 - c8 - missing_body + v_in
+    c10 = c2 + slope_angle
+    c11 = math.cos(c10)
+    c12 = X3*c11
+    c13 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c12 - X3*X3*c11*c11)
+    c14 = c13*(X2 - c12)
+    c15 = math.sin(slope_angle)
+    c16 = 1/R
+    c17 = -2*J_w*c15*c16*g/alpha + X1*c15*c16*g - X3*dtheta_p*dtheta_p*math.sin(c10) + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 - c5 - c6 + c8 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c3 - origin) - v_in
+    c18 = c13*(X2 + X4)
+    c19 = c13*(X1 + X2)
+    rate[0] = -c14*c9 - c17*c18
+    rate[1] = -c14*c17 - c19*c9
+    mobility[0, 0] = c18
+    mobility[0, 1] = c14
+    mobility[1, 0] = c14
+    mobility[1, 1] = c19
 
 
 @compiled
 def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter):
     """Derivatives of inertia − force at given accelerations, into (NQ, NX) and (NQ, NP); zero entries are not touched.
 
-    118 operations.
+    97 operations.
     """
-    v_in = voltage
     theta_w = state[0]
     theta_p = state[1]
     dtheta_w = state[2]
@@ -169,14 +170,11 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     air_drag_coefficient = parameters[15]
     com_offset_angle = parameters[16]
     tether_spring_stiffness = parameters[17]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    voltage_asymmetry_ratio = parameters[21]
-    R = parameters[28]
-    g = parameters[29]
-    alpha = parameters[30]
-    J_w = parameters[31]
-    origin = parameters[32]
+    R = parameters[29]
+    g = parameters[30]
+    alpha = parameters[31]
+    J_w = parameters[32]
+    origin = parameters[33]
     c0 = -theta_w
     c1 = -c0 - theta_p
     c2 = c1*cogging_periods
@@ -209,24 +207,16 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     c29 = c19*c20
     c30 = c1*c4 - c1*c7
     c31 = math.cos(slope_angle)
-    c32 = -voltage_dead_zone_threshold + abs(v_in)
-    c33 = max(c32, 0.0)
-    c34 = _sign(v_in)
-    c35 = c34*(-t*voltage_sag_rate + 1)
-    c36 = c33*c35
-    c37 = _sign(c36)
-    c38 = c37*voltage_asymmetry_ratio + 1
-    c39 = c35*c38*_step(c32)
-    c40 = c33*c34*c38*t
-    c41 = c36*c37
     by_state[0, 0] = c9 + tether_spring_stiffness
     by_state[0, 1] = -c16 - c9
     by_state[0, 2] = air_drag_coefficient*c17 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c22 + ground_viscous_coefficient
     by_state[0, 3] = -2*c13*dtheta_p - c23
+    by_state[0, 4] = -1
     by_state[1, 0] = -c9
     by_state[1, 1] = -c25 + c5 - c8
     by_state[1, 2] = -c22
     by_state[1, 3] = c23
+    by_state[1, 4] = 1
     by_parameter[0, 0] = c27*math.sin(slope_angle) + ddtheta_w
     by_parameter[0, 1] = -c28
     by_parameter[0, 2] = -c12*c14 + c15*ddtheta_p
@@ -243,11 +233,7 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     by_parameter[0, 15] = c17*dtheta_w
     by_parameter[0, 16] = -c16
     by_parameter[0, 17] = -c0 - origin
-    by_parameter[0, 19] = c39
-    by_parameter[0, 20] = c40
-    by_parameter[0, 21] = -c41
-    by_parameter[0, 22] = -1
-    by_parameter[0, 26] = -1
+    by_parameter[0, 27] = -1
     by_parameter[1, 1] = c28
     by_parameter[1, 2] = c15*ddtheta_w
     by_parameter[1, 3] = ddtheta_p
@@ -261,11 +247,7 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     by_parameter[1, 11] = -c30
     by_parameter[1, 14] = -c24
     by_parameter[1, 16] = -c25
-    by_parameter[1, 19] = -c39
-    by_parameter[1, 20] = -c40
-    by_parameter[1, 21] = c41
-    by_parameter[1, 22] = 1
-    by_parameter[1, 27] = -1
+    by_parameter[1, 28] = -1
 
 
 @compiled
@@ -287,9 +269,9 @@ def read_sensors(t, state, parameters, output):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    gyro_scale_scale = parameters[23]
-    imu_bias_bias = parameters[24]
-    gyro_bias_bias = parameters[25]
+    gyro_scale_scale = parameters[24]
+    imu_bias_bias = parameters[25]
+    gyro_bias_bias = parameters[26]
     output[0] = theta_w
     output[1] = imu_bias_bias + theta_p
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
@@ -299,13 +281,13 @@ def read_sensors(t, state, parameters, output):
 def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
     dtheta_p = state[3]
-    gyro_scale_scale = parameters[23]
+    gyro_scale_scale = parameters[24]
     by_state[0, 0] = 1
     by_state[1, 1] = 1
     by_state[2, 3] = gyro_scale_scale + 1
-    by_parameter[1, 24] = 1
-    by_parameter[2, 23] = dtheta_p
-    by_parameter[2, 25] = 1
+    by_parameter[1, 25] = 1
+    by_parameter[2, 24] = dtheta_p
+    by_parameter[2, 26] = 1
 
 
 @compiled
@@ -417,8 +399,134 @@ def _settle(t, state, voltage, parameters, direction, rate, mobility, force, upp
 
 
 @compiled
+def _driven(t, voltage, parameters):
+    """What the actuator makes of a command, before it lags."""
+    driven = np.zeros(1)
+    v_in = voltage
+    voltage_dead_zone_threshold = parameters[20]
+    voltage_sag_rate = parameters[21]
+    voltage_asymmetry_ratio = parameters[22]
+    voltage_offset_offset = parameters[23]
+    c0 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(v_in), 0.0)*_sign(v_in)
+    driven[0] = c0*(voltage_asymmetry_ratio*_sign(c0) + 1) + voltage_offset_offset
+
+    return driven[0]
+
+
+@compiled
+def _drive_jacobian(t, voltage, parameters, by_parameter):
+    """Derivatives of the driven input into (NP,); zero entries are not touched."""
+    v_in = voltage
+    voltage_dead_zone_threshold = parameters[20]
+    voltage_sag_rate = parameters[21]
+    voltage_asymmetry_ratio = parameters[22]
+    c0 = -voltage_dead_zone_threshold + abs(v_in)
+    c1 = max(c0, 0.0)
+    c2 = _sign(v_in)
+    c3 = c2*(-t*voltage_sag_rate + 1)
+    c4 = c1*c3
+    c5 = _sign(c4)
+    c6 = c5*voltage_asymmetry_ratio + 1
+    by_parameter[20] = -c3*c6*_step(c0)
+    by_parameter[21] = -c1*c2*c6*t
+    by_parameter[22] = c4*c5
+    by_parameter[23] = 1
+
+
+@compiled
+def _lag(h, time_constant):
+    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
+
+    Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
+    derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at
+    T = 0 it has the derivatives of a pure delay.
+    """
+    if time_constant <= 0.0:
+        return 0.0, 0.0, 0.0, 4.0 / h, -6.0 / (h * h), 0.0
+    x = h / time_constant
+    end = math.exp(-x)
+    if x < 1e-3:  # the closed form cancels
+        return (
+            1.0 - x * x / 12.0, (0.5 * x * x - x) / h, end,
+            x * x / (6.0 * time_constant), (x - x * x) / (h * time_constant), end * x / time_constant,
+        )  # fmt: skip
+    area, moment = time_constant * (1.0 - end), time_constant * (h - time_constant * (1.0 - end))
+    area_by, moment_by = 1.0 - end - x * end, h - 2.0 * time_constant * (1.0 - end) + h * end
+    slope, slope_by = 12.0 * (0.5 * area * h - moment) / h**3, 12.0 * (0.5 * area_by * h - moment_by) / h**3
+    return area / h - 0.5 * slope * h, slope, end, area_by / h - 0.5 * slope_by * h, slope_by, end * x / time_constant
+
+
+@compiled
+def _lagged(share, share_by, state, sens, driven, driven_by, columns, to_state, to_sens):
+    """Input that acts while a share of the old one is left, with its sensitivities, into the last entry of to_state."""
+    excess = state[NX] - driven
+    to_state[NX] = driven + share * excess
+    for c in range(sens.shape[1]):
+        to_sens[NX, c] = share * sens[NX, c]
+        if c >= NX:
+            to_sens[NX, c] += (1.0 - share) * driven_by[columns[c - NX]]
+            if columns[c - NX] == LAG:
+                to_sens[NX, c] += share_by * excess
+
+
+@compiled
+def _acting(t, h, state, voltage, parameters):
+    """The input that acts in the mean over the next h."""
+    if LAG < 0:
+        return voltage
+    begin, slope = _lag(h, parameters[LAG])[:2]
+    driven = _driven(t, voltage, parameters)
+    return driven + (begin + 0.5 * slope * h) * (state[NX] - driven)
+
+
+@compiled
+def _begin(t, voltage, k, start, parameters, columns, state, sens):
+    """State (NS,) and sensitivities (NS, n) at sample k, from coordinates and rates (NX,).
+
+    A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
+    as one that has acted for long.
+    """
+    for i in range(NX):
+        state[i] = start[i]
+        for c in range(sens.shape[1]):
+            sens[i, c] = 1.0 if c == i else 0.0
+    if LAG < 0:
+        return
+    time_constant, delay = parameters[LAG], parameters[DELAY] if DELAY >= 0 else 0.0
+    acting = _acting_at(t, k, parameters)
+    first = acting
+    while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
+        first -= 1
+    driven_by = np.zeros(FITTED + 1)
+    _drive_jacobian(t[k], voltage[first], parameters, driven_by)
+    state[NX] = _driven(t[k], voltage[first], parameters)
+    for c in range(sens.shape[1]):
+        sens[NX, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
+    for j in range(first + 1, acting + 1):
+        until = t[k] if j == acting else t[j + 1] + delay
+        _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
+        if sens.shape[1]:
+            _drive_jacobian(until, voltage[j], parameters, driven_by)
+        _lagged(left, left_by, state, sens, _driven(until, voltage[j], parameters), driven_by, columns, state, sens)
+    for c in range(NX, sens.shape[1]):
+        if columns[c - NX] == DELAY and time_constant > 0.0:
+            sens[NX, c] = (state[NX] - _driven(t[k], voltage[acting], parameters)) / time_constant
+
+
+@compiled
+def acting_voltage(t, voltage, parameters):
+    """The input (N,) that acts at each sample just before its command: the commanded one unless the input lags."""
+    acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
+    state, start = np.zeros(NS), np.zeros(NX)
+    for k in range(t.size):
+        _begin(t, voltage, k, start, parameters, columns, state, sens)
+        acting[k] = state[NX] if LAG >= 0 else voltage[k]
+    return acting
+
+
+@compiled
 def _linearise(t, state, voltage, parameters, direction, columns, work):
-    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NX + n).
+    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NS + n).
 
     Implicit differentiation of residual(acceleration, ...) = 0; a stuck surface has no slip acceleration to change.
     A column FITTED stands for a parameter that is switched off.
@@ -426,16 +534,16 @@ def _linearise(t, state, voltage, parameters, direction, columns, work):
     rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
     _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
     for k in range(NQ):
-        for c in range(NX + columns.size):
+        for c in range(NS + columns.size):
             jacobian[k, c] = 0.0
         for m in range(NQ):
             weight = -mobility[k, m]
-            for c in range(NX):
+            for c in range(NS):
                 jacobian[k, c] += weight * by_state[m, c]
             for c in range(columns.size):
-                jacobian[k, NX + c] += weight * by_parameter[m, columns[c]]
+                jacobian[k, NS + c] += weight * by_parameter[m, columns[c]]
     if _any_stuck(direction):
-        for c in range(NX + columns.size):
+        for c in range(NS + columns.size):
             for k in range(NQ):
                 column[k] = jacobian[k, c]
             _hold(mobility, direction, column, force)
@@ -445,48 +553,61 @@ def _linearise(t, state, voltage, parameters, direction, columns, work):
 
 @compiled
 def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work):
-    """One step of the classical fourth-order method for the state (NX,) and its sensitivities (NX, n)."""
+    """One step of the classical fourth-order method for the state (NS,) and its sensitivities (NS, n)."""
     rate, mobility, force = work[:3]
-    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:]
+    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:11]
     n = sens.shape[1]
-    for i in range(NX):
+    for i in range(NS):
         stage[i] = state[i]
         new_state[i] = state[i]
         for c in range(n):
             sens_stage[i, c] = sens[i, c]
             new_sens[i, c] = sens[i, c]
+    if LAG >= 0:
+        begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
+        driven, driven_by = _driven(t + 0.5 * h, voltage, parameters), work[11]
+        if n:
+            _drive_jacobian(t + 0.5 * h, voltage, parameters, driven_by)
     for number in range(4):
         now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
         weight = h / 6.0 if number in (0, 3) else h / 3.0
         ahead = 0.5 * h if number < 2 else h
-        _accelerate(now, stage, voltage, parameters, direction, rate, mobility, force)
+        acting = voltage
+        if LAG >= 0:
+            share, share_by = begin + descent * (now - t), begin_by + descent_by * (now - t)
+            _lagged(share, share_by, state, sens, driven, driven_by, columns, stage, sens_stage)
+            acting = stage[NX]
+        _accelerate(now, stage, acting, parameters, direction, rate, mobility, force)
         for k in range(NQ):
             slope[k] = stage[NQ + k]
             slope[NQ + k] = rate[k]
         if n:
-            _linearise(now, stage, voltage, parameters, direction, columns, work)
+            _linearise(now, stage, acting, parameters, direction, columns, work)
             for k in range(NQ):
                 for c in range(n):
                     sens_slope[k, c] = sens_stage[NQ + k, c]
-                    sens_slope[NQ + k, c] = jacobian[k, c] if c >= NX else 0.0
-                for m in range(NX):
+                    sens_slope[NQ + k, c] = jacobian[k, c - NX + NS] if c >= NX else 0.0
+                for m in range(NS):
                     for c in range(n):
                         sens_slope[NQ + k, c] += jacobian[k, m] * sens_stage[m, c]
-            for i in range(NX):
+            for i in range(NS):
                 for c in range(n):
                     new_sens[i, c] += weight * sens_slope[i, c]
                     sens_stage[i, c] = sens[i, c] + ahead * sens_slope[i, c]
-        for i in range(NX):
+        for i in range(NS):
             new_state[i] += weight * slope[i]
             stage[i] = state[i] + ahead * slope[i]
+    if LAG >= 0:
+        _lagged(end, end_by, state, sens, driven, driven_by, columns, new_state, new_sens)
 
 
 @compiled
 def _workspace(n):
     """Scratch arrays of _runge_kutta for n sensitivity columns."""
     return (
-        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NX)), np.zeros((NQ, FITTED + 1)),
-        np.zeros((NQ, n)), np.zeros(NQ), np.zeros(NX), np.zeros(NX), np.zeros((NX, n)), np.zeros((NX, n)),
+        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NS)), np.zeros((NQ, FITTED + 1)),
+        np.zeros((NQ, n + 1)), np.zeros(NQ), np.zeros(NS), np.zeros(NS), np.zeros((NS, n)), np.zeros((NS, n)),
+        np.zeros(FITTED + 1),
     )  # fmt: skip
 
 
@@ -535,7 +656,7 @@ def _jump(state, sens, before, after, surface):
 @compiled
 def _copy(state, sens, to_state, to_sens):
     """Copy state and sensitivities entry by entry, which is faster than slices for arrays this small."""
-    for i in range(NX):
+    for i in range(NS):
         to_state[i] = state[i]
         for c in range(sens.shape[1]):
             to_sens[i, c] = sens[i, c]
@@ -553,13 +674,14 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
     direction, previous, before, upper, lower = friction
     remaining = h
     for event in range(EVENTS):
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        acting = _acting(t, remaining, state, voltage, parameters)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
         for i in range(DRY):
             if direction[i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
                 previous[:] = direction
                 previous[i] = 1.0
-                _accelerate(t, state, voltage, parameters, previous, before, mobility, force)
-                _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                _accelerate(t, state, acting, parameters, previous, before, mobility, force)
+                _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
                 _jump(state, sens, before, rate, i)
         _runge_kutta(t, remaining, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
         first, landing = -1, remaining
@@ -567,16 +689,18 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
             for i in range(DRY):
                 start, end = _slip(state, i), _slip(new_state, i)
                 if direction[i] != 0.0 and upper[i] > lower[i] and end * direction[i] < 0.0 and abs(start) > AT_REST:
-                    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+                    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
                     start_rate = _slip_rate(rate, i)
-                    _accelerate(t + remaining, new_state, voltage, parameters, direction, rate, mobility, force)
+                    _accelerate(t + remaining, new_state, acting, parameters, direction, rate, mobility, force)
                     when = _landing(remaining, start, start_rate, end, _slip_rate(rate, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
             for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
                 _runge_kutta(t, landing, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
-                _accelerate(t + landing, new_state, voltage, parameters, direction, before, mobility, force)
+                if LAG >= 0:
+                    acting = new_state[NX]
+                _accelerate(t + landing, new_state, acting, parameters, direction, before, mobility, force)
                 approach = _slip_rate(before, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
@@ -587,9 +711,9 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
         t += landing
         remaining -= landing
         previous[:] = direction
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
         if direction[first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
-            _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+            _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
             _jump(state, sens, before, rate, first)
         if remaining <= 0.0:
             return
@@ -600,9 +724,10 @@ def acceleration(t, state, voltage, parameters):
     """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
     rate, mobility, force = np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY)
     direction, upper, lower = np.zeros(DRY), np.zeros(DRY), np.zeros(DRY)
+    acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
     if DRY:
-        _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower)
-    _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
+    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
     return rate
 
 
@@ -615,8 +740,12 @@ def _friction_workspace():
 @compiled
 def _switch(sens, state, old, new, t, parameters, columns, work, friction):
     """A delayed command switches: the later it does, the longer the old one acts."""
+    if LAG >= 0:
+        old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     for c in range(columns.size):
-        if columns[c] == DELAY:
+        if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
+            sens[NX, NX + c] += (old - new) / parameters[LAG]
+        elif columns[c] == DELAY:
             rate, mobility, force = work[0], work[1], work[2]
             direction, previous, before, upper, lower = friction
             _settle(t, state, old, parameters, direction, rate, mobility, force, upper, lower)
@@ -671,15 +800,16 @@ def simulate(t, voltage, state, parameters, max_step):
     """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
     states = np.empty((t.size, NX))
     columns = np.empty(0, np.int64)
-    now, sens = state.astype(np.float64), np.zeros((NX, 0))
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
-    states[0] = now
+    now, sens = np.zeros(NS), np.zeros((NS, 0))
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
+    _begin(t, voltage, 0, state, parameters, columns, now, sens)
+    states[0] = now[:NX]
     acting = _acting_at(t, 0, parameters)
     for k in range(t.size - 1):
         acting = _interval(
             t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
         )
-        states[k + 1] = now
+        states[k + 1] = now[:NX]
     return states
 
 
@@ -693,11 +823,12 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     """
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
-    now, sens, output = state.astype(np.float64), np.zeros((NX, 0)), np.zeros(NY)
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, 0)), _workspace(0), _friction_workspace()
+    now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
+    now[:NX] = state
     integral, acting = 0.0, _acting_at(t, 0, parameters)
     for k in range(t.size):
-        states[k] = now
+        states[k] = now[:NX]
         read_sensors(t[k], now, parameters, output)
         for y in range(NY):
             reading = output[y] + noise[k, y]
@@ -707,6 +838,8 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
             integral += error * (t[k] - t[k - 1])
         slope = reference_rate[k] - measured[k, CONTROLLED[1]]
         voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+        if k == 0:
+            _begin(t, voltage, 0, state, parameters, columns, now, sens)
         if k + 1 < t.size:
             acting = _interval(
                 t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
@@ -722,12 +855,13 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     """
     n = NX + columns.size
     states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
-    now, sens = state.astype(np.float64), np.eye(NX, n)
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    now, sens = np.zeros(NS), np.zeros((NS, n))
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
+    _begin(t, voltage, 0, state, parameters, columns, now, sens)
     by_state, by_parameter = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     acting = _acting_at(t, 0, parameters)
     for k in range(t.size):
-        states[k] = now
+        states[k] = now[:NX]
         read_sensors(t[k], now, parameters, readings[k])
         _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
         _chain(sens, by_state, by_parameter, columns, derivatives[k])
@@ -759,12 +893,13 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     (measured − simulated) · weight.
     """
     n = NX + columns.size
-    new_state, new_sens, work, friction = np.zeros(NX), np.zeros((NX, n)), _workspace(n), _friction_workspace()
+    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
     by_state, by_parameter, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
+    now, sens = np.zeros(NS), np.zeros((NS, n))
     derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
-        now, sens = states[s].copy(), np.eye(NX, n)
+        _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
         acting = _acting_at(t, bounds[s, 0], parameters)
         for k in range(bounds[s, 0], bounds[s, 1]):
             read_sensors(t[k], now, parameters, reading)
@@ -809,63 +944,49 @@ def regressor(t, state, rate, voltage, parameters):
     cogging_periods = parameters[11]
     slope_angle = parameters[14]
     com_offset_angle = parameters[16]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    R = parameters[28]
-    g = parameters[29]
-    alpha = parameters[30]
-    J_w = parameters[31]
-    origin = parameters[32]
-    c0 = _sign(v_in)
-    c1 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
-    c2 = c0*c1
-    c3 = g*math.sin(slope_angle)/R
-    c4 = t*voltage_sag_rate
-    c5 = c2*c4
-    c6 = c0*c1 - c5
-    c7 = -ddtheta_p + ddtheta_w
-    c8 = com_offset_angle + theta_p
-    c9 = c8 + slope_angle
-    c10 = math.cos(c9)
-    c11 = -dtheta_p
-    c12 = abs(-dtheta_p + dtheta_w)
-    c13 = -c12*dtheta_p + c12*dtheta_w
-    c14 = cogging_periods*theta_p - cogging_periods*theta_w
-    c15 = math.sin(c14)
-    c16 = -math.cos(c14)
-    c17 = c2*_sign(c6)
-    c18 = c17*c4 - c17
-    tau[0] = 2*J_w*c3/alpha + c2 - c5
-    tau[1] = c6
-    phi[0, 0] = c3 + ddtheta_w
-    phi[0, 1] = c7
-    phi[0, 2] = c10*ddtheta_p - dtheta_p*dtheta_p*math.sin(c9)
+    R = parameters[29]
+    g = parameters[30]
+    alpha = parameters[31]
+    J_w = parameters[32]
+    origin = parameters[33]
+    c0 = g*math.sin(slope_angle)/R
+    c1 = -ddtheta_p + ddtheta_w
+    c2 = com_offset_angle + theta_p
+    c3 = c2 + slope_angle
+    c4 = math.cos(c3)
+    c5 = -dtheta_p
+    c6 = abs(-dtheta_p + dtheta_w)
+    c7 = -c6*dtheta_p + c6*dtheta_w
+    c8 = cogging_periods*theta_p - cogging_periods*theta_w
+    c9 = math.sin(c8)
+    c10 = -math.cos(c8)
+    tau[0] = 2*J_w*c0/alpha + v_in
+    tau[1] = v_in
+    phi[0, 0] = c0 + ddtheta_w
+    phi[0, 1] = c1
+    phi[0, 2] = c4*ddtheta_p - dtheta_p*dtheta_p*math.sin(c3)
     phi[0, 5] = dtheta_w
-    phi[0, 6] = c11
+    phi[0, 6] = c5
     phi[0, 7] = direction_drive
-    phi[0, 8] = c13
-    phi[0, 9] = c15
-    phi[0, 10] = c16
+    phi[0, 8] = c7
+    phi[0, 9] = c9
+    phi[0, 10] = c10
     phi[0, 11] = dtheta_w
     phi[0, 12] = direction_ground
     phi[0, 13] = dtheta_w*abs(dtheta_w)
     phi[0, 14] = -origin + theta_w
-    phi[0, 15] = c18
-    phi[0, 16] = -1
-    phi[0, 17] = -1
-    phi[1, 1] = c7
-    phi[1, 2] = -c10*ddtheta_w
+    phi[0, 15] = -1
+    phi[1, 1] = c1
+    phi[1, 2] = -c4*ddtheta_w
     phi[1, 3] = -ddtheta_p
-    phi[1, 4] = math.sin(c8)
+    phi[1, 4] = math.sin(c2)
     phi[1, 5] = dtheta_w
-    phi[1, 6] = c11
+    phi[1, 6] = c5
     phi[1, 7] = direction_drive
-    phi[1, 8] = c13
-    phi[1, 9] = c15
-    phi[1, 10] = c16
-    phi[1, 15] = c18
-    phi[1, 16] = -1
-    phi[1, 18] = 1
+    phi[1, 8] = c7
+    phi[1, 9] = c9
+    phi[1, 10] = c10
+    phi[1, 16] = 1
 
     return tau, phi
 
@@ -874,7 +995,6 @@ def regressor(t, state, rate, voltage, parameters):
 def regressor_parts(t, state, voltage, parameters):
     """φ2, φ1, φ0 (NQ, len(LINEAR)) each, with φ = d²φ2/dt² + dφ1/dt + φ0 (paper eqs. 25, 26)."""
     phi2, phi1, phi0 = np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR)))
-    v_in = voltage
     theta_w = state[0]
     theta_p = state[1]
     dtheta_w = state[2]
@@ -884,11 +1004,9 @@ def regressor_parts(t, state, voltage, parameters):
     cogging_periods = parameters[11]
     slope_angle = parameters[14]
     com_offset_angle = parameters[16]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    R = parameters[28]
-    g = parameters[29]
-    origin = parameters[32]
+    R = parameters[29]
+    g = parameters[30]
+    origin = parameters[33]
     c0 = -theta_w
     c1 = -c0 - theta_p
     c2 = -theta_p
@@ -900,12 +1018,6 @@ def regressor_parts(t, state, voltage, parameters):
     c8 = cogging_periods*theta_p - cogging_periods*theta_w
     c9 = math.sin(c8)
     c10 = -math.cos(c8)
-    c11 = _sign(v_in)
-    c12 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
-    c13 = c11*c12
-    c14 = t*voltage_sag_rate
-    c15 = c13*_sign(c11*c12 - c13*c14)
-    c16 = c14*c15 - c15
     phi2[0, 0] = theta_w
     phi2[0, 1] = c1
     phi2[1, 1] = c1
@@ -925,18 +1037,14 @@ def regressor_parts(t, state, voltage, parameters):
     phi0[0, 12] = direction_ground
     phi0[0, 13] = dtheta_w*abs(dtheta_w)
     phi0[0, 14] = -c0 - origin
-    phi0[0, 15] = c16
-    phi0[0, 16] = -1
-    phi0[0, 17] = -1
+    phi0[0, 15] = -1
     phi0[1, 2] = -dtheta_p*dtheta_w*math.sin(c4)
     phi0[1, 4] = math.sin(c3)
     phi0[1, 7] = direction_drive
     phi0[1, 8] = c7
     phi0[1, 9] = c9
     phi0[1, 10] = c10
-    phi0[1, 15] = c16
-    phi0[1, 16] = -1
-    phi0[1, 18] = 1
+    phi0[1, 16] = 1
 
     return phi2, phi1, phi0
 
@@ -958,13 +1066,11 @@ def energy_parts(t, state, voltage, parameters):
     cogging_periods = parameters[11]
     slope_angle = parameters[14]
     com_offset_angle = parameters[16]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    R = parameters[28]
-    g = parameters[29]
-    alpha = parameters[30]
-    J_w = parameters[31]
-    origin = parameters[32]
+    R = parameters[29]
+    g = parameters[30]
+    alpha = parameters[31]
+    J_w = parameters[32]
+    origin = parameters[33]
     c0 = dtheta_w*dtheta_w
     c1 = (1/2)*c0
     c2 = g*math.sin(slope_angle)/R
@@ -980,19 +1086,11 @@ def energy_parts(t, state, voltage, parameters):
     c12 = (cogging_periods != 0)
     c13 = math.sin(c9)
     c14 = c13*c8
-    c15 = -theta_w
-    c16 = abs(-dtheta_p + dtheta_w)
-    c17 = ((c13) if c12 else (0))
-    c18 = ((-c13) if c12 else (0))
-    c19 = ((c10) if c12 else (1))
-    c20 = ((-c10) if c12 else (0))
-    c21 = _sign(v_in)
-    c22 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
-    c23 = c21*c22
-    c24 = t*voltage_sag_rate
-    c25 = _sign(c21*c22 - c23*c24)
-    c26 = c23*dtheta_w
-    c27 = c23*dtheta_p
+    c15 = abs(-dtheta_p + dtheta_w)
+    c16 = ((c13) if c12 else (0))
+    c17 = ((-c13) if c12 else (0))
+    c18 = ((c10) if c12 else (1))
+    c19 = ((-c10) if c12 else (0))
     stored[0] = c1 + c2*theta_w
     stored[1] = c1 + c4 + c6
     stored[2] = c3*math.cos(c7 + slope_angle)
@@ -1003,25 +1101,23 @@ def energy_parts(t, state, voltage, parameters):
     stored[10] = -((-c14) if c12 else (theta_w)) + ((c14) if c12 else (theta_p))
     stored[12] = direction_ground*theta_w
     stored[14] = -origin*theta_w + (1/2)*theta_w*theta_w
-    stored[16] = c15 + theta_p
-    stored[17] = c15
-    stored[18] = -theta_p
+    stored[15] = -theta_w
+    stored[16] = -theta_p
     taken[5] = c0 - c3
     taken[6] = c4 + c5
-    taken[8] = c0*c16 - 2*c16*c3 + c16*c5
-    taken[9] = -c13*dtheta_p + c13*dtheta_w + c17*dtheta_p - c17*dtheta_w - c18*dtheta_p + c18*dtheta_w
-    taken[10] = c10*dtheta_p - c10*dtheta_w - c19*dtheta_p + c19*dtheta_w + c20*dtheta_p - c20*dtheta_w
+    taken[8] = c0*c15 - 2*c15*c3 + c15*c5
+    taken[9] = -c13*dtheta_p + c13*dtheta_w + c16*dtheta_p - c16*dtheta_w - c17*dtheta_p + c17*dtheta_w
+    taken[10] = c10*dtheta_p - c10*dtheta_w - c18*dtheta_p + c18*dtheta_w + c19*dtheta_p - c19*dtheta_w
     taken[11] = c0
     taken[13] = c0*abs(dtheta_w)
-    taken[15] = c21*c22*c25*dtheta_p + c21*c22*c25*dtheta_w*t*voltage_sag_rate - c24*c25*c27 - c25*c26
-    supplied[0] = 2*J_w*c2*dtheta_w/alpha - c24*c26 + c24*c27 + c26 - c27
+    supplied[0] = 2*J_w*c2*dtheta_w/alpha - dtheta_p*v_in + dtheta_w*v_in
 
     return stored, taken, supplied[0]
 
 
-SIGNALS = 21
-DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, True, False, False, False, False, False, False, False, False, False, False, True, True])  # whether it is constant between samples
+SIGNALS = 20
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
@@ -1039,28 +1135,19 @@ def _signals(t, state, voltage, parameters, signal):
     cogging_periods = parameters[11]
     slope_angle = parameters[14]
     com_offset_angle = parameters[16]
-    voltage_dead_zone_threshold = parameters[19]
-    voltage_sag_rate = parameters[20]
-    R = parameters[28]
-    g = parameters[29]
-    alpha = parameters[30]
-    J_w = parameters[31]
-    origin = parameters[32]
+    R = parameters[29]
+    g = parameters[30]
+    alpha = parameters[31]
+    J_w = parameters[32]
+    origin = parameters[33]
     c0 = g*math.sin(slope_angle)/R
     c1 = abs(-dtheta_p + dtheta_w)
     c2 = cogging_periods*theta_p - cogging_periods*theta_w
     c3 = -theta_w
-    c4 = _sign(v_in)
-    c5 = max(-voltage_dead_zone_threshold + abs(v_in), 0.0)
-    c6 = c4*c5
-    c7 = t*voltage_sag_rate
-    c8 = c6*c7
-    c9 = c4*c5 - c8
-    c10 = c6*_sign(c9)
-    c11 = com_offset_angle + theta_p
-    c12 = c11 + slope_angle
-    c13 = math.cos(c12)
-    c14 = -theta_p
+    c4 = com_offset_angle + theta_p
+    c5 = c4 + slope_angle
+    c6 = math.cos(c5)
+    c7 = -theta_p
     signal[0] = c0
     signal[1] = direction_drive
     signal[2] = -c1*dtheta_p + c1*dtheta_w
@@ -1069,19 +1156,18 @@ def _signals(t, state, voltage, parameters, signal):
     signal[5] = direction_ground
     signal[6] = dtheta_w*abs(dtheta_w)
     signal[7] = -c3 - origin
-    signal[8] = c10*c7 - c10
-    signal[9] = -1
-    signal[10] = -dtheta_p*dtheta_w*math.sin(c12)
-    signal[11] = math.sin(c11)
-    signal[12] = c13*dtheta_p
-    signal[13] = theta_w
-    signal[14] = c14
-    signal[15] = -c13*dtheta_w
-    signal[16] = theta_w
-    signal[17] = -c3 - theta_p
-    signal[18] = c14
-    signal[19] = 2*J_w*c0/alpha + c6 - c8
-    signal[20] = c9
+    signal[8] = -1
+    signal[9] = -dtheta_p*dtheta_w*math.sin(c5)
+    signal[10] = math.sin(c4)
+    signal[11] = c6*dtheta_p
+    signal[12] = theta_w
+    signal[13] = c7
+    signal[14] = -c6*dtheta_w
+    signal[15] = theta_w
+    signal[16] = -c3 - theta_p
+    signal[17] = c7
+    signal[18] = 2*J_w*c0/alpha + v_in
+    signal[19] = v_in
 
 
 @compiled
@@ -1089,9 +1175,9 @@ def _signal_rates(t, state, voltage, parameters, speed):
     """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
-    speed[16] = dtheta_w
-    speed[17] = -dtheta_p + dtheta_w
-    speed[18] = -dtheta_p
+    speed[15] = dtheta_w
+    speed[16] = -dtheta_p + dtheta_w
+    speed[17] = -dtheta_p
 
 
 @compiled
@@ -1117,38 +1203,33 @@ def _assemble(signal, tau, phi):
     signal_17 = signal[17]
     signal_18 = signal[18]
     signal_19 = signal[19]
-    signal_20 = signal[20]
-    tau[0] = signal_19
-    tau[1] = signal_20
-    phi[0, 0] = signal_0 + signal_16
-    phi[0, 1] = signal_17
-    phi[0, 2] = signal_12
-    phi[0, 5] = signal_13
-    phi[0, 6] = signal_14
+    tau[0] = signal_18
+    tau[1] = signal_19
+    phi[0, 0] = signal_0 + signal_15
+    phi[0, 1] = signal_16
+    phi[0, 2] = signal_11
+    phi[0, 5] = signal_12
+    phi[0, 6] = signal_13
     phi[0, 7] = signal_1
     phi[0, 8] = signal_2
     phi[0, 9] = signal_3
     phi[0, 10] = signal_4
-    phi[0, 11] = signal_13
+    phi[0, 11] = signal_12
     phi[0, 12] = signal_5
     phi[0, 13] = signal_6
     phi[0, 14] = signal_7
     phi[0, 15] = signal_8
-    phi[0, 16] = signal_9
-    phi[0, 17] = signal_9
-    phi[1, 1] = signal_17
-    phi[1, 2] = signal_10 + signal_15
-    phi[1, 3] = signal_18
-    phi[1, 4] = signal_11
-    phi[1, 5] = signal_13
-    phi[1, 6] = signal_14
+    phi[1, 1] = signal_16
+    phi[1, 2] = signal_14 + signal_9
+    phi[1, 3] = signal_17
+    phi[1, 4] = signal_10
+    phi[1, 5] = signal_12
+    phi[1, 6] = signal_13
     phi[1, 7] = signal_1
     phi[1, 8] = signal_2
     phi[1, 9] = signal_3
     phi[1, 10] = signal_4
-    phi[1, 15] = signal_8
-    phi[1, 16] = signal_9
-    phi[1, 18] = -signal_9
+    phi[1, 16] = -signal_8
 
 
 @compiled

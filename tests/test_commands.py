@@ -81,6 +81,27 @@ def test_an_assumption_that_is_switched_changes_every_kernel(workspace):
     assert "X7*dtheta_w" in run("equations", "--diff", ROOT / "model.toml").stdout
 
 
+@pytest.mark.parametrize(
+    ("switch", "change"),
+    [
+        ("ground_friction_reaction=none", "new   - X7*dtheta_w"),
+        ("rotor_inertia=false", "gone  X2 = "),
+        ("rotor_speed=world", "only what the parameters stand for changes"),
+        ("gear_ratio_in_back_emf=twice", "K_b*alpha*epsilon"),
+        ("motor_circuit=dynamic", "winding_inductance.time_constant dU/dt = v_in - U"),
+        ("encoder=relative", "theta_w: theta_w  ->  -theta_p + theta_w"),
+        ("encoder=absolute", "the same equations"),
+    ],
+)
+def test_the_diff_of_a_switch_names_the_terms_that_change(workspace, switch, change):
+    assert change in run("equations", "--diff", switch).stdout
+
+
+def test_an_unknown_switch_lists_the_known_ones(workspace):
+    assert "motor_circuit" in run("equations", "--diff", "motor_circut=dynamic", code=1).stderr
+    assert "must be one of static, dynamic" in run("equations", "--diff", "motor_circuit=fast", code=1).stderr
+
+
 def test_the_committed_code_is_what_the_model_derives_to():
     run("generate", "--check", "--model", ROOT / "model.toml")
 

@@ -20,6 +20,7 @@ HIDDEN = {
     "com_offset": {"angle": 0.02},
     "tether_spring": {"stiffness": 0.05},
     "actuator_delay": {"delay": 0.0043},
+    "winding_inductance": {"time_constant": 0.01},
     "voltage_dead_zone": {"threshold": 0.3},
     "voltage_asymmetry": {"ratio": 0.05},
     "voltage_sag": {"rate": 0.005},
@@ -84,3 +85,9 @@ def test_explaining_writes_nothing(tmp_path):
     before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
     explain(model, [hidden_log("slope")])
     assert before == {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
+
+
+def test_a_base_fit_that_runs_astray_is_begun_again():
+    result = diagnose(Model.default(), [simulated(winding_inductance__time_constant=0.01)])
+    assert (result.verdict, result.candidates[0].effect) == ("effect_missing", "winding_inductance")
+    assert result.candidates[0].coefficients["time_constant"] == pytest.approx(0.01, rel=1e-3)

@@ -14,6 +14,7 @@ HIDDEN = {
     "coulomb_drive.torque": 0.3, "rolling_resistance.torque": 0.1, "actuator_delay.delay": 0.0013, "slope.angle": 0.02,
     "com_offset.angle": 0.01, "voltage_dead_zone.threshold": 0.2, "cogging.sine": 0.1, "cogging.cosine": 0.1,
     "cogging.periods": 7.0, "quadratic_drive.coefficient": 0.01, "voltage_sag.rate": 0.01, "gyro_scale.scale": 0.1,
+    "winding_inductance.time_constant": 0.003,
 }  # fmt: skip
 
 
@@ -51,6 +52,33 @@ def test_the_simulation_agrees_with_an_adaptive_integrator_on_equations_typed_by
     assert np.abs(states - reference).max() < 1e-6
 
 
+@pytest.mark.parametrize("lag", [2e-4, 1e-3, 0.02])
+def test_a_lagging_input_agrees_with_an_adaptive_integrator_however_short_the_lag(library, lean, lag):
+    t, start = np.arange(200) * 1e-3, np.array([0.1, 0.05, 1.0, -0.3])
+    command = np.repeat(np.random.default_rng(0).normal(size=20) * 5, 10)
+    parameters = vector(library, {**X, "winding_inductance.time_constant": lag}, simulated(duration=3.0))
+    plain, state, reference = np.array(list(X.values())), np.r_[start, command[0]], [start]
+    for voltage in command[:-1]:
+
+        def motion(_, s, voltage=voltage):
+            return np.r_[s[2:4], lean.acceleration(0.0, s[:4].copy(), s[4], plain), (voltage - s[4]) / lag]
+
+        state = solve_ivp(motion, (0, 1e-3), state, method="LSODA", rtol=1e-10, atol=1e-12).y[:, -1]
+        reference.append(state[:4])
+    states = library.simulate(t, command, start, parameters, 0.001)
+    assert np.abs(states - np.array(reference)).max() < 1e-6
+
+
+def test_a_short_lag_and_a_short_delay_have_the_same_sensitivity(library):
+    log = simulated(duration=3.0)
+    columns = np.array([library.LAG, library.DELAY])
+    parameters = vector(library, {**X, **CONSTANTS}, log)
+    found = library.sensitivities(
+        log.t[:400], log.voltage[:400], np.array([0.0, 0.05, 0.5, 0.0]), parameters, columns, 1e-3
+    )[2]
+    assert np.abs(found[:, :, 4] - found[:, :, 5]).max() < 1e-3 * np.abs(found[:, :, 5]).max()
+
+
 def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_delays(library):
     log = simulated(duration=3.0, noise=False, **{k.replace(".", "__"): v for k, v in HIDDEN.items()})
     parameters, cut = vector(library, {**X, **CONSTANTS, **HIDDEN}, log), slice(0, 700)
@@ -62,7 +90,7 @@ def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_dela
     exact = library.sensitivities(log.t[cut], log.voltage[cut], start, parameters, columns, 0.002)[2]
     for column, name in enumerate(library.PARAMETERS[: library.FITTED]):
         step = np.zeros_like(parameters)
-        step[column] = 1e-7 if column == library.DELAY else 1e-6
+        step[column] = 1e-7 if column in (library.DELAY, library.LAG) else 1e-6
         numeric = (readings(parameters + step) - readings(parameters - step)) / (2 * step[column])
         assert np.abs(numeric - exact[:, :, 4 + column]).max() < 2e-5 * np.abs(numeric).max() + 1e-9, name
 

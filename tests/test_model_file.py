@@ -37,6 +37,17 @@ theta_p = { column = "pitch_deg", unit = "deg" }
 """
 
 
+def test_a_dynamic_motor_circuit_is_the_effect_winding_inductance():
+    text = 'plant = "wheel_pendulum"\n[assumptions]\nmotor_circuit = "dynamic"\n'
+    model = Model.parse(text)
+    assert model.effects == ("winding_inductance",)
+    assert model.with_effects([*model.effects, "slope"]).text.startswith(
+        'plant = "wheel_pendulum"\neffects = ["slope"]'
+    )
+    with pytest.raises(Failure, match="motor_circuit|assumption"):
+        model.with_effects([])
+
+
 def failure(text):
     """The message with which a text is refused."""
     with pytest.raises(Failure) as caught:

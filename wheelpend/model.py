@@ -120,7 +120,7 @@ class Model:
 
     path: Path | None  # of the file; None until saved
     plant: str
-    effects: tuple[str, ...]  # in the order they were added
+    effects: tuple[str, ...]  # in the order they were added, then those that assumptions stand for
     assumptions: dict[str, Any]  # every one of the plant's, encoder included
     constants: dict[str, float]
     parameters: dict[str, Value]  # X1, X2, ...
@@ -179,9 +179,17 @@ class Model:
         return Model.parse(text, self.path)
 
     def with_effects(self, effects: Iterable[str]) -> Model:
-        """Return the model with exactly these effects; the tables of those that leave go with them."""
+        """Return the model with exactly these effects; the tables of those that leave go with them.
+
+        Raises Failure when one is to leave that an assumption stands for.
+        """
         wanted = tuple(effects)
-        text = with_effect_list(self.text, wanted)
+        brought = plants.brought(self.plant, self.assumptions)
+        for name in brought:
+            if name not in wanted:
+                raise Failure("An effect that leaves must not be part of an assumption, but [assumptions] asks for "
+                              f"{name}. Change the assumption in model.toml.")  # fmt: skip
+        text = with_effect_list(self.text, tuple(e for e in wanted if e not in brought))
         for name in tomllib.loads(text).get("effect", {}):
             if name not in wanted:
                 text = without_effect_table(text, name)
@@ -241,7 +249,8 @@ def build(file: File, text: str, path: Path | None) -> Model:
     """Check every name against plant and library."""
     assumptions = settle(file)
     plant = plants.find(file.plant).build(assumptions)
-    effects = check_effects(file.effects, plant)
+    brought = plants.brought(file.plant, assumptions)
+    effects = (*check_effects(file.effects, plant), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
     check_known("quantity", file.columns, columns_of(plant), " in [columns]")
     check_base(file.parameters, "[parameters]")

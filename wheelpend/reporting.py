@@ -350,6 +350,7 @@ def terms(model: derive.Model) -> dict[str, list[str]]:
     for channel, reading in zip(model.plant.channels, model.readings, strict=True):
         found[f"sensor {channel.name} ="] = [_signed(t) for t in sp.Add.make_args(sp.expand(reading))]
     found["command:"] = [f"+ v_in(t − {model.delay})" if model.delay else "+ v_in(t)"]
+    found["command:"] += [f"− {model.lag} dU/dt"] if model.lag else []
     return found
 
 

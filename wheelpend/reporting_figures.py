@@ -15,7 +15,7 @@ import sympy as sp
 from plotly.subplots import make_subplots
 
 import derive
-from derive.effects import DryForce, Effect, Force, InputDelay, SensorMap
+from derive.effects import DryForce, Effect, Force, InputDelay, InputLag, SensorMap
 from derive.functions import symbol
 from wheelpend.diagnosis import Diagnosis, Tried
 from wheelpend.explanation import Explanation
@@ -308,10 +308,10 @@ def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
     """What the old model would be missing (n, rows) [V] if the candidate and its refit were the truth.
 
     The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
-    None for sensors and delays, which are no forces, and where a constant is unknown.
+    None for sensors, delays and lags, which are no forces, and where a constant is unknown.
     """
     study, missing = diagnosis.study, diagnosis.missing
-    if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay):
+    if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay | InputLag):
         return None
     table = missing.variables
     states = np.column_stack([table[n] for n in study.module.STATES])

@@ -100,9 +100,15 @@ def _candidate(effect, places, labels, information, score, shape, noise) -> Cand
     return Candidate(effect, start, float(right @ step) / noise, sigma, trials)
 
 
+def _bent(name: str) -> bool:
+    """Whether an effect is not locally linear: what it resembles at zero it need not resemble at its size."""
+    return any(p.grid for p in derive.effects.find(name).parameters)
+
+
 def find_twins(own: Mapping[str, list[int]], information: np.ndarray, raw: np.ndarray) -> dict[str, tuple[str, ...]]:
     """Pairs of effects with one coefficient whose projected sensitivities are parallel."""
-    single = {n: p[0] for n, p in own.items() if len(p) == 1 and information[p[0], p[0]] > 1e-7 * raw[p[0]]}
+    single = {n: p[0] for n, p in own.items()
+              if len(p) == 1 and information[p[0], p[0]] > 1e-7 * raw[p[0]] and not _bent(n)}  # fmt: skip
     twins: dict[str, tuple[str, ...]] = {}
     for name, a in single.items():
         scale = np.sqrt(information[a, a])

@@ -20,6 +20,7 @@ from wheelpend.sensors import Noise, sensor_noise
 from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error, prediction_error, stable_step, vector
 
 HORIZON = 0.5  # s, over which a prediction is judged
+FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
 
 
@@ -269,6 +270,32 @@ def fit_model(
     start_per_log: Sequence[Mapping[str, float]] = (),
 ) -> Fit:
     """Fit the free parameters to the training parts, from short to long segments, given as shares of the horizon.
+
+    Where that ends far from the noise, or nowhere, the starts from before any fit get their chance too: a model that
+    lacks an effect can be bent, on short segments, into one that cannot be simulated over long ones. Raises Failure
+    where no start leads to a model that can.
+    """
+    best = _lengthen(study, start, free, horizons, start_per_log)
+    for number, origin in enumerate(study.origins):
+        if np.isfinite(best.cost) and (number > 0 or best.error < FAR * study.floor):
+            break
+        other = _lengthen(study, {**start, **origin}, free, horizons, start_per_log)
+        best = other if not best.cost <= other.cost else best
+    if not np.isfinite(best.cost):
+        raise Failure(f"{study.training[0].log.name}: the model must be one that can be simulated over "
+                      f"{study.horizon} s, but no start led to one. Check `wheelpend inspect`, or give nominal values "
+                      "in [parameters].")  # fmt: skip
+    return best
+
+
+def _lengthen(
+    study: Study,
+    start: Mapping[str, float],
+    free: Sequence[str],
+    horizons: Sequence[float],
+    start_per_log: Sequence[Mapping[str, float]],
+) -> Fit:
+    """Fit from short to long segments.
 
     Each length starts from fresh initial states: states fitted to a wrong model can trap the next fit.
     """

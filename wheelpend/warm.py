@@ -43,5 +43,17 @@ def exercise(module: ModuleType) -> None:
     )  # fmt: skip
     count = len(module.LINEAR)
     module.recursive_identification(
-        t, states, voltage, parameters, 0.1, 0.13, True, states[0], 0, 1.0, np.zeros(count), np.eye(count), np.zeros((1, count))
+        t,
+        states,
+        voltage,
+        parameters,
+        0.1,
+        0.13,
+        True,
+        states[0],
+        0,
+        1.0,
+        np.zeros(count),
+        np.eye(count),
+        np.zeros((1, count)),
     )

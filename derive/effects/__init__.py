@@ -3,7 +3,17 @@
 from __future__ import annotations
 
 from derive.effects import actuator, body, drive, ground, sensor
-from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InputDelay, InputMap, SensorMap
+from derive.effects.row import (
+    Deformation,
+    DryForce,
+    Effect,
+    EffectParameter,
+    Force,
+    InputDelay,
+    InputLag,
+    InputMap,
+    SensorMap,
+)
 
 LIBRARY: dict[str, Effect] = {
     row.name: row for rows in (drive.ROWS, ground.ROWS, body.ROWS, actuator.ROWS, sensor.ROWS) for row in rows
@@ -42,6 +52,7 @@ __all__ = [
     "EffectParameter",
     "Force",
     "InputDelay",
+    "InputLag",
     "InputMap",
     "SensorMap",
     "find",

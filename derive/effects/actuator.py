@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from derive.effects.row import Effect, EffectParameter, InputDelay, InputMap
+from derive.effects.row import Effect, EffectParameter, InputDelay, InputLag, InputMap
 from derive.functions import Magnitude, Ramp, Sign
 
 ROWS = (
@@ -14,6 +14,15 @@ ROWS = (
         (EffectParameter("delay", "s", minimum=0.0, grid=(0.002, 0.006, 0.015, 0.04), typical=0.004),),
         InputDelay(),
         means="Communication, computation or the driver holds the command back; phase margin is lost.",
+    ),
+    Effect(
+        "winding_inductance",
+        "actuator",
+        "The current, and with it the torque, builds up only after a while.",
+        "T dU/dt = V − U",
+        (EffectParameter("time_constant", "s", minimum=0.0, grid=(0.002, 0.006, 0.02, 0.05), typical=0.01),),
+        InputLag(),
+        means="The windings' inductance L holds the current back, T = L/R_m: the paper's (5) in full instead of (7).",
     ),
     Effect(
         "voltage_dead_zone",

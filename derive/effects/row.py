@@ -1,6 +1,6 @@
 """What an effect is: a row of data that says how a piece of physics enters a model.
 
-A row enters in one of six ways, each a small record below. Forces act on a port that the plant offers ("drive",
+A row enters in one of seven ways, each a small record below. Forces act on a port that the plant offers ("drive",
 "ground", ...), so the same row serves every plant that has such a port. Laws are written in volt-equivalents: a
 generalised force divided by the plant's scale. Resistances oppose the motion of their port: Q = −law · ∂port/∂q.
 """
@@ -58,6 +58,10 @@ class InputDelay(NamedTuple):
     """The input acts later than it was commanded, by any fraction of a sample."""
 
 
+class InputLag(NamedTuple):
+    """The input reaches the motor through a first-order lag of the effect's time constant: T dU/dt = V − U."""
+
+
 class SensorMap(NamedTuple):
     """What a sensor reports instead of the truth: law(reading, parameters)."""
 
@@ -74,7 +78,7 @@ class Effect:
     sentence: str
     equation: str
     parameters: tuple[EffectParameter, ...]
-    enters: Force | DryForce | Deformation | InputMap | InputDelay | SensorMap
+    enters: Force | DryForce | Deformation | InputMap | InputDelay | InputLag | SensorMap
     dissipates: bool = False
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged

@@ -16,6 +16,12 @@ def find(name: str) -> ModuleType:
     return PLANTS[name]
 
 
+def brought(name: str, assumptions: dict) -> tuple[str, ...]:
+    """Effects that settled assumptions stand for."""
+    pairs = ((a.name, choice, effect) for a in find(name).ASSUMPTIONS for choice, effect in a.brings)
+    return tuple(effect for key, choice, effect in pairs if assumptions[key] == choice)
+
+
 def settle(name: str, assumptions: dict) -> dict:
     """Fill in the defaults of a plant's assumptions and check what was given."""
     known = {a.name: a for a in find(name).ASSUMPTIONS}

@@ -34,6 +34,14 @@ ASSUMPTIONS = (
         "Whether the back-EMF sees the wheel's speed (the paper's eq. 12) or the rotor's, ε times as fast.",
     ),
     Assumption(
+        "motor_circuit",
+        "static",
+        ("static", "dynamic"),
+        "Whether the current follows the voltage at once (the paper's eq. 7) or through the windings' inductance (its "
+        "eq. 5 in full); 'dynamic' is the effect winding_inductance.",
+        brings=(("dynamic", "winding_inductance"),),
+    ),
+    Assumption(
         "encoder",
         "absolute",
         ("absolute", "relative"),
