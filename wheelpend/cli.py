@@ -57,17 +57,18 @@ def new(folder: Annotated[Path, typer.Argument(help="Where to start the workspac
 @app.command()
 def equations(
     latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
-    diff: Annotated[Path | None, typer.Option(help="Another model: print what differs.")] = None,
+    diff: Annotated[
+        str | None,
+        typer.Option(metavar="OTHER", help="Print what changes: OTHER is a model file, or ASSUMPTION=CHOICE."),
+    ] = None,
     model: ModelFile = MODEL,
 ) -> None:
     """Print the derived equations, regressor and filtered pieces, or what changed between two models."""
-    from wheelpend.equations import describe, difference
+    from wheelpend.equations import describe, difference, other_model
 
-    with failures():
-        if diff is not None:
-            say(difference(open_model(model), open_model(diff)))
-        else:
-            say(describe(open_model(model), latex))
+    with failures(), progress("deriving"):
+        opened = open_model(model)
+        say(difference(opened, other_model(opened, diff), latex) if diff else describe(opened, latex))
 
 
 @app.command()
