@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from wheelpend import console
-from wheelpend.console import failures, progress, say, show, table, warn
+from wheelpend.console import failures, progress, say, show, table, warn, write_text
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -72,6 +72,26 @@ def equations(
 
 
 @app.command()
+def verify(
+    page: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the findings as a Markdown page.")
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Derived equations against every numbered equation of the paper: match, misprint or assumption."""
+    from wheelpend.paper.page import page as page_of
+    from wheelpend.paper.verification import verify as run
+    from wheelpend.paper.wording import show_verification
+
+    with failures(json):
+        with progress("deriving and comparing 43 equations"):
+            result = run()
+        show(result, json, lambda: show_verification(result))
+        if page is not None:
+            write_text(page, page_of(result))
+
+
+@app.command()
 def generate(
     check: Annotated[bool, typer.Option("--check", help="Say what is stale and change nothing.")] = False,
     model: ModelFile = MODEL,
@@ -122,8 +142,19 @@ def simulate(
 @app.command()
 def identify(
     logs: Logs,
-    method: Annotated[str, typer.Option(help="differentiation, filtered or shooting.")] = "shooting",
-    tau: Annotated[str, typer.Option(help="Time constants of the filter [s], for the method filtered.")] = "2.25,6.5",
+    method: Annotated[
+        str, typer.Option(help="shooting, filtered, iv, recursive, energy or differentiation.")
+    ] = "shooting",
+    tau: Annotated[
+        str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")
+    ] = None,
+    hold: Annotated[
+        str | None, typer.Option(help="zero or first: signals between samples, for filtered and recursive.")
+    ] = None,
+    forgetting: Annotated[float | None, typer.Option(help="Forgetting factor of recursive, 1 for none.")] = None,
+    tau_map: Annotated[
+        Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")
+    ] = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = MODEL,
     json: Json = None,
@@ -133,25 +164,37 @@ def identify(
     from wheelpend.identification import identify as run
 
     with failures(json):
+        times = parse_tau(tau, tau_map)
         with progress("reading") as update:
-            result = run(open_model(model), logs, method=method, tau=parse_tau(tau), progress=update)
+            result = run(
+                open_model(model), logs, method=method, tau=times, hold=hold, forgetting=forgetting, progress=update
+            )
         warn(result.warnings)
         show(result, json, lambda: wording.show_identification(result))
+        if tau_map and result.guide:
+            from wheelpend.filter_choice import draw
+
+            draw(result.guide, tau_map)
         if save:
             result.model.save()
 
 
-def parse_tau(text: str) -> tuple[float, float]:
-    """Read T1,T2."""
+def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...] | Literal["auto"] | None:
+    """Read T1,T2, or T, or auto; a map needs auto."""
     from wheelpend.failures import Failure
 
+    if tau_map and text != "auto":
+        raise Failure("--tau-map draws what --tau auto finds, but --tau is "
+                      f"{'not given' if text is None else text}. Add --tau auto.")  # fmt: skip
+    if text is None or text == "auto":
+        return "auto" if text else None
     try:
-        first, second = (float(x) for x in text.split(","))
+        times = tuple(float(x) for x in text.split(","))
     except ValueError:
-        raise Failure(f"--tau must be two times in s such as 0.14,0.14, not '{text}'.") from None
-    if not (0 < first < 1e6 and 0 < second < 1e6):
-        raise Failure(f"--tau must be two positive times in s, not '{text}'.")
-    return first, second
+        raise Failure(f"--tau must be times in s such as 0.14,0.14, or auto, not '{text}'.") from None
+    if not all(0 < t < 1e300 for t in times):
+        raise Failure(f"--tau must be positive times in s, not '{text}'.")
+    return times
 
 
 @app.command()

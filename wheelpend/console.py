@@ -54,7 +54,11 @@ def emit_json(data: dict, json_file: str) -> None:
     if json_file == "-":
         sys.stdout.write(text)
         return
-    path = Path(json_file)
+    write_text(Path(json_file), text)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file, complete or not at all; raises Failure where it cannot be written."""
     try:
         beside = path.with_name(f".{path.name}.{os.getpid()}.new")
         beside.write_text(text, encoding="utf-8")
@@ -71,13 +75,13 @@ def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
         text()
 
 
-def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table."""
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: bool = False) -> None:
+    """Print a table; its columns but the first hold numbers, or words where so said."""
     grid = Table(title=_plain(title), title_justify="left", title_style="bold")
     for column in columns:
         grid.add_column(
             _plain(column),
-            justify="left" if column in columns[:1] else "right",
+            justify="left" if words or column in columns[:1] else "right",
             overflow="fold",
             no_wrap=column in columns[:1],
         )

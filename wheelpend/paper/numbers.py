@@ -28,6 +28,18 @@ PHYSICAL = {  # section 4; J_m and f_w are not given
     "J_b": 87.89,  # kg m²
 }
 
+SIMULATION: dict[str, str] = {  # section 4; what a simulation needs and the paper states
+    "integration step": "0.001 s",
+    "proportional gain": "-168",
+    "integral gain": "-800",
+    "derivative gain": "-8.8",
+    "commands": "R_simple(t), R_aggressive(t), in degrees",
+    "initial state": "0, 0, 0, 0",
+    "encoder counts": "60000 per revolution",
+    "noise of the pitch": "0.5 degrees",
+    "noise of the pitch rate": "0.5 degrees/s",
+}
+
 SIMPLE_DIFFERENTIATION = Column(
     (0.004628, -0.006094, -0.003984, 0.008320, 3.43352, 0.75595, -2.12978),
     (89.38, 134.24, 103.47, 99.05, 26.48, 4.012, 393.52),

@@ -1,0 +1,88 @@
+"""The page docs/paper.md: what the comparison of the paper with the derivation found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from wheelpend.paper.verification import Checked, Verification
+from wheelpend.paper.wording import WORDS, finding, summary
+
+HEAD = """# The paper, checked
+
+Made by `wheelpend verify --page docs/paper.md`; do not edit.
+
+The model is that of Peng, Cheng and Tsai, Electronics 2023, 12, 4569. Its numbered equations were typed in by hand as
+printed and compared, symbolically, with what this project derives from the robot's geometry, from virtual work and
+from Laplace algebra. A *match* is an identity. A *misprint* disagrees with the derivation, and the right equations that
+tell are named. An *assumption* is a choice that could have been made otherwise. A *definition* claims nothing. What
+character recognition destroyed in the copy at hand is *not readable* and counts for nothing.
+"""
+
+
+def page(verification: Verification) -> str:
+    """The page as Markdown."""
+    sections = [
+        HEAD,
+        summary(verification) + "\n",
+        section("Misprints", [details(c, "Correct") for c in verification.of("misprint")]),
+        section("Assumptions", [details(c, "Otherwise") for c in verification.of("assumption")]),
+        section("Numbers", [numbers(verification)]),
+        section("Every equation", [equations(verification)]),
+    ]
+    return "\n".join(sections)
+
+
+def section(title: str, parts: Sequence[str]) -> str:
+    """A titled section."""
+    return "\n".join([f"## {title}\n", *(parts or ["None.\n"])])
+
+
+def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def details(checked: Checked, other: str) -> str:
+    """One misprint or assumption."""
+    title = checked.assumption or f"{checked.name}"
+    forms = [("Printed", form(checked.printed)), (other, form(checked.derived))]
+    lines = [f"### ({checked.number}) {title}\n", f"{checked.note[:1].upper()}{checked.note[1:]}.\n"]
+    lines += [f"- {name}: {text}" for name, text in forms if text]
+    lines += [f"- How it shows: {sentence}; not as printed, but as corrected." for sentence in checked.shows]
+    return "\n".join(lines) + "\n"
+
+
+def form(text: str) -> str:
+    """Formulas as code, one after the other."""
+    return ", ".join(f"`{part}`" for part in split(text))
+
+
+def split(text: str) -> list[str]:
+    """Formulas that stand side by side; a semicolon inside a matrix separates its rows."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += {"[": 1, "]": -1}.get(letter, 0)
+        if letter == ";" and not depth:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [p.strip() for p in parts if p.strip()]
+
+
+def numbers(verification: Verification) -> str:
+    """The numbers, checked against each other."""
+    introduction = (
+        "A value with ± carries the rounding of the printed numbers behind it; whole numbers count as exact, g is "
+        "9.81 m/s². A percentage may be rounded or cut off.\n"
+    )
+    rows = [(c.name, c.status, c.printed, c.derived, c.note) for c in verification.parameters]
+    return introduction + "\n" + grid(("number", "status", "printed", "needed", "note"), rows)
+
+
+def equations(verification: Verification) -> str:
+    """Every finding in a table."""
+    rows = [
+        (f"({c.number})", WORDS.get(c.status, c.status), form(c.printed), finding(c)) for c in verification.equations
+    ]
+    return grid(("equation", "status", "printed", "finding"), rows)

@@ -1,0 +1,284 @@
+"""The paper's numbers against each other: what X1 ... X7 of Table 1 need, and the percentages of Tables 1 to 3."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from functools import lru_cache
+from typing import NamedTuple
+
+import sympy as sp
+
+from wheelpend.paper import numbers
+from wheelpend.paper.derivation import Derived, derive_all
+from wheelpend.paper.letters import J_m, alpha, beta, f_w, g
+
+GRAVITY = 9.81  # m/s², which the paper does not print
+X_OF_MISSING = {"J_m": ("X2",), "f_w": ("X6", "X7")}
+UNITS = {
+    "m": "kg", "M": "kg", "L": "m", "R": "m", "f_m": "N m s/rad", "f_w": "N m s/rad", "K_b": "V s/rad", "K_t": "N m/A",
+    "R_m": "Ω", "J_w": "kg m²", "J_b": "kg m²", "J_m": "kg m²",
+}  # fmt: skip
+
+
+TO_SIMULATE = {  # what a closed-loop simulation and its tables need, and what for
+    "integration step": "the solver's step",
+    "duration": "how long the log is over which the tables are made",
+    "proportional gain": "the controller",
+    "integral gain": "the controller",
+    "derivative gain": "the controller",
+    "signal behind the derivative gain": "the measured rate, or its difference from the command's",
+    "commands": "the excitation",
+    "initial state": "where the robot starts",
+    "encoder counts": "the wheel angle's steps",
+    "noise of the pitch": "the measurement",
+    "noise of the pitch rate": "the measurement",
+    "number of draws": "a single draw of the noise says little about an estimator",
+}
+
+
+class NumberCheck(NamedTuple):
+    """What became of one printed number, or of one that should have been printed."""
+
+    name: str
+    status: str  # match, contradiction, missing or misprint
+    printed: str
+    derived: str
+    note: str
+    how: str = "numeric"
+
+
+class Interval(NamedTuple):
+    """A value with what the rounding of the numbers behind it leaves open."""
+
+    value: float
+    half_width: float
+
+    def meets(self, other: Interval) -> bool:
+        """Whether both can be the same number."""
+        return abs(self.value - other.value) <= self.half_width + other.half_width
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.half_width:.1g}"
+
+
+def half_unit(value: float) -> float:
+    """Half a unit in the last printed digit; a whole number counts as exact."""
+    if value == int(value):
+        return 0.0
+    exponent = Decimal(repr(value)).as_tuple().exponent
+    assert isinstance(exponent, int)
+    return float(Decimal(5).scaleb(exponent - 1))
+
+
+def printed_interval(value: float) -> Interval:
+    """A printed number and its rounding."""
+    return Interval(value, half_unit(value))
+
+
+REFERENCE = {name: printed_interval(value) for name, value in numbers.REFERENCE.items()}
+Values = dict[str, Interval]
+
+
+def definitions(derived: Derived) -> dict[str, sp.Expr]:
+    """X1 ... X7 in the constants that the paper lists."""
+    drive = {alpha: derived["12"]["α"], beta: derived["12"]["β"]}
+    return {name: sp.sympify(e).subs(drive).subs(g, GRAVITY) for name, e in derived["18"].items()}
+
+
+def evaluate(expression: sp.Expr, values: Values) -> Interval:
+    """Value of an expression, with the rounding of every number in it carried through."""
+    at = {symbol: values[symbol.name].value for symbol in expression.free_symbols}
+    spread = sum(abs(float(expression.diff(x).subs(at))) * values[x.name].half_width for x in at)
+    return Interval(float(expression.subs(at)), spread)
+
+
+def needed(expression: sp.Expr, target: Interval, name: str, values: Values) -> Interval | None:
+    """The value of one constant with which an expression becomes a printed number, or None."""
+    unknown = next((x for x in expression.free_symbols if x.name == name), None)
+    if unknown is None or any(x.name not in values for x in expression.free_symbols - {unknown}):
+        return None
+    aim = sp.Symbol("aim", positive=True)
+    solutions = [e for e in sp.solve(expression - aim, unknown) if not e.could_extract_minus_sign()]
+    if not solutions:
+        return None
+    found = evaluate(solutions[0], {**values, "aim": target})
+    return found if sp.im(found.value) == 0 else None
+
+
+@lru_cache
+def check_numbers(x2_printed: sp.Expr) -> tuple[NumberCheck, ...]:
+    """Every number that can be checked against others; X2 may be printed otherwise than derived."""
+    derived = derive_all()
+    known = {name: printed_interval(value) for name, value in numbers.PHYSICAL.items()}
+    formulas = definitions(derived)
+    repaired = {**known, **repairs(formulas, known)}
+    checks = [*check_parameters(formulas, known, repaired), back_emf(known, formulas, repaired)]
+    checks += [*missing_inertia(formulas, x2_printed, derived, known), missing_friction(formulas, known)]
+    checks += check_references(formulas, known, repaired)
+    return (*checks, *check_simulation(), *check_tables())
+
+
+def outcome(formulas: dict[str, sp.Expr], values: Values) -> dict[str, bool]:
+    """Which of X1 ... X7 come out as printed, of those that the listed constants determine."""
+    complete = {n: e for n, e in formulas.items() if all(x.name in values for x in e.free_symbols)}
+    return {n: evaluate(e, values).meets(REFERENCE[n]) for n, e in complete.items()}
+
+
+def repairs(formulas: dict[str, sp.Expr], known: Values) -> Values:
+    """Constants of which one other value makes every wrong parameter come out right and leaves the rest right."""
+    wrong = [n for n, right in outcome(formulas, known).items() if not right]
+    found: Values = {}
+    for name in known:
+        values = [needed(formulas[n], REFERENCE[n], name, known) for n in wrong]
+        agreed = [v for v in values if v is not None]
+        if not wrong or len(agreed) < len(wrong):
+            continue
+        best = min(agreed, key=lambda v: v.half_width)
+        if all(best.meets(v) for v in agreed) and all(outcome(formulas, {**known, name: best}).values()):
+            found[name] = best
+    return found
+
+
+def check_simulation() -> Iterator[NumberCheck]:
+    """What somebody needs to repeat the simulations and does not find."""
+    for name, why in TO_SIMULATE.items():
+        if name not in numbers.SIMULATION:
+            yield NumberCheck(
+                name, "missing", "", "", f"{why}; `wheelpend reproduce` measures what depends on it", "read"
+            )
+
+
+def check_parameters(formulas: dict[str, sp.Expr], known: Values, repaired: Values) -> Iterator[NumberCheck]:
+    """Each listed constant: whether the parameters that contain it come out right."""
+    before, after = outcome(formulas, known), outcome(formulas, repaired)
+    for name in (n for n in known if n != "K_b"):
+        containing = [n for n, e in formulas.items() if n in before and name in {x.name for x in e.free_symbols}]
+        if known[name] == repaired[name]:
+            fits = [n for n in containing if after[n]]
+            status = "match" if len(fits) == len(containing) else "contradiction"
+            as_listed, needs = ([n for n in fits if before[n] == right] for right in (True, False))
+            notes = [f"agrees with {', '.join(as_listed)}"] if as_listed else []
+            notes += (
+                [f"agrees with {', '.join(needs)} once {changed_names(known, repaired)} is corrected"] if needs else []
+            )
+            note = "; ".join(notes) or "no parameter agrees with it"
+            yield NumberCheck(
+                name, status, with_unit(name, known[name].value), with_unit(name, known[name].value), note
+            )
+        else:
+            yield contradiction(name, formulas, [n for n in containing if not before[n]], known, repaired)
+
+
+def changed_names(known: Values, repaired: Values) -> str:
+    """Constants that had to be corrected."""
+    return ", ".join(n for n in known if known[n] != repaired[n])
+
+
+def with_unit(name: str, value: float, digits: int = 6) -> str:
+    """A number with the unit of the constant."""
+    return f"{value:.{digits}g} {UNITS.get(name, '')}".rstrip()
+
+
+def contradiction(
+    name: str, formulas: dict[str, sp.Expr], wrong: list[str], known: Values, repaired: Values
+) -> NumberCheck:
+    """A constant that the reference parameters contradict, all with the same other value."""
+    parts = []
+    for n in wrong:
+        value = needed(formulas[n], REFERENCE[n], name, known)
+        parts.append(f"{n} = {REFERENCE[n].value:g} needs {value} (printed: {evaluate(formulas[n], known).value:.4g})")
+    derived = with_unit(name, repaired[name].value, 3)
+    return NumberCheck(name, "contradiction", with_unit(name, known[name].value), derived, "; ".join(parts))
+
+
+def back_emf(known: Values, formulas: dict[str, sp.Expr], repaired: Values) -> NumberCheck:
+    """K_b against K_t, which (7) takes to be equal, and against X7."""
+    value = needed(formulas["X7"], REFERENCE["X7"], "K_b", repaired)
+    same = known["K_b"].meets(known["K_t"])
+    fits = value is not None and value.meets(known["K_b"])
+    note = (f"(7) needs K_b = K_t, which is {known['K_t'].value:g}; X7 = {REFERENCE['X7'].value:g} needs {value}, "
+            f"which {'agrees' if fits else 'disagrees'} with the printed value")  # fmt: skip
+    status = "match" if same and fits else "contradiction"
+    return NumberCheck("K_b", status, with_unit("K_b", known["K_b"].value), with_unit("K_b", known["K_t"].value), note)
+
+
+def missing_inertia(
+    formulas: dict[str, sp.Expr], x2_printed: sp.Expr, derived: Derived, known: Values
+) -> Iterator[NumberCheck]:
+    """The rotor's inertia, from X2 as derived and as printed."""
+    right = needed(formulas["X2"], REFERENCE["X2"], J_m.name, known)
+    if right is None or J_m.name in known:
+        return
+    as_printed = x2_printed.subs(alpha, derived["12"]["α"])
+    other = needed(as_printed, REFERENCE["X2"], J_m.name, known)
+    note = f"X2 = {REFERENCE['X2'].value:g} needs {right.value:.3g}"
+    note += f"; with X2 as printed in (18) {other.value:.3g}" if other and not right.meets(other) else ""
+    yield NumberCheck("J_m", "missing", "", with_unit("J_m", right.value, 3), note)
+
+
+def missing_friction(formulas: dict[str, sp.Expr], known: Values) -> NumberCheck:
+    """The ground friction, from X6 − X7."""
+    gap = Interval(REFERENCE["X6"].value - REFERENCE["X7"].value, REFERENCE["X6"].half_width * 2)
+    value = needed(sp.expand(formulas["X6"] - formulas["X7"]), gap, f_w.name, known)
+    assert value is not None
+    note = f"X6 − X7 = {gap.value:.4f} needs {value}"
+    return NumberCheck("f_w", "missing", "", with_unit("f_w", value.value, 1), note)
+
+
+def check_references(formulas: dict[str, sp.Expr], known: Values, repaired: Values) -> Iterator[NumberCheck]:
+    """X1 ... X7 of Table 1 from the constants, corrected where they had to be."""
+    for name, reference in REFERENCE.items():
+        lacking = sorted(x.name for x in formulas[name].free_symbols if x.name not in known)
+        if lacking:
+            note = f"{', '.join(lacking)} not given"
+            yield NumberCheck(name, "missing", f"{reference.value:g}", "", note)
+            continue
+        value, as_listed = evaluate(formulas[name], repaired), evaluate(formulas[name], known)
+        note = "" if as_listed.meets(reference) else (
+            f"{as_listed.value:.4g} with {changed_names(known, repaired) or 'the constants'} as printed")  # fmt: skip
+        status = "match" if value.meets(reference) else "contradiction"
+        yield NumberCheck(name, status, f"{reference.value:g}", str(value), note)
+
+
+def columns() -> dict[str, numbers.Column]:
+    """Every column of estimates in Tables 1 to 3; Table 2 repeats a column of Table 1."""
+    return {
+        "Table 1, differentiation": numbers.SIMPLE_DIFFERENTIATION,
+        "Tables 1 and 2, filtered, simple command": numbers.SIMPLE_FILTERED,
+        "Table 2, aggressive command": numbers.AGGRESSIVE_FILTERED,
+        **{f"Table 3, case {case}": column for case, (_, _, column) in numbers.TABLE_3.items()},
+    }
+
+
+def percentage(estimate: float, reference: float) -> Interval:
+    """Relative error of an estimate [%], with the rounding of the estimate and of the reference."""
+    spread = half_unit(estimate) + half_unit(reference) * abs(estimate / reference)
+    return Interval(100 * abs(estimate - reference) / abs(reference), 100 * spread / abs(reference))
+
+
+def cut_off(error: float) -> Interval:
+    """A printed percentage, which may have been rounded or cut off."""
+    return Interval(error, 2 * half_unit(error))
+
+
+def check_tables() -> Iterator[NumberCheck]:
+    """Percentages against the estimates beside them."""
+    for title, column in columns().items():
+        rows = list(zip(numbers.REFERENCE.items(), column.estimates, column.errors, strict=True))
+        wrong = [r for r in rows if not percentage(r[1], r[0][1]).meets(cut_off(r[2]))]
+        count = f"{len(rows) - len(wrong)} of {len(rows)} percentages follow from the estimates beside them"
+        yield NumberCheck(title, "match", "", "", count)
+        for (name, reference), estimate, error in wrong:
+            value = percentage(estimate, reference)
+            status, note = slip(value, cut_off(error))
+            note = f"estimate {estimate:g} beside {reference:g}; {note}"
+            yield NumberCheck(f"{title}, {name}", status, f"{error:g} %", f"{value.value:.5g} %", note)
+
+
+def slip(correct: Interval, printed: Interval) -> tuple[str, str]:
+    """Whether a wrong percentage is right but for its decimal point, and the factor that is missing."""
+    for shift in (0.01, 0.1, 10.0, 100.0):
+        if Interval(printed.value * shift, printed.half_width * shift).meets(correct):
+            return "misprint", f"the decimal point is off by a factor {shift:g}"
+    return "contradiction", f"the ratio {correct.value / printed.value:.4g} is no slip of the decimal point"
