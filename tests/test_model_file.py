@@ -44,7 +44,7 @@ def test_a_dynamic_motor_circuit_is_the_effect_winding_inductance():
     assert model.with_effects([*model.effects, "slope"]).text.startswith(
         'plant = "wheel_pendulum"\neffects = ["slope"]'
     )
-    with pytest.raises(Failure, match="motor_circuit|assumption"):
+    with pytest.raises(Failure, match=r"motor_circuit|assumption"):
         model.with_effects([])
 
 

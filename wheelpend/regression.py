@@ -42,13 +42,21 @@ def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
     return signal if good.all() else np.interp(t, t[good], signal[good])
 
 
+def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
+    """The input (N,) that acts in the mean from each sample to the next: the commanded one unless the motor lags."""
+    voltage = fill_gaps(log.t, log.voltage)
+    if module.LAG < 0:
+        return voltage
+    acting = module.acting_voltage(log.t, voltage, parameters)
+    return np.append(0.5 * (acting[:-1] + acting[1:]), acting[-1:])
+
+
 def differentiation(module: ModuleType, log: Log, parameters: np.ndarray, relative: bool) -> LinearFit:
     """Least squares with accelerations from numerical differences (paper eqs. 16, 17, 24)."""
     states = measured_states(log, relative)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
-    pairs = [
-        module.regressor(t, s, a, v, parameters) for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)
-    ]
+    voltage = acting_input(module, log, parameters)
+    pairs = [module.regressor(*row, parameters) for row in zip(log.t, states, rates, voltage, strict=True)]
     return solve(module, np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
 
 
@@ -67,10 +75,16 @@ def filtered(
     ``start`` (4,) is the state from which the filters' initial conditions (42) are made. Without it what a wrong start
     would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
     """
-    states, voltage = measured_states(log, relative), fill_gaps(log.t, log.voltage)
+    states, voltage = measured_states(log, relative), acting_input(module, log, parameters)
     begin = states[0] if start is None else start
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
     return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
+
+
+def project_out(nuisance: np.ndarray, *arrays: np.ndarray) -> list[np.ndarray]:
+    """What the columns of ``nuisance`` (rows, m) cannot explain of some arrays (rows, ...)."""
+    basis = np.linalg.qr(nuisance)[0]
+    return [a - basis @ (basis.T @ a) for a in arrays]
 
 
 def free_decay(t: np.ndarray, tau: tuple[float, float], rows: int) -> np.ndarray:
@@ -90,11 +104,11 @@ def positive(
     """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
 
     A constant on each row, dry friction in the slip and the filters' own start are fitted along and thrown away, so
-    that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a thousandth of the largest
-    share.
+    that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a
+    thousandth of the largest share.
     """
     states = measured_states(log, relative)
-    voltage = fill_gaps(log.t, log.voltage)
+    voltage = acting_input(module, log, parameters)
     slip = states[:, module.NQ] - states[:, module.NQ + 1]
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     dry, constant = (
@@ -123,8 +137,7 @@ def solve(
     count = len(module.LINEAR)
     matrix, right = regressors.reshape(-1, count), sides.ravel()
     if nuisance is not None:
-        basis = np.linalg.qr(nuisance.reshape(len(right), -1))[0]
-        matrix, right = matrix - basis @ (basis.T @ matrix), right - basis @ (basis.T @ right)
+        matrix, right = project_out(nuisance.reshape(len(right), -1), matrix, right)
     scale = np.linalg.norm(matrix, axis=0)
     silent = scale == 0.0
     scale = np.where(silent, 1.0, scale)

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 import derive
+from wheelpend.bias import Bias
 from wheelpend.comparison import Comparison
 from wheelpend.console import say, table
 from wheelpend.diagnosis import Diagnosis, Tried
 from wheelpend.explanation import Explanation, Step
+from wheelpend.filter_choice import Guide
 from wheelpend.identification import Identification
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
@@ -64,7 +66,30 @@ def show_identification(result: Identification) -> None:
     table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
     say(f"{result.samples} samples; condition number {result.condition_number:.3g}"
         + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "")
+        + ("; τ = " + ", ".join(f"{t:g}" for t in result.tau) + " s" if result.tau else "")
         + ".")  # fmt: skip
+    if result.bias:
+        show_bias(result.bias)
+    if result.guide:
+        show_guide(result.guide)
+
+
+def show_bias(bias: Bias) -> None:
+    """Print whether least squares is biased, and by how much."""
+    table(f"Least squares against {bias.against}, in % of each parameter",
+          ("parameter", "difference", "± by chance", "bias predicted", "spread predicted"),
+          [(n, *(number(column[n]) for column in (bias.difference_percent, bias.sigma_percent,
+                                                  bias.predicted_bias_percent, bias.predicted_spread_percent)))
+           for n in bias.difference_percent])  # fmt: skip
+    say(bias.sentence)
+
+
+def show_guide(guide: Guide) -> None:
+    """Print what the time constants do to the estimate, both alike, and why a pair was chosen."""
+    rows = [(f"{r.tau1:g}", number(r.bias), number(r.spread), number(r.score)) for r in guide.diagonal]
+    table(f"Both time constants alike, on {guide.replicas} rehearsals",
+          ("τ [s]", "bias [%]", "spread [%]", "error [%]"), rows)  # fmt: skip
+    say(guide.reason)
 
 
 def show_comparison(result: Comparison, model: Model) -> None:
