@@ -92,6 +92,25 @@ def verify(
 
 
 @app.command()
+def reproduce(
+    what: Annotated[str, typer.Argument(help="table1, table2, table3, figures or all.")] = "all",
+    out: Annotated[Path, typer.Option(help="Folder for the tables, the pictures and gallery.html.")] = Path(
+        "reproduction"
+    ),
+    seeds: Annotated[int, typer.Option(help="Draws of the sensor noise.")] = 100,
+    json: Json = None,
+) -> None:
+    """The paper's tables and figures, its numbers beside ours over many seeds; writes CSV, PNG and one page."""
+    from wheelpend.reproduction import run
+    from wheelpend.reproduction import show as show_reproduction
+
+    with failures(json):
+        with progress("preparing the kernels") as update:
+            result = run(what, out, seeds, progress=update)
+        show(result, json, lambda: show_reproduction(result))
+
+
+@app.command()
 def generate(
     check: Annotated[bool, typer.Option("--check", help="Say what is stale and change nothing.")] = False,
     model: ModelFile = MODEL,

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import typer
@@ -40,12 +41,24 @@ def _plain(text: str) -> str:
 
 @contextmanager
 def progress(first: str) -> Iterator[Callable[[str], None]]:
-    """A line of progress on standard error; plain lines where that is not a terminal."""
+    """A line of progress on standard error; where that is not a terminal, a plain line every ten seconds at most."""
     if not err.is_terminal:
-        yield lambda text: None
+        yield _plain_progress()
         return
     with err.status(first) as status:
         yield lambda text: status.update(text)
+
+
+def _plain_progress(every_s: float = 10.0) -> Callable[[str], None]:
+    said = monotonic()
+
+    def update(text: str) -> None:
+        nonlocal said
+        if monotonic() - said >= every_s:
+            said = monotonic()
+            err.print(_plain(text))
+
+    return update
 
 
 def emit_json(data: dict, json_file: str) -> None:

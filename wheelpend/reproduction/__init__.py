@@ -1,0 +1,16 @@
+"""The paper's tables and figures beside ours: many seeds, every method on the same data, files to look at.
+
+experiment  the closed loop of section 4
+estimators  the methods
+trials      many seeds on all cores
+tables      statistics beside the paper's numbers
+choices     what the paper leaves open, and how much the tables depend on it
+figures     PNG pictures in the paper's arrangement
+gallery     one self-contained HTML page
+wording     findings as sentences, and the tables on the terminal
+"""
+
+from wheelpend.reproduction.reproduce import PARTS, Reproduction, run
+from wheelpend.reproduction.wording import show
+
+__all__ = ["PARTS", "Reproduction", "run", "show"]

@@ -1,0 +1,183 @@
+"""What the paper leaves open, what was chosen, and how much each table would change with another choice.
+
+Every factor is computed: the numbers with the other choice divided by those with ours. None is chosen for its result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wheelpend.paper import numbers
+from wheelpend.reproduction.estimators import NOMINAL, filtered
+from wheelpend.reproduction.experiment import COMMANDS, Robot, Setup, play
+from wheelpend.reproduction.tables import DEVIATION, rehearsed, table3_errors
+from wheelpend.reproduction.trials import PREDICTED, Trial
+
+SHORT, LONG = 10.0, 30.0  # s
+SEEDS = 20  # for the choices that need experiments of their own
+SEEDS_ABOVE = 4  # for the other start of multiple shooting
+BULK = (0, 1, 2, 3, 4)  # X1 to X5, which the factors are taken over: X6 and X7 are nearly exact in every method
+VARIANTS = {
+    f"{SHORT:g} s": lambda c: Setup(c, duration=SHORT),
+    f"{LONG:g} s": lambda c: Setup(c, duration=LONG),
+    "−measured rate": lambda c: Setup(c, rate_error=False),
+}
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What another choice does to a table: the range of the factors by which its numbers change."""
+
+    table: str
+    of: str  # case, command or output
+    alternative: str
+    smallest: float
+    largest: float
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Something that the paper leaves open."""
+
+    name: str
+    open: str  # what the paper says or does not say
+    made: str
+    effects: tuple[Effect, ...]
+
+
+def factors(
+    table: str, alternative: str, ours: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]
+) -> Iterator[Effect]:
+    """Effects of an alternative, from absolute numbers with our choice and with the other."""
+    for key, base in ours.items():
+        if key in other:
+            ratio = np.abs(other[key]) / np.abs(base)
+            yield Effect(table, key, alternative, float(np.min(ratio)), float(np.max(ratio)))
+
+
+# ---- what each table makes of an alternative
+
+
+def of_table3(robot: Robot) -> dict[str, tuple[Effect, ...]]:
+    """Effects on Table 3 (FOH), by choice."""
+    base = play(robot, Setup())
+    ours = _bulk(table3_errors(robot, base))
+    tilted = play(robot, Setup(tilt=DEVIATION))
+
+    def changed(alternative: str, other: Mapping[str, np.ndarray]) -> tuple[Effect, ...]:
+        return tuple(factors("Table 3", alternative, ours, _bulk(other)))
+
+    def played(alternative: str) -> tuple[Effect, ...]:
+        return changed(alternative, table3_errors(robot, play(robot, VARIANTS[alternative]("aggressive"))))
+
+    free = {
+        case: np.array(robot.percent(filtered(robot, base.log, fit_start=True, tau=(tau, tau))))
+        for case, (tau, off, _) in numbers.TABLE_3.items() if off
+    }  # fmt: skip
+    off = {k: v for k, v in table3_errors(robot, tilted, deviation=0.0).items() if numbers.TABLE_3[k][1]}
+    negative = {k: v for k, v in table3_errors(robot, base, deviation=-DEVIATION).items() if k in off}
+    return {
+        "duration": (*played(f"{SHORT:g} s"), *played(f"{LONG:g} s")),
+        "rate": played("−measured rate"),
+        "hold": changed("ZOH", table3_errors(robot, base, hold="zoh")),
+        "start": changed("fitted along", free),
+        "deviation": (*changed("−0.5°", negative), *changed("robot tilted, filters not", off)),
+        "equal": changed("a hundredth apart", table3_errors(robot, base, apart=1.01)),
+    }
+
+
+def _bulk(errors: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {case: np.asarray(e)[list(BULK)] for case, e in errors.items()}
+
+
+def of_tables12(trials: Sequence[Trial], commands: Sequence[str]) -> dict[str, tuple[Effect, ...]]:
+    """Effects on the filtered method's median errors in Tables 1 and 2 (FOH), and on shooting's, by choice."""
+    few = {t.seed for t in trials if t.setup not in [Setup(c) for c in COMMANDS]}
+    above = {t.seed for t in trials if "shooting_above" in t.errors}
+
+    def medians(method: str, seeds: set[int] | None = None, setup: Callable[[str], Setup] = Setup):
+        chosen = [t for t in trials if method in t.errors and (seeds is None or t.seed in seeds)]
+        rows = {c: [t.errors[method] for t in chosen if t.setup == setup(c)] for c in commands}
+        return _bulk({c: np.median(np.abs(r), axis=0) for c, r in rows.items() if r})
+
+    def changed(
+        alternative: str, ours: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], of: str = "filtered"
+    ) -> tuple[Effect, ...]:
+        return tuple(factors(f"Tables 1, 2 ({of})", alternative, ours, other))
+
+    base, some = medians("filtered_foh"), medians("filtered_foh", few)
+    varied = {k: changed(k, some, medians("filtered_foh", few, setup)) for k, setup in VARIANTS.items()}
+    return {
+        "duration": (*varied[f"{SHORT:g} s"], *varied[f"{LONG:g} s"]),
+        "rate": varied["−measured rate"],
+        "hold": changed("ZOH", base, medians("filtered_zoh")),
+        "start": (*changed("all zero", base, medians("filtered_rest")),
+                  *changed("first sample, wheel at rest", base, medians("filtered_still")),
+                  *changed("fitted along", base, medians("filtered_free"))),
+        "nominal": changed(
+            f"{2 - NOMINAL:g} times the truth", medians("shooting", above), medians("shooting_above"), "shooting"
+        ),
+        "seeds": changed(f"the first {len(few)} seeds", base, some) if len(few) < len({t.seed for t in trials}) else (),
+    }  # fmt: skip
+
+
+def of_figures(robot: Robot) -> dict[str, tuple[Effect, ...]]:
+    """Effects on the prediction errors of Figure 5 with the paper's printed estimates, by choice."""
+    ours = rehearsed(robot, PREDICTED)
+
+    def played(alternative: str, setup: Setup) -> tuple[Effect, ...]:
+        return tuple(factors("Figure 5", alternative, ours, rehearsed(robot, setup)))
+
+    printed = {c: np.array([v[k] for v in numbers.RMSE.values()]) for k, c in enumerate(COMMANDS)}
+    against = [
+        effect
+        for command in COMMANDS
+        for effect in factors(f"Figure 5 against the printed RMSE, {command} command", "", printed,
+                              rehearsed(robot, replace(PREDICTED, command=command)))
+    ]  # fmt: skip
+    return {
+        "duration": tuple(e for k in (f"{SHORT:g} s", f"{LONG:g} s") for e in played(k, VARIANTS[k]("aggressive"))),
+        "rate": played("−measured rate", VARIANTS["−measured rate"]("aggressive")),
+        "predicted": tuple(against),
+    }
+
+
+# ---- the list
+
+
+LIST = (
+    ("duration", "Length of the experiments", "Not given.", "20 s."),
+    ("seeds", "Noise", "One draw, its seed not given.", "{seeds} seeds: median, and range from 10 to 90 %."),
+    ("rate", "D-term of the controller",
+     "Gains for P, I and D; not whether the D-term sees the error's rate or the measured rate.",
+     "The error's rate: reference rate − measured rate."),
+    ("start", "Initial conditions (42) of the filters",
+     "All four states zero. With noise the first reading is not, and the filters need one.",
+     "Tables 1 and 2: the first sample, with the wheel's speed from the first two angles. Table 3: zero, with the "
+     "stated deviation."),
+    ("hold", "Signals between samples", "Zero-order hold.",
+     "Both are shown: every signal held (ZOH), or angles and rates linear and only the voltage held (FOH). The factors "
+     "are those of ZOH against FOH."),
+    ("deviation", "Meaning of the +0.5° deviation",
+     "The initial pitch is biased by +0.5°; not whether the filters are wrong or the robot starts tilted.",
+     "The robot starts upright and only the filters' initial pitch is +0.5°."),
+    ("equal", "Equal time constants in Table 3", "τ1 = τ2, where the partial fractions of (38) have a double pole.",
+     "The second time constant is a thousandth larger."),
+    ("predicted", "Closed loop of Figures 4 to 6", "The command that the predictions follow is not given.",
+     "The aggressive command, with ideal sensors."),
+    ("nominal", "Nominal parameters", "Around 90 % of the exact ones, for the design of the controller.",
+     "0.9 times each of X1 to X7, where instrumental variables and multiple shooting start."),
+)  # fmt: skip
+
+
+def collect(seeds: int, parts: Sequence[Mapping[str, tuple[Effect, ...]]]) -> tuple[Choice, ...]:
+    """The choices that matter to the tables that were made, with their effects."""
+    found = []
+    for key, name, open_, made in LIST:
+        effects = tuple(e for part in parts for e in part.get(key, ()))
+        if effects:
+            found.append(Choice(name, open_, made.format(seeds=seeds), effects))
+    return tuple(found)

@@ -1,0 +1,137 @@
+"""The methods that the tables compare: each takes a robot and a log and gives X1, X2, ... in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from wheelpend import instruments, regression
+from wheelpend.failures import Failure
+from wheelpend.logs import Log, segment_bounds
+from wheelpend.paper.numbers import TABLE_1_TAU
+from wheelpend.reproduction.experiment import Robot
+from wheelpend.sensors import sensor_noise
+from wheelpend.shooting import Part, vector
+from wheelpend.simulation import noise_levels
+from wheelpend.study import HORIZON, Study, fit_model, fit_parts
+
+NOMINAL = 0.9  # times the truth, where an iteration starts
+LABELS = {
+    "differentiation": "differentiation",
+    "filtered_zoh": "filtered, ZOH",
+    "filtered_foh": "filtered, FOH",
+    "iv": "instrumental variables",
+    "shooting": "multiple shooting",
+    "filtered_rest": "filtered, FOH, from zero",
+    "cramer_rao": "Cramér-Rao bound",
+}
+
+
+def differentiation(robot: Robot, log: Log) -> np.ndarray:
+    """Least squares with differentiated rates (paper eqs. 16, 17, 24)."""
+    return regression.differentiation(robot.module, log, parameters(robot, log), robot.relative).estimate
+
+
+def filtered(
+    robot: Robot,
+    log: Log,
+    *,
+    hold: str = "foh",
+    start: np.ndarray | None = None,
+    fit_start: bool = False,
+    tau: tuple[float, float] = TABLE_1_TAU,
+) -> np.ndarray:
+    """Filtered least squares, the filters started at a state, by default the one measured first."""
+    begin = None if fit_start else first_sample(robot, log) if start is None else start
+    return regression.filtered(
+        robot.module, log, parameters(robot, log), robot.relative, tau, first_order_hold=hold == "foh", start=begin
+    ).estimate
+
+
+def instrumental(robot: Robot, log: Log) -> np.ndarray:
+    """Instruments from the simulated closed loop, started at the model's nominal values; NaN where that fails."""
+    try:
+        found = instruments.instrumental(
+            robot.model, robot.module, log, parameters(robot, log), instruments.TAU, errors=False
+        )
+    except Failure:
+        return np.full(len(robot.names), np.nan)
+    return found.fit.estimate
+
+
+def shooting(robot: Robot, log: Log, nominal: float = NOMINAL) -> np.ndarray:
+    """Multiple shooting with the sensors' true noise, started at a multiple of the true values."""
+    fitted = fit_model(study_of(robot, log), robot.scaled(nominal), robot.names, horizons=(0.1, 1.0))
+    return np.array([fitted.values[n] for n in robot.names])
+
+
+def cramer_rao(robot: Robot, log: Log) -> np.ndarray:
+    """Smallest standard deviation of an unbiased estimator that gives each segment its own initial state.
+
+    From the information matrix at the true parameters.
+    """
+    study = study_of(robot, log)
+    fitted = fit_parts(study, study.training, robot.values, robot.names, rounds=0)
+    return np.sqrt(np.diag(fitted.covariance))
+
+
+def parameters(robot: Robot, log: Log) -> np.ndarray:
+    """The known constants as the kernels want them; the regressions do not look at the values that they identify."""
+    return vector(robot.module, robot.values, log)
+
+
+def first_sample(robot: Robot, log: Log) -> np.ndarray:
+    """The first measured state; the wheel's speed, which no sensor gives, from the first two angles."""
+    first, second = regression.measured_states(log, robot.relative)[:2]
+    rate = robot.module.NQ
+    return np.concatenate([first[:rate], [(second[0] - first[0]) / log.dt], first[rate + 1 :]])
+
+
+def wheel_at_rest(robot: Robot, log: Log) -> np.ndarray:
+    """The first measured state with the wheel's speed known to be zero."""
+    state = first_sample(robot, log)
+    state[robot.module.NQ] = 0.0
+    return state
+
+
+def study_of(robot: Robot, log: Log) -> Study:
+    """A log made ready for shooting, with the noise that its sensors are known to have."""
+    given = {n: s or None for n, s in zip(log.channels, noise_levels(robot.model, log.channels), strict=True)}
+    counts = robot.model.sensors.encoder_counts
+    noise = sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
+    part = Part(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, HORIZON), dtype=np.int64))
+    return Study(robot.model, robot.module, (part,), (), (noise,), HORIZON, log.dt, ())
+
+
+def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:
+    """Condition number of ΦᵀΦ per method, as it stands and with the columns of Φ scaled to unit length."""
+    module = robot.module
+    known, states = parameters(robot, log), regression.measured_states(log, robot.relative)
+    rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
+    rows = [
+        module.regressor(t, s, a, v, known)[1] for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)
+    ]
+    start = first_sample(robot, log)
+    behind = module.filter_regressor(log.t, states, log.voltage, known, *TABLE_1_TAU, True, start)[1]
+    return {"differentiation": conditions(np.array(rows)), "filtered_foh": conditions(behind)}
+
+
+def conditions(regressor: np.ndarray) -> tuple[float, float]:
+    """Condition number of ΦᵀΦ, plain and column-scaled."""
+    triangle = np.linalg.qr(regressor.reshape(-1, regressor.shape[-1]), mode="r")
+    scaled = triangle / np.linalg.norm(triangle, axis=0)
+    return float(np.linalg.cond(triangle)) ** 2, float(np.linalg.cond(scaled)) ** 2
+
+
+METHODS: dict[str, Callable[[Robot, Log], np.ndarray]] = {
+    "differentiation": differentiation,
+    "filtered_zoh": lambda robot, log: filtered(robot, log, hold="zoh"),
+    "filtered_foh": filtered,
+    "iv": instrumental,
+    "shooting": shooting,
+    "filtered_rest": lambda robot, log: filtered(robot, log, start=np.zeros(robot.module.NX)),
+    "filtered_still": lambda robot, log: filtered(robot, log, start=wheel_at_rest(robot, log)),
+    "filtered_free": lambda robot, log: filtered(robot, log, fit_start=True),
+    "shooting_above": lambda robot, log: shooting(robot, log, 2.0 - NOMINAL),
+}

@@ -1,0 +1,126 @@
+"""The paper's closed-loop experiment (section 4); what the paper leaves open about it is an argument."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend import kernels
+from wheelpend.commands import reference
+from wheelpend.failures import Failure
+from wheelpend.logs import Log
+from wheelpend.model import Model
+from wheelpend.shooting import vector
+from wheelpend.simulation import SAMPLE, machine_values, noise_levels
+
+COMMANDS = ("simple", "aggressive")
+DURATION = 20.0  # s
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One closed-loop experiment."""
+
+    command: str = "aggressive"
+    duration: float = DURATION  # s
+    rate_error: bool = True  # whether the D-term sees reference rate − measured rate, or −measured rate alone
+    tilt: float = 0.0  # rad, true pitch at the beginning
+
+
+class Run(NamedTuple):
+    """An experiment that was played."""
+
+    states: np.ndarray  # (N, 4) true θw, θp [rad], θ̇w, θ̇p [rad/s]
+    log: Log  # what the sensors and the controller gave
+
+    @property
+    def upright(self) -> bool:
+        """Whether the robot stayed up."""
+        return bool(np.isfinite(self.states).all() and np.abs(self.states[:, 1]).max() < np.pi / 2)
+
+
+class Robot(NamedTuple):
+    """The machine with its true parameters, and the lean kernels of its model."""
+
+    model: Model
+    module: ModuleType
+    values: dict[str, float]  # true parameters and known constants
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that are identified, X1, X2, ..."""
+        return tuple(self.module.LINEAR)
+
+    @property
+    def truth(self) -> np.ndarray:
+        """Their true values."""
+        return np.array([self.values[n] for n in self.names])
+
+    @property
+    def relative(self) -> bool:
+        """Whether the encoder measures the wheel against the body."""
+        return self.model.assumptions["encoder"] == "relative"
+
+    def percent(self, estimate: np.ndarray) -> tuple[float, ...]:
+        """Signed error of an estimate in percent of the truth."""
+        return tuple(map(float, 100.0 * (estimate / self.truth - 1.0)))
+
+    def scaled(self, factor: float) -> dict[str, float]:
+        """Every parameter's true value times a factor, beside the known constants."""
+        return {**self.values, **{n: factor * self.values[n] for n in self.names}}
+
+
+@lru_cache(maxsize=4)
+def robot_of(text: str) -> Robot:
+    """The robot of a model.toml's text, loaded once in each process; raises Failure without values or controller."""
+    model = Model.parse(text)
+    if model.controller is None:
+        raise Failure("The model must have a [controller] with kind and gains to play the paper's closed loop, but has "
+                      "none. Add the paper's, -168, -800 and -8.8.")  # fmt: skip
+    return Robot(model, kernels.lean(model.plant, model.assumptions, ()), machine_values(model, {}))
+
+
+def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[str, float] | None = None) -> Run:
+    """Run the closed loop from rest, with the sensors' noise of a seed or with ideal sensors.
+
+    ``values`` are parameters to run it with in place of the true ones.
+    """
+    module, t = robot.module, np.arange(round(setup.duration / SAMPLE) + 1) * SAMPLE
+    angle, rate = reference(setup.command, t)
+    log = Log(setup.command, t, np.zeros_like(t), np.zeros((t.size, module.NY)), tuple(module.OUTPUTS), angle)
+    start = np.zeros(module.NX)
+    start[1] = setup.tilt
+    noise, quantum = sensors(robot, t.size, seed)
+    assert robot.model.controller is not None
+    states, measured, voltage = module.closed_loop(
+        t, angle, rate * setup.rate_error, np.array(robot.model.controller.gains, dtype=float), start,
+        vector(module, {**robot.values, **(values or {})}, log), noise, quantum, SAMPLE,
+    )  # fmt: skip
+    return Run(states, Log(setup.command, t, voltage, measured, log.channels, angle))
+
+
+def sensors(robot: Robot, samples: int, seed: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Noise (N, channels) and quantisation (channels,) of the sensors; none without a seed."""
+    channels = robot.module.OUTPUTS
+    if seed is None:
+        return np.zeros((samples, len(channels))), np.zeros(len(channels))
+    counts = robot.model.sensors.encoder_counts
+    quantum = np.array([2 * np.pi / counts if counts and n == "theta_w" else 0.0 for n in channels])
+    normal = np.random.default_rng(seed).normal(size=(samples, len(channels)))
+    return normal * noise_levels(robot.model, channels), quantum
+
+
+def unstable_pole(robot: Robot) -> float:
+    """Real part of the fastest growing motion near the upright robot without its controller [1/s]."""
+    module, small = robot.module, 1e-5
+    parameters = vector(module, robot.values, Log("", np.zeros(1), np.zeros(1), np.zeros((1, 3)), ()))
+    matrix = np.zeros((4, 4))
+    matrix[:2, 2:] = np.eye(2)
+    for k in range(4):
+        matrix[2:, k] = module.acceleration(0.0, small * np.eye(4)[k], 0.0, parameters) / small
+    return float(np.linalg.eigvals(matrix).real.max())

@@ -1,0 +1,55 @@
+"""Jobs on all cores, each process with one thread for linear algebra."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from multiprocessing import get_context
+from time import monotonic
+from typing import TypeVar
+
+T = TypeVar("T")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], None]) -> list[T]:
+    """Results of jobs that can be pickled, in order; ``progress`` gets how many are done and the seconds left."""
+    found: dict[int, T] = {}
+    begin = monotonic()
+    for number, result in _finished(jobs):
+        found[number] = result
+        progress(len(found), (monotonic() - begin) / len(found) * (len(jobs) - len(found)))
+    return [found[number] for number in range(len(jobs))]
+
+
+def _finished(jobs: Sequence[Callable[[], T]]) -> Iterator[tuple[int, T]]:
+    """Number and result of each job as it ends."""
+    workers = min(cores(), len(jobs))
+    if cores() == 1 or not jobs:
+        yield from ((number, job()) for number, job in enumerate(jobs))
+        return
+    with single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        futures = {pool.submit(job): number for number, job in enumerate(jobs)}
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+
+def cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """Processes started inside use one thread for linear algebra: the cores are taken by the jobs."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value

@@ -1,0 +1,163 @@
+"""From what is asked for to numbers and files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from wheelpend.failures import Failure, did_you_mean
+from wheelpend.model import Model
+from wheelpend.reproduction import choices, tables
+from wheelpend.reproduction.choices import Choice, Effect
+from wheelpend.reproduction.experiment import COMMANDS, DURATION, Robot, Setup, robot_of, unstable_pole
+from wheelpend.reproduction.processes import run_all
+from wheelpend.reproduction.tables import Cell, Condition, Deviation, Prediction
+from wheelpend.reproduction.trials import Task, Trial, run_task
+
+PARTS = ("table1", "table2", "table3", "figures", "all")
+FILTERED = ("filtered_zoh", "filtered_foh", "filtered_rest", "filtered_still", "filtered_free")
+BETTER = ("iv", "shooting", "cramer_rao")
+COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {  # of each table: command and its methods, in order
+    "table1": {"simple": ("differentiation", "filtered_zoh", "filtered_foh", *BETTER)},
+    "table2": dict.fromkeys(COMMANDS, ("filtered_zoh", "filtered_foh", *BETTER)),
+}
+FEW = 20  # seeds of which condition numbers and bounds are computed: they hardly differ between seeds
+
+
+class Noiseless(NamedTuple):
+    """What needs no seeds."""
+
+    table3: tuple[Deviation, ...]
+    effects: tuple[dict[str, tuple[Effect, ...]], ...]  # by choice
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """The paper's numbers and ours; what was not asked for is empty."""
+
+    what: str
+    seeds: int
+    duration_s: float
+    table1: tuple[Cell, ...] = ()
+    table2: tuple[Cell, ...] = ()
+    started_at_rest: tuple[Cell, ...] = ()  # the filtered method (FOH) with the filters' initial state zero
+    conditions: tuple[Condition, ...] = ()
+    table3: tuple[Deviation, ...] = ()
+    predictions: tuple[Prediction, ...] = ()
+    choices: tuple[Choice, ...] = ()
+    unstable_pole: float = 0.0  # of the upright robot without controller [1/s]
+    written: tuple[str, ...] = ()
+    robot: Robot | None = field(repr=False, default=None)
+    trials: tuple[Trial, ...] = field(repr=False, default=())
+
+
+def run(
+    what: str = "all",
+    out: Path = Path("reproduction"),
+    seeds: int = 100,
+    progress: Callable[[str], None] = lambda text: None,
+    model: Model | None = None,
+) -> Reproduction:
+    """Reproduce a part of the paper and write its CSV tables, PNG figures and the gallery into a folder.
+
+    ``model`` is the paper's unless one is given; its [simulation] is the machine. On several cores the seeds run in
+    processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``. Raises Failure
+    for an unknown part, fewer than one seed, and where the files cannot be written.
+    """
+    from wheelpend.reproduction.files import claim, write_all
+
+    if what not in PARTS:
+        raise Failure(
+            f"No part of the paper is named '{what}'. Known parts: {', '.join(PARTS)}.{did_you_mean(what, PARTS)}"
+        )
+    if seeds < 1:
+        raise Failure(f"--seeds must be at least 1, not {seeds}. Use 100 or more for a spread that can be trusted.")
+    claim(Path(out))
+    model = model or Model.default()
+    wanted = [p for p in PARTS[:-1] if what in (p, "all")]
+    progress("preparing the kernels")
+    robot = robot_of(model.text)
+    noiseless, trials = compute(model.text, wanted, seeds, progress)
+    result = assemble(Reproduction(what, seeds, DURATION, robot=robot, trials=trials), wanted, noiseless)
+    progress("drawing")
+    return replace(result, written=write_all(result, out))
+
+
+def compute(
+    text: str, wanted: list[str], seeds: int, progress: Callable[[str], None]
+) -> tuple[Noiseless, tuple[Trial, ...]]:
+    """Everything that takes time, on all cores."""
+    tasks = plan(text, wanted, seeds)
+    jobs: list[Callable[[], Any]] = [partial(without_noise, text, wanted), *(partial(run_task, t) for t in tasks)]
+
+    def report(done: int, left: float) -> None:
+        seed = min(done, len(tasks))
+        progress(f"seed {seed} of {len(tasks)}, about {left:.0f} s left" if 0 < seed < len(tasks) else "computing")
+
+    report(0, 0.0)
+    noiseless, *found = run_all(jobs, report)
+    return noiseless, tuple(trial for trials in found for trial in trials)
+
+
+def without_noise(text: str, wanted: list[str]) -> Noiseless:
+    """Table 3, and what depends on no noise among the choices."""
+    robot = robot_of(text)
+    parts = [choices.of_table3(robot)] if "table3" in wanted else []
+    parts += [choices.of_figures(robot)] if "figures" in wanted else []
+    return Noiseless(tables.table3(robot) if "table3" in wanted else (), tuple(parts))
+
+
+def plan(text: str, wanted: list[str], seeds: int) -> list[Task]:
+    """What is to be computed on each seed."""
+    if wanted == ["table3"]:
+        return []
+    return [Task(text, seed, tuple(_work(wanted, seed))) for seed in range(seeds)]
+
+
+def _work(wanted: list[str], seed: int) -> Iterator[tuple[Setup, tuple[str, ...]]]:
+    tabled = [t for t in wanted if t in COLUMNS]
+    for command in commands_of(wanted):
+        methods = [m for t in tabled for m in COLUMNS[t].get(command, ())]
+        methods += FILTERED if tabled else ()
+        methods += ["conditions"] if tabled and seed < FEW else []
+        methods += ["shooting_above"] if tabled and seed < choices.SEEDS_ABOVE else []
+        methods += ["filtered_foh", "rmse"] if "figures" in wanted else []
+        skipped = ("cramer_rao",) if seed >= FEW else ()
+        yield Setup(command), tuple(m for m in dict.fromkeys(methods) if m not in skipped)
+        for setup in choices.VARIANTS.values() if tabled and seed < choices.SEEDS else ():
+            yield setup(command), ("filtered_foh",)
+
+
+def commands_of(wanted: list[str]) -> tuple[str, ...]:
+    """Commands whose noisy experiments are needed."""
+    return COMMANDS if "table2" in wanted or "figures" in wanted else ("simple",)
+
+
+def assemble(result: Reproduction, wanted: list[str], noiseless: Noiseless) -> Reproduction:
+    """Fill in the tables that are wanted."""
+    robot, trials, parts = result.robot, result.trials, list(noiseless.effects)
+    assert robot is not None
+    result = replace(result, table3=noiseless.table3)
+    if "table1" in wanted:
+        result = replace(result, table1=_cells(trials, "table1"))
+    if "table2" in wanted:
+        result = replace(result, table2=_cells(trials, "table2"))
+    if result.table1 or result.table2:
+        commands = commands_of([w for w in wanted if w in COLUMNS])
+        result = replace(
+            result,
+            started_at_rest=tuple(cell for c in commands for cell in tables.cells(trials, c, ("filtered_rest",))),
+            conditions=tables.conditions(trials),
+            unstable_pole=unstable_pole(robot),
+        )
+        parts.insert(0, choices.of_tables12(trials, commands))
+    if "figures" in wanted:
+        result = replace(result, predictions=tables.predictions(robot, trials))
+    return replace(result, choices=choices.collect(result.seeds, parts))
+
+
+def _cells(trials: tuple[Trial, ...], table: str) -> tuple[Cell, ...]:
+    return tuple(c for command, methods in COLUMNS[table].items() for c in tables.cells(trials, command, methods))
