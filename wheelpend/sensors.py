@@ -44,7 +44,7 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
         known = given.get(channel)
         rounding = rounding_only(step)
         fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
-        sigma.append(fine if fine > 0.0 else _resolution(signal))
+        sigma.append(known or max(fine, _resolution(signal)))
         quantum.append(step)
         is_rounding = bool(step) and not known and fine == rounding
         squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
@@ -146,5 +146,9 @@ def rounding_error(signal: np.ndarray, step: float) -> float:
 
 
 def _resolution(signal: np.ndarray) -> float:
-    """A last resort for a signal without any scatter: a millionth of its range."""
-    return max(1e-6 * float(np.nanmax(signal) - np.nanmin(signal)), 1e-9)
+    """What no sensor resolves: a ten-thousandth of the change between samples, or of a still signal's size a billionth.
+
+    A log from ideal sensors would otherwise be trusted beyond the accuracy of any integration.
+    """
+    known = signal[np.isfinite(signal)]
+    return max(1e-4 * float(np.sqrt(np.mean(np.diff(known) ** 2))), 1e-9 * float(np.abs(known).max()), 1e-12)
