@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.conftest import simulated
-from wheelpend import Model, save_log
+from wheelpend import Model, console, save_log
 from wheelpend.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -168,6 +168,15 @@ def test_the_real_robots_log_goes_through(workspace):
     assert "coulomb_drive" in [c["effect"] for c in diagnosis["candidates"]]
     added = json.loads(run("add", "coulomb_drive", "--data", log, "--json", "-").stdout)
     assert added["error_after"] < 0.75 * added["error_before"]
+
+
+def test_long_work_says_how_far_it_is_though_nobody_watches_a_terminal(monkeypatch, capsys):
+    clock = iter([0.0, 5.0, 11.0, 11.0, 12.0])
+    monkeypatch.setattr(console, "monotonic", lambda: next(clock))
+    with console.progress("begin") as update:
+        for number in range(3):
+            update(f"step {number}")
+    assert capsys.readouterr().err == "step 1\n"
 
 
 def test_the_public_names_are_what_they_say():
