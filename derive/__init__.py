@@ -10,6 +10,9 @@ Each stage is a function from one frozen record to the next:
 6. ``statespace.generate_code``     Model        → Code        kernels as strings: here SymPy ends
 7. ``emit.render``                  Code         → text        the templates format it
 
+Beside them, ``equivalence.relations`` finds what no data can tell apart: effects that are part of X1, X2, ..., twins,
+and effects that contain others.
+
 Nothing behind stage 1 knows a particular machine; a new machine is one file in ``plants``, a new effect one row in
 ``effects``.
 """
@@ -17,10 +20,12 @@ Nothing behind stage 1 knows a particular machine; a new machine is one file in 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from derive import effects, plants
 from derive.effects import Deformation
 from derive.emit import differences, equations_text, render, write
+from derive.equivalence import relations
 from derive.grouping import NotExpressibleError
 from derive.model import compose
 from derive.records import Model
@@ -37,10 +42,15 @@ def model_files(plant: str, assumptions: dict, effect_names: Sequence[str]) -> d
 
 
 def library_model(plant: str, assumptions: dict) -> Model:
-    """The model with every effect that the plant and its assumptions allow, and a missing force on each row."""
+    """The model with every effect that the plant and its assumptions allow, and a missing force on each row.
+
+    Effects that are part of the plant's own parameters are left out, and named among the relations.
+    """
     settled = plants.settle(plant, assumptions)
     possible = [e for e in effects.possible_on(plants.find(plant).build(settled)) if derivable(plant, settled, e)]
-    return compose(plant, settled, [e.name for e in possible], missing_force=True)
+    found = relations(plant, settled, [e.name for e in possible])
+    chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
+    return replace(compose(plant, settled, chosen, missing_force=True), relations=found)
 
 
 def derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
@@ -63,6 +73,7 @@ __all__ = [
     "library_model",
     "model_files",
     "plants",
+    "relations",
     "render",
     "write",
 ]

@@ -36,7 +36,9 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     residual = [row.subs(plant.input, acting) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
     fitted += [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
+    absent = [0.0] * len(grouping.names) + [p.absent for e in chosen for p in e.parameters]
     if missing_force:
+        absent += [0.0] * len(plant.coordinates)
         residual = [r - symbol(f"missing.{c.row}") for r, c in zip(residual, plant.coordinates, strict=True)]
         fitted += [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
     readings = sensor_maps(plant, chosen)
@@ -56,6 +58,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         lag=lag,
         drive=voltage,
         regressor=derive_regressor(plant, tuple(residual), dry_surfaces(plant, chosen), grouping, tuple(fitted)),
+        absent=tuple(absent),
     )
 
 

@@ -47,7 +47,7 @@ class KernelPrinter(PythonCodePrinter):
         base, exponent = e.args
         if exponent.is_Integer and 2 <= int(exponent) <= 4:
             factor = self.parenthesize(base, sp.printing.precedence.PRECEDENCE["Mul"] + 1)
-            return "*".join([factor] * int(exponent))
+            return f"({'*'.join([factor] * int(exponent))})"  # in parentheses: it may stand in a denominator
         return super()._print_Pow(e, **kwargs)
 
 

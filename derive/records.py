@@ -146,6 +146,14 @@ class Regressor(NamedTuple):
     energy: EnergyBalance
 
 
+class Relations(NamedTuple):
+    """What no data can tell apart, from the equations alone."""
+
+    absorbed: dict  # effect.parameter → {own parameter: weight}, of effects that are part of those
+    twins: dict  # effect → effects that change every log in the same way
+    contained: dict  # effect → {smaller effect: its linear parameters by those of the smaller}
+
+
 class DrySurface(NamedTuple):
     """A surface with dry friction: it slips with a given force in either direction, or sticks."""
 
@@ -176,6 +184,8 @@ class Model:
     lag: str  # name of the time constant of the input's first-order lag, or ""
     drive: sp.Expr  # what the actuator makes of the commanded input; it lags where there is a lag
     regressor: Regressor
+    absent: tuple[float, ...]  # value of each fitted parameter while its effect is absent
+    relations: Relations | None = None  # found for the library
 
     @property
     def states(self) -> tuple[sp.Symbol, ...]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import sympy as sp
 
 from derive.functions import symbol
 from derive.printing import Kernel, Target, kernel
-from derive.records import Model
+from derive.records import Model, Relations
 
 
 class Signal(NamedTuple):
@@ -28,6 +29,8 @@ class Code(NamedTuple):
     rows: tuple[str, ...]
     parameters: tuple[str, ...]
     units: tuple[str, ...]
+    absent: tuple[str, ...]  # value of each parameter while it has no influence, as an expression
+    relations: Relations
     fitted: int  # so many of the parameters, from the first, have sensitivities
     delay: int  # index of the input delay, or -1
     lag: int  # index of the time constant of the input's lag, or -1
@@ -53,6 +56,10 @@ def generate_code(model: Model) -> Code:
         rows=tuple(c.row for c in model.plant.coordinates),
         parameters=names,
         units=tuple(p.unit for p in (*model.fitted, *model.constants)),
+        absent=tuple(
+            "math.inf" if math.isinf(v) else repr(v) for v in (*model.absent, *(1.0 for _ in model.constants))
+        ),
+        relations=model.relations or Relations({}, {}, {}),
         fitted=len(model.fitted),
         delay=names.index(model.delay) if model.delay else -1,
         lag=names.index(model.lag) if model.lag else -1,

@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, air_drag, com_offset, tether_spring, actuator_delay, winding_inductance, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, gyro_scale, imu_bias, gyro_bias
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, stribeck_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, tether_spring, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias
 """Kernels of the model `wheel_pendulum with every effect`.
 
 wheel row: 0 =
@@ -10,10 +10,13 @@ wheel row: 0 =
     + X6*dtheta_w
     + dtheta_w*ground_viscous.coefficient
     + tether_spring.stiffness*(-origin + theta_w)
+    + viscous_asymmetry.coefficient*Magnitude(-dtheta_p + dtheta_w)
     - X2*ddtheta_p
     - X7*dtheta_p
     - cogging.cosine*cos(cogging.periods*(-theta_p + theta_w))
     - cogging.sine*sin(cogging.periods*(-theta_p + theta_w))
+    - wheel_runout.cosine*cos(theta_w)
+    - wheel_runout.sine*sin(theta_w)
     + X3*ddtheta_p*cos(com_offset.angle + slope.angle + theta_p)
     + air_drag.coefficient*dtheta_w*Magnitude(dtheta_w)
     + quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
@@ -31,6 +34,7 @@ body row: 0 =
     - X2*ddtheta_w
     - X5*sin(com_offset.angle + theta_p)
     - X6*dtheta_w
+    - viscous_asymmetry.coefficient*Magnitude(-dtheta_p + dtheta_w)
     + X3*ddtheta_w*cos(com_offset.angle + slope.angle + theta_p)
     - quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
 
@@ -49,15 +53,19 @@ from numba import njit
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
-PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
-UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V s²/rad²', 'rad', 'V/rad', 's', 's', 'V', '1/s', '1', 'V', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', 'V', 'V', 'rad/s', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V/rad', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # value of each parameter while its effect is absent; 1 for a constant
+ABSORBED = {'viscous_drive.coefficient': {'X6': 1.0, 'X7': 1.0}}  # effects that are part of the plant's own parameters, with weights on these
+TWINS = {'coulomb_asymmetry': ('voltage_offset',), 'com_offset': ('imu_bias',), 'voltage_offset': ('coulomb_asymmetry',), 'imu_bias': ('com_offset',)}  # effects that change every log in the same way
+CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects within others: parameters of the larger by those of the smaller
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w')}  # constants without which a parameter has no meaning
-LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'air_drag.coefficient', 'tether_spring.stiffness', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
-FITTED = 29  # so many of PARAMETERS, from the first, have sensitivities
-DELAY = 18  # index of the input delay among PARAMETERS, or -1
-LAG = 19  # index of the time constant of the input's lag, or -1
-ORIGIN = 33  # index of the wheel's angle at the log's first sample, or -1
-NQ, NX, NY, NP = 2, 4, 3, 34
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'tether_spring.stiffness', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+FITTED = 41  # so many of PARAMETERS, from the first, have sensitivities
+DELAY = 25  # index of the input delay among PARAMETERS, or -1
+LAG = 26  # index of the time constant of the input's lag, or -1
+ORIGIN = 45  # index of the wheel's angle at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 46
 NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
 DRY = 2  # surfaces with dry friction
 SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
@@ -84,7 +92,7 @@ def _step(x):
 def _free_motion(t, state, voltage, parameters, rate, mobility):
     """Accelerations without dry friction into rate (NQ,), inverse mass matrix into mobility (NQ, NQ).
 
-    87 operations.
+    96 operations.
     """
     v_in = voltage
     theta_w = state[0]
@@ -98,55 +106,60 @@ def _free_motion(t, state, voltage, parameters, rate, mobility):
     X5 = parameters[4]
     X6 = parameters[5]
     X7 = parameters[6]
-    quadratic_drive_coefficient = parameters[8]
-    cogging_sine = parameters[9]
-    cogging_cosine = parameters[10]
-    cogging_periods = parameters[11]
-    ground_viscous_coefficient = parameters[12]
-    slope_angle = parameters[14]
-    air_drag_coefficient = parameters[15]
-    com_offset_angle = parameters[16]
-    tether_spring_stiffness = parameters[17]
-    missing_wheel = parameters[27]
-    missing_body = parameters[28]
-    R = parameters[29]
-    g = parameters[30]
-    alpha = parameters[31]
-    J_w = parameters[32]
-    origin = parameters[33]
+    viscous_asymmetry_coefficient = parameters[9]
+    quadratic_drive_coefficient = parameters[13]
+    cogging_sine = parameters[14]
+    cogging_cosine = parameters[15]
+    cogging_periods = parameters[16]
+    ground_viscous_coefficient = parameters[17]
+    slope_angle = parameters[19]
+    wheel_runout_sine = parameters[20]
+    wheel_runout_cosine = parameters[21]
+    air_drag_coefficient = parameters[22]
+    com_offset_angle = parameters[23]
+    tether_spring_stiffness = parameters[24]
+    missing_wheel = parameters[39]
+    missing_body = parameters[40]
+    R = parameters[41]
+    g = parameters[42]
+    alpha = parameters[43]
+    J_w = parameters[44]
+    origin = parameters[45]
     c0 = X6*dtheta_w
     c1 = X7*dtheta_p
     c2 = com_offset_angle + theta_p
-    c3 = -theta_w
-    c4 = cogging_periods*(-c3 - theta_p)
-    c5 = cogging_cosine*math.cos(c4)
-    c6 = cogging_sine*math.sin(c4)
-    c7 = -dtheta_p + dtheta_w
-    c8 = c7*quadratic_drive_coefficient*abs(c7)
-    c9 = -X5*math.sin(c2) - c0 + c1 + c5 + c6 - c8 - missing_body + v_in
-    c10 = c2 + slope_angle
-    c11 = math.cos(c10)
-    c12 = X3*c11
-    c13 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c12 - X3*X3*c11*c11)
-    c14 = c13*(X2 - c12)
-    c15 = math.sin(slope_angle)
-    c16 = 1/R
-    c17 = -2*J_w*c15*c16*g/alpha + X1*c15*c16*g - X3*dtheta_p*dtheta_p*math.sin(c10) + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 - c5 - c6 + c8 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c3 - origin) - v_in
-    c18 = c13*(X2 + X4)
-    c19 = c13*(X1 + X2)
-    rate[0] = -c14*c9 - c17*c18
-    rate[1] = -c14*c17 - c19*c9
-    mobility[0, 0] = c18
-    mobility[0, 1] = c14
-    mobility[1, 0] = c14
-    mobility[1, 1] = c19
+    c3 = -dtheta_p + dtheta_w
+    c4 = abs(c3)
+    c5 = c4*viscous_asymmetry_coefficient
+    c6 = -theta_w
+    c7 = cogging_periods*(-c6 - theta_p)
+    c8 = cogging_cosine*math.cos(c7)
+    c9 = cogging_sine*math.sin(c7)
+    c10 = c3*c4*quadratic_drive_coefficient
+    c11 = -X5*math.sin(c2) - c0 + c1 - c10 - c5 + c8 + c9 - missing_body + v_in
+    c12 = c2 + slope_angle
+    c13 = math.cos(c12)
+    c14 = X3*c13
+    c15 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c14 - (X3*X3)*(c13*c13))
+    c16 = c15*(X2 - c14)
+    c17 = math.sin(slope_angle)
+    c18 = 1/R
+    c19 = -2*J_w*c17*c18*g/alpha + X1*c17*c18*g - X3*(dtheta_p*dtheta_p)*math.sin(c12) + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 + c10 + c5 - c8 - c9 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c6 - origin) - v_in - wheel_runout_cosine*math.cos(theta_w) - wheel_runout_sine*math.sin(theta_w)
+    c20 = c15*(X2 + X4)
+    c21 = c15*(X1 + X2)
+    rate[0] = -c11*c16 - c19*c20
+    rate[1] = -c11*c21 - c16*c19
+    mobility[0, 0] = c20
+    mobility[0, 1] = c16
+    mobility[1, 0] = c16
+    mobility[1, 1] = c21
 
 
 @compiled
 def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter):
     """Derivatives of inertia − force at given accelerations, into (NQ, NX) and (NQ, NP); zero entries are not touched.
 
-    97 operations.
+    135 operations.
     """
     theta_w = state[0]
     theta_p = state[1]
@@ -161,103 +174,141 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     X5 = parameters[4]
     X6 = parameters[5]
     X7 = parameters[6]
-    quadratic_drive_coefficient = parameters[8]
-    cogging_sine = parameters[9]
-    cogging_cosine = parameters[10]
-    cogging_periods = parameters[11]
-    ground_viscous_coefficient = parameters[12]
-    slope_angle = parameters[14]
-    air_drag_coefficient = parameters[15]
-    com_offset_angle = parameters[16]
-    tether_spring_stiffness = parameters[17]
-    R = parameters[29]
-    g = parameters[30]
-    alpha = parameters[31]
-    J_w = parameters[32]
-    origin = parameters[33]
-    c0 = -theta_w
-    c1 = -c0 - theta_p
-    c2 = c1*cogging_periods
-    c3 = math.sin(c2)
-    c4 = c3*cogging_cosine
-    c5 = c4*cogging_periods
-    c6 = math.cos(c2)
-    c7 = c6*cogging_sine
-    c8 = c7*cogging_periods
-    c9 = c5 - c8
-    c10 = com_offset_angle + theta_p
-    c11 = c10 + slope_angle
-    c12 = math.sin(c11)
-    c13 = X3*c12
-    c14 = dtheta_p*dtheta_p
-    c15 = math.cos(c11)
-    c16 = X3*c14*c15 + c13*ddtheta_p
-    c17 = abs(dtheta_w)
-    c18 = -dtheta_w
-    c19 = -c18 - dtheta_p
-    c20 = abs(c19)
-    c21 = c19*quadratic_drive_coefficient*_sign(c19) + c20*quadratic_drive_coefficient
-    c22 = X6 + c21
-    c23 = X7 + c21
-    c24 = c13*ddtheta_w
-    c25 = X5*math.cos(c10) + c24
-    c26 = 1/R
-    c27 = c26*g
-    c28 = ddtheta_p - ddtheta_w
-    c29 = c19*c20
-    c30 = c1*c4 - c1*c7
-    c31 = math.cos(slope_angle)
-    by_state[0, 0] = c9 + tether_spring_stiffness
-    by_state[0, 1] = -c16 - c9
-    by_state[0, 2] = air_drag_coefficient*c17 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c22 + ground_viscous_coefficient
-    by_state[0, 3] = -2*c13*dtheta_p - c23
+    viscous_asymmetry_coefficient = parameters[9]
+    stribeck_drive_static = parameters[10]
+    stribeck_drive_sliding = parameters[11]
+    stribeck_drive_speed = parameters[12]
+    quadratic_drive_coefficient = parameters[13]
+    cogging_sine = parameters[14]
+    cogging_cosine = parameters[15]
+    cogging_periods = parameters[16]
+    ground_viscous_coefficient = parameters[17]
+    slope_angle = parameters[19]
+    wheel_runout_sine = parameters[20]
+    wheel_runout_cosine = parameters[21]
+    air_drag_coefficient = parameters[22]
+    com_offset_angle = parameters[23]
+    tether_spring_stiffness = parameters[24]
+    R = parameters[41]
+    g = parameters[42]
+    alpha = parameters[43]
+    J_w = parameters[44]
+    origin = parameters[45]
+    c0 = math.sin(theta_w)
+    c1 = math.cos(theta_w)
+    c2 = -theta_w
+    c3 = -c2 - theta_p
+    c4 = c3*cogging_periods
+    c5 = math.sin(c4)
+    c6 = c5*cogging_cosine
+    c7 = c6*cogging_periods
+    c8 = math.cos(c4)
+    c9 = c8*cogging_sine
+    c10 = c9*cogging_periods
+    c11 = -c10 + c7
+    c12 = com_offset_angle + theta_p
+    c13 = c12 + slope_angle
+    c14 = math.sin(c13)
+    c15 = X3*c14
+    c16 = (dtheta_p*dtheta_p)
+    c17 = math.cos(c13)
+    c18 = X3*c16*c17 + c15*ddtheta_p
+    c19 = abs(dtheta_w)
+    c20 = 2*dtheta_p
+    c21 = c20 - 2*dtheta_w
+    c22 = stribeck_drive_speed**(-2)
+    c23 = -dtheta_w
+    c24 = -c23 - dtheta_p
+    c25 = (c24*c24)
+    c26 = math.exp(-c22*c25)
+    c27 = c26*direction_drive
+    c28 = c27*(-stribeck_drive_sliding + stribeck_drive_static)
+    c29 = c22*c28
+    c30 = abs(c24)
+    c31 = _sign(c24)
+    c32 = c24*c31*quadratic_drive_coefficient + c30*quadratic_drive_coefficient + c31*viscous_asymmetry_coefficient
+    c33 = X6 + c21*c29 + c32
+    c34 = X7 + c21*c29 + c32
+    c35 = c15*ddtheta_w
+    c36 = X5*math.cos(c12) + c35
+    c37 = 1/R
+    c38 = c37*g
+    c39 = ddtheta_p - ddtheta_w
+    c40 = (direction_drive*direction_drive)
+    c41 = direction_drive*(1 - c26)
+    c42 = 2*c25*c28/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
+    c43 = c24*c30
+    c44 = c3*c6 - c3*c9
+    c45 = math.cos(slope_angle)
+    by_state[0, 0] = c0*wheel_runout_cosine - c1*wheel_runout_sine + c11 + tether_spring_stiffness
+    by_state[0, 1] = -c11 - c18
+    by_state[0, 2] = air_drag_coefficient*c19 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c33 + ground_viscous_coefficient
+    by_state[0, 3] = -c15*c20 - c34
     by_state[0, 4] = -1
-    by_state[1, 0] = -c9
-    by_state[1, 1] = -c25 + c5 - c8
-    by_state[1, 2] = -c22
-    by_state[1, 3] = c23
+    by_state[1, 0] = -c11
+    by_state[1, 1] = -c10 - c36 + c7
+    by_state[1, 2] = -c33
+    by_state[1, 3] = c34
     by_state[1, 4] = 1
-    by_parameter[0, 0] = c27*math.sin(slope_angle) + ddtheta_w
-    by_parameter[0, 1] = -c28
-    by_parameter[0, 2] = -c12*c14 + c15*ddtheta_p
+    by_parameter[0, 0] = c38*math.sin(slope_angle) + ddtheta_w
+    by_parameter[0, 1] = -c39
+    by_parameter[0, 2] = -c14*c16 + c17*ddtheta_p
     by_parameter[0, 5] = dtheta_w
     by_parameter[0, 6] = -dtheta_p
     by_parameter[0, 7] = direction_drive
-    by_parameter[0, 8] = c29
-    by_parameter[0, 9] = -c3
-    by_parameter[0, 10] = -c6
-    by_parameter[0, 11] = c30
-    by_parameter[0, 12] = dtheta_w
-    by_parameter[0, 13] = direction_ground
-    by_parameter[0, 14] = -2*J_w*c27*c31/alpha + X1*c26*c31*g - c16
-    by_parameter[0, 15] = c17*dtheta_w
-    by_parameter[0, 16] = -c16
-    by_parameter[0, 17] = -c0 - origin
-    by_parameter[0, 27] = -1
-    by_parameter[1, 1] = c28
-    by_parameter[1, 2] = c15*ddtheta_w
+    by_parameter[0, 8] = c40
+    by_parameter[0, 9] = c30
+    by_parameter[0, 10] = c27
+    by_parameter[0, 11] = c41
+    by_parameter[0, 12] = c42
+    by_parameter[0, 13] = c43
+    by_parameter[0, 14] = -c5
+    by_parameter[0, 15] = -c8
+    by_parameter[0, 16] = c44
+    by_parameter[0, 17] = dtheta_w
+    by_parameter[0, 18] = direction_ground
+    by_parameter[0, 19] = -2*J_w*c38*c45/alpha + X1*c37*c45*g - c18
+    by_parameter[0, 20] = -c0
+    by_parameter[0, 21] = -c1
+    by_parameter[0, 22] = c19*dtheta_w
+    by_parameter[0, 23] = -c18
+    by_parameter[0, 24] = -c2 - origin
+    by_parameter[0, 39] = -1
+    by_parameter[1, 1] = c39
+    by_parameter[1, 2] = c17*ddtheta_w
     by_parameter[1, 3] = ddtheta_p
-    by_parameter[1, 4] = -math.sin(c10)
-    by_parameter[1, 5] = c18
+    by_parameter[1, 4] = -math.sin(c12)
+    by_parameter[1, 5] = c23
     by_parameter[1, 6] = dtheta_p
     by_parameter[1, 7] = -direction_drive
-    by_parameter[1, 8] = -c29
-    by_parameter[1, 9] = c3
-    by_parameter[1, 10] = c6
-    by_parameter[1, 11] = -c30
-    by_parameter[1, 14] = -c24
-    by_parameter[1, 16] = -c25
-    by_parameter[1, 28] = -1
+    by_parameter[1, 8] = -c40
+    by_parameter[1, 9] = -c30
+    by_parameter[1, 10] = -c27
+    by_parameter[1, 11] = -c41
+    by_parameter[1, 12] = -c42
+    by_parameter[1, 13] = -c43
+    by_parameter[1, 14] = c5
+    by_parameter[1, 15] = c8
+    by_parameter[1, 16] = -c44
+    by_parameter[1, 19] = -c35
+    by_parameter[1, 23] = -c36
+    by_parameter[1, 40] = -1
 
 
 @compiled
 def _dry_law(state, parameters, direction, force):
     """Dry friction against the slip of each surface [V] into force (DRY,); direction 0 where it sticks."""
+    dtheta_w = state[2]
+    dtheta_p = state[3]
     direction_drive = direction[0]
     direction_ground = direction[1]
     coulomb_drive_torque = parameters[7]
-    rolling_resistance_torque = parameters[13]
-    force[0] = coulomb_drive_torque*direction_drive
+    coulomb_asymmetry_torque = parameters[8]
+    stribeck_drive_static = parameters[10]
+    stribeck_drive_sliding = parameters[11]
+    stribeck_drive_speed = parameters[12]
+    rolling_resistance_torque = parameters[18]
+    force[0] = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
     force[1] = direction_ground*rolling_resistance_torque
 
     return force
@@ -269,25 +320,42 @@ def read_sensors(t, state, parameters, output):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    gyro_scale_scale = parameters[24]
-    imu_bias_bias = parameters[25]
-    gyro_bias_bias = parameters[26]
-    output[0] = theta_w
-    output[1] = imu_bias_bias + theta_p
+    encoder_eccentricity_sine = parameters[32]
+    encoder_eccentricity_cosine = parameters[33]
+    encoder_scale_scale = parameters[34]
+    pitch_scale_scale = parameters[35]
+    gyro_scale_scale = parameters[36]
+    imu_bias_bias = parameters[37]
+    gyro_bias_bias = parameters[38]
+    output[0] = (encoder_scale_scale + 1)*(encoder_eccentricity_cosine*math.cos(theta_w) + encoder_eccentricity_sine*math.sin(theta_w) + theta_w)
+    output[1] = imu_bias_bias + theta_p*(pitch_scale_scale + 1)
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
 
 
 @compiled
 def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
+    theta_w = state[0]
+    theta_p = state[1]
     dtheta_p = state[3]
-    gyro_scale_scale = parameters[24]
-    by_state[0, 0] = 1
-    by_state[1, 1] = 1
+    encoder_eccentricity_sine = parameters[32]
+    encoder_eccentricity_cosine = parameters[33]
+    encoder_scale_scale = parameters[34]
+    pitch_scale_scale = parameters[35]
+    gyro_scale_scale = parameters[36]
+    c0 = encoder_scale_scale + 1
+    c1 = math.cos(theta_w)
+    c2 = math.sin(theta_w)
+    by_state[0, 0] = c0*(c1*encoder_eccentricity_sine - c2*encoder_eccentricity_cosine + 1)
+    by_state[1, 1] = pitch_scale_scale + 1
     by_state[2, 3] = gyro_scale_scale + 1
-    by_parameter[1, 25] = 1
-    by_parameter[2, 24] = dtheta_p
-    by_parameter[2, 26] = 1
+    by_parameter[0, 32] = c0*c2
+    by_parameter[0, 33] = c0*c1
+    by_parameter[0, 34] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
+    by_parameter[1, 35] = theta_p
+    by_parameter[1, 37] = 1
+    by_parameter[2, 36] = dtheta_p
+    by_parameter[2, 38] = 1
 
 
 @compiled
@@ -403,12 +471,14 @@ def _driven(t, voltage, parameters):
     """What the actuator makes of a command, before it lags."""
     driven = np.zeros(1)
     v_in = voltage
-    voltage_dead_zone_threshold = parameters[20]
-    voltage_sag_rate = parameters[21]
-    voltage_asymmetry_ratio = parameters[22]
-    voltage_offset_offset = parameters[23]
-    c0 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(v_in), 0.0)*_sign(v_in)
-    driven[0] = c0*(voltage_asymmetry_ratio*_sign(c0) + 1) + voltage_offset_offset
+    voltage_saturation_limit = parameters[27]
+    voltage_dead_zone_threshold = parameters[28]
+    voltage_sag_rate = parameters[29]
+    voltage_asymmetry_ratio = parameters[30]
+    voltage_offset_offset = parameters[31]
+    c0 = v_in - max(-voltage_saturation_limit + abs(v_in), 0.0)*_sign(v_in)
+    c1 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(c0), 0.0)*_sign(c0)
+    driven[0] = c1*(voltage_asymmetry_ratio*_sign(c1) + 1) + voltage_offset_offset
 
     return driven[0]
 
@@ -417,20 +487,27 @@ def _driven(t, voltage, parameters):
 def _drive_jacobian(t, voltage, parameters, by_parameter):
     """Derivatives of the driven input into (NP,); zero entries are not touched."""
     v_in = voltage
-    voltage_dead_zone_threshold = parameters[20]
-    voltage_sag_rate = parameters[21]
-    voltage_asymmetry_ratio = parameters[22]
-    c0 = -voltage_dead_zone_threshold + abs(v_in)
-    c1 = max(c0, 0.0)
-    c2 = _sign(v_in)
-    c3 = c2*(-t*voltage_sag_rate + 1)
-    c4 = c1*c3
-    c5 = _sign(c4)
-    c6 = c5*voltage_asymmetry_ratio + 1
-    by_parameter[20] = -c3*c6*_step(c0)
-    by_parameter[21] = -c1*c2*c6*t
-    by_parameter[22] = c4*c5
-    by_parameter[23] = 1
+    voltage_saturation_limit = parameters[27]
+    voltage_dead_zone_threshold = parameters[28]
+    voltage_sag_rate = parameters[29]
+    voltage_asymmetry_ratio = parameters[30]
+    c0 = _sign(v_in)
+    c1 = -t*voltage_sag_rate + 1
+    c2 = -voltage_saturation_limit + abs(v_in)
+    c3 = -c0*max(c2, 0.0) + v_in
+    c4 = _sign(c3)
+    c5 = -voltage_dead_zone_threshold + abs(c3)
+    c6 = max(c5, 0.0)
+    c7 = c1*c4
+    c8 = c6*c7
+    c9 = _sign(c8)
+    c10 = c9*voltage_asymmetry_ratio + 1
+    c11 = c10*_step(c5)
+    by_parameter[27] = c0*c1*c11*(c4*c4)*_step(c2)
+    by_parameter[28] = -c11*c7
+    by_parameter[29] = -c10*c4*c6*t
+    by_parameter[30] = c8*c9
+    by_parameter[31] = 1
 
 
 @compiled
@@ -941,52 +1018,68 @@ def regressor(t, state, rate, voltage, parameters):
     ddtheta_p = rate[1]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    cogging_periods = parameters[11]
-    slope_angle = parameters[14]
-    com_offset_angle = parameters[16]
-    R = parameters[29]
-    g = parameters[30]
-    alpha = parameters[31]
-    J_w = parameters[32]
-    origin = parameters[33]
+    stribeck_drive_speed = parameters[12]
+    cogging_periods = parameters[16]
+    slope_angle = parameters[19]
+    com_offset_angle = parameters[23]
+    R = parameters[41]
+    g = parameters[42]
+    alpha = parameters[43]
+    J_w = parameters[44]
+    origin = parameters[45]
     c0 = g*math.sin(slope_angle)/R
     c1 = -ddtheta_p + ddtheta_w
     c2 = com_offset_angle + theta_p
     c3 = c2 + slope_angle
     c4 = math.cos(c3)
-    c5 = -dtheta_p
-    c6 = abs(-dtheta_p + dtheta_w)
-    c7 = -c6*dtheta_p + c6*dtheta_w
-    c8 = cogging_periods*theta_p - cogging_periods*theta_w
-    c9 = math.sin(c8)
-    c10 = -math.cos(c8)
+    c5 = (dtheta_p*dtheta_p)
+    c6 = -dtheta_p
+    c7 = (direction_drive*direction_drive)
+    c8 = abs(-dtheta_p + dtheta_w)
+    c9 = stribeck_drive_speed**(-2)
+    c10 = direction_drive*math.exp(-c5*c9)*math.exp(-c9*(dtheta_w*dtheta_w))*math.exp(2*c9*dtheta_p*dtheta_w)
+    c11 = -c10 + direction_drive
+    c12 = -c8*dtheta_p + c8*dtheta_w
+    c13 = cogging_periods*theta_p - cogging_periods*theta_w
+    c14 = math.sin(c13)
+    c15 = -math.cos(c13)
     tau[0] = 2*J_w*c0/alpha + v_in
     tau[1] = v_in
     phi[0, 0] = c0 + ddtheta_w
     phi[0, 1] = c1
-    phi[0, 2] = c4*ddtheta_p - dtheta_p*dtheta_p*math.sin(c3)
+    phi[0, 2] = c4*ddtheta_p - c5*math.sin(c3)
     phi[0, 5] = dtheta_w
-    phi[0, 6] = c5
+    phi[0, 6] = c6
     phi[0, 7] = direction_drive
     phi[0, 8] = c7
-    phi[0, 9] = c9
+    phi[0, 9] = c8
     phi[0, 10] = c10
-    phi[0, 11] = dtheta_w
-    phi[0, 12] = direction_ground
-    phi[0, 13] = dtheta_w*abs(dtheta_w)
-    phi[0, 14] = -origin + theta_w
-    phi[0, 15] = -1
+    phi[0, 11] = c11
+    phi[0, 12] = c12
+    phi[0, 13] = c14
+    phi[0, 14] = c15
+    phi[0, 15] = dtheta_w
+    phi[0, 16] = direction_ground
+    phi[0, 17] = -math.sin(theta_w)
+    phi[0, 18] = -math.cos(theta_w)
+    phi[0, 19] = dtheta_w*abs(dtheta_w)
+    phi[0, 20] = -origin + theta_w
+    phi[0, 21] = -1
     phi[1, 1] = c1
     phi[1, 2] = -c4*ddtheta_w
     phi[1, 3] = -ddtheta_p
     phi[1, 4] = math.sin(c2)
     phi[1, 5] = dtheta_w
-    phi[1, 6] = c5
+    phi[1, 6] = c6
     phi[1, 7] = direction_drive
     phi[1, 8] = c7
-    phi[1, 9] = c9
+    phi[1, 9] = c8
     phi[1, 10] = c10
-    phi[1, 16] = 1
+    phi[1, 11] = c11
+    phi[1, 12] = c12
+    phi[1, 13] = c14
+    phi[1, 14] = c15
+    phi[1, 22] = 1
 
     return tau, phi
 
@@ -1001,23 +1094,29 @@ def regressor_parts(t, state, voltage, parameters):
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    cogging_periods = parameters[11]
-    slope_angle = parameters[14]
-    com_offset_angle = parameters[16]
-    R = parameters[29]
-    g = parameters[30]
-    origin = parameters[33]
+    stribeck_drive_speed = parameters[12]
+    cogging_periods = parameters[16]
+    slope_angle = parameters[19]
+    com_offset_angle = parameters[23]
+    R = parameters[41]
+    g = parameters[42]
+    origin = parameters[45]
     c0 = -theta_w
     c1 = -c0 - theta_p
     c2 = -theta_p
     c3 = com_offset_angle + theta_p
     c4 = c3 + slope_angle
     c5 = math.cos(c4)
-    c6 = abs(-dtheta_p + dtheta_w)
-    c7 = -c6*dtheta_p + c6*dtheta_w
-    c8 = cogging_periods*theta_p - cogging_periods*theta_w
-    c9 = math.sin(c8)
-    c10 = -math.cos(c8)
+    c6 = (direction_drive*direction_drive)
+    c7 = abs(-dtheta_p + dtheta_w)
+    c8 = stribeck_drive_speed**(-2)
+    c9 = dtheta_p*dtheta_w
+    c10 = direction_drive*math.exp(2*c8*c9)*math.exp(-c8*(dtheta_p*dtheta_p))*math.exp(-c8*(dtheta_w*dtheta_w))
+    c11 = -c10 + direction_drive
+    c12 = -c7*dtheta_p + c7*dtheta_w
+    c13 = cogging_periods*theta_p - cogging_periods*theta_w
+    c14 = math.sin(c13)
+    c15 = -math.cos(c13)
     phi2[0, 0] = theta_w
     phi2[0, 1] = c1
     phi2[1, 1] = c1
@@ -1025,26 +1124,36 @@ def regressor_parts(t, state, voltage, parameters):
     phi1[0, 2] = c5*dtheta_p
     phi1[0, 5] = theta_w
     phi1[0, 6] = c2
-    phi1[0, 11] = theta_w
+    phi1[0, 15] = theta_w
     phi1[1, 2] = -c5*dtheta_w
     phi1[1, 5] = theta_w
     phi1[1, 6] = c2
     phi0[0, 0] = g*math.sin(slope_angle)/R
     phi0[0, 7] = direction_drive
-    phi0[0, 8] = c7
-    phi0[0, 9] = c9
+    phi0[0, 8] = c6
+    phi0[0, 9] = c7
     phi0[0, 10] = c10
-    phi0[0, 12] = direction_ground
-    phi0[0, 13] = dtheta_w*abs(dtheta_w)
-    phi0[0, 14] = -c0 - origin
-    phi0[0, 15] = -1
-    phi0[1, 2] = -dtheta_p*dtheta_w*math.sin(c4)
+    phi0[0, 11] = c11
+    phi0[0, 12] = c12
+    phi0[0, 13] = c14
+    phi0[0, 14] = c15
+    phi0[0, 16] = direction_ground
+    phi0[0, 17] = -math.sin(theta_w)
+    phi0[0, 18] = -math.cos(theta_w)
+    phi0[0, 19] = dtheta_w*abs(dtheta_w)
+    phi0[0, 20] = -c0 - origin
+    phi0[0, 21] = -1
+    phi0[1, 2] = -c9*math.sin(c4)
     phi0[1, 4] = math.sin(c3)
     phi0[1, 7] = direction_drive
-    phi0[1, 8] = c7
-    phi0[1, 9] = c9
+    phi0[1, 8] = c6
+    phi0[1, 9] = c7
     phi0[1, 10] = c10
-    phi0[1, 16] = 1
+    phi0[1, 11] = c11
+    phi0[1, 12] = c12
+    phi0[1, 13] = c14
+    phi0[1, 14] = c15
+    phi0[1, 22] = 1
 
     return phi2, phi1, phi0
 
@@ -1063,61 +1172,75 @@ def energy_parts(t, state, voltage, parameters):
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    cogging_periods = parameters[11]
-    slope_angle = parameters[14]
-    com_offset_angle = parameters[16]
-    R = parameters[29]
-    g = parameters[30]
-    alpha = parameters[31]
-    J_w = parameters[32]
-    origin = parameters[33]
-    c0 = dtheta_w*dtheta_w
+    stribeck_drive_speed = parameters[12]
+    cogging_periods = parameters[16]
+    slope_angle = parameters[19]
+    com_offset_angle = parameters[23]
+    R = parameters[41]
+    g = parameters[42]
+    alpha = parameters[43]
+    J_w = parameters[44]
+    origin = parameters[45]
+    c0 = (dtheta_w*dtheta_w)
     c1 = (1/2)*c0
     c2 = g*math.sin(slope_angle)/R
     c3 = dtheta_p*dtheta_w
     c4 = -c3
-    c5 = dtheta_p*dtheta_p
+    c5 = (dtheta_p*dtheta_p)
     c6 = (1/2)*c5
     c7 = com_offset_angle + theta_p
-    c8 = 1/cogging_periods
-    c9 = cogging_periods*theta_p - cogging_periods*theta_w
-    c10 = math.cos(c9)
-    c11 = c10*c8
-    c12 = (cogging_periods != 0)
-    c13 = math.sin(c9)
-    c14 = c13*c8
-    c15 = abs(-dtheta_p + dtheta_w)
-    c16 = ((c13) if c12 else (0))
-    c17 = ((-c13) if c12 else (0))
-    c18 = ((c10) if c12 else (1))
-    c19 = ((-c10) if c12 else (0))
+    c8 = (direction_drive*direction_drive)
+    c9 = 1/cogging_periods
+    c10 = cogging_periods*theta_p - cogging_periods*theta_w
+    c11 = math.cos(c10)
+    c12 = c11*c9
+    c13 = (cogging_periods != 0)
+    c14 = math.sin(c10)
+    c15 = c14*c9
+    c16 = abs(-dtheta_p + dtheta_w)
+    c17 = direction_drive*dtheta_p
+    c18 = stribeck_drive_speed**(-2)
+    c19 = 2*c3
+    c20 = math.exp(-c0*c18)*math.exp(c18*c19)*math.exp(-c18*c5)
+    c21 = c17*c20
+    c22 = c20*direction_drive*dtheta_w
+    c23 = ((c14) if c13 else (0))
+    c24 = ((-c14) if c13 else (0))
+    c25 = ((c11) if c13 else (1))
+    c26 = ((-c11) if c13 else (0))
     stored[0] = c1 + c2*theta_w
     stored[1] = c1 + c4 + c6
     stored[2] = c3*math.cos(c7 + slope_angle)
     stored[3] = c6
     stored[4] = math.cos(c7)
     stored[7] = -direction_drive*theta_p + direction_drive*theta_w
-    stored[9] = -((-c11) if c12 else (0)) + ((c11) if c12 else (0))
-    stored[10] = -((-c14) if c12 else (theta_w)) + ((c14) if c12 else (theta_p))
-    stored[12] = direction_ground*theta_w
-    stored[14] = -origin*theta_w + (1/2)*theta_w*theta_w
-    stored[15] = -theta_w
-    stored[16] = -theta_p
+    stored[8] = -c8*theta_p + c8*theta_w
+    stored[13] = -((-c12) if c13 else (0)) + ((c12) if c13 else (0))
+    stored[14] = -((-c15) if c13 else (theta_w)) + ((c15) if c13 else (theta_p))
+    stored[16] = direction_ground*theta_w
+    stored[17] = math.cos(theta_w)
+    stored[18] = -math.sin(theta_w)
+    stored[20] = -origin*theta_w + (1/2)*(theta_w*theta_w)
+    stored[21] = -theta_w
+    stored[22] = -theta_p
     taken[5] = c0 - c3
     taken[6] = c4 + c5
-    taken[8] = c0*c15 - 2*c15*c3 + c15*c5
-    taken[9] = -c13*dtheta_p + c13*dtheta_w + c16*dtheta_p - c16*dtheta_w - c17*dtheta_p + c17*dtheta_w
-    taken[10] = c10*dtheta_p - c10*dtheta_w - c18*dtheta_p + c18*dtheta_w + c19*dtheta_p - c19*dtheta_w
-    taken[11] = c0
-    taken[13] = c0*abs(dtheta_w)
+    taken[9] = -c16*dtheta_p + c16*dtheta_w
+    taken[10] = -c21 + c22
+    taken[11] = -c17 + c21 - c22 + direction_drive*dtheta_w
+    taken[12] = c0*c16 - c16*c19 + c16*c5
+    taken[13] = -c14*dtheta_p + c14*dtheta_w + c23*dtheta_p - c23*dtheta_w - c24*dtheta_p + c24*dtheta_w
+    taken[14] = c11*dtheta_p - c11*dtheta_w - c25*dtheta_p + c25*dtheta_w + c26*dtheta_p - c26*dtheta_w
+    taken[15] = c0
+    taken[19] = c0*abs(dtheta_w)
     supplied[0] = 2*J_w*c2*dtheta_w/alpha - dtheta_p*v_in + dtheta_w*v_in
 
     return stored, taken, supplied[0]
 
 
-SIGNALS = 20
-DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
+SIGNALS = 26
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
@@ -1132,42 +1255,52 @@ def _signals(t, state, voltage, parameters, signal):
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    cogging_periods = parameters[11]
-    slope_angle = parameters[14]
-    com_offset_angle = parameters[16]
-    R = parameters[29]
-    g = parameters[30]
-    alpha = parameters[31]
-    J_w = parameters[32]
-    origin = parameters[33]
+    stribeck_drive_speed = parameters[12]
+    cogging_periods = parameters[16]
+    slope_angle = parameters[19]
+    com_offset_angle = parameters[23]
+    R = parameters[41]
+    g = parameters[42]
+    alpha = parameters[43]
+    J_w = parameters[44]
+    origin = parameters[45]
     c0 = g*math.sin(slope_angle)/R
     c1 = abs(-dtheta_p + dtheta_w)
-    c2 = cogging_periods*theta_p - cogging_periods*theta_w
-    c3 = -theta_w
-    c4 = com_offset_angle + theta_p
-    c5 = c4 + slope_angle
-    c6 = math.cos(c5)
-    c7 = -theta_p
+    c2 = stribeck_drive_speed**(-2)
+    c3 = dtheta_p*dtheta_w
+    c4 = direction_drive*math.exp(2*c2*c3)*math.exp(-c2*(dtheta_p*dtheta_p))*math.exp(-c2*(dtheta_w*dtheta_w))
+    c5 = cogging_periods*theta_p - cogging_periods*theta_w
+    c6 = -theta_w
+    c7 = com_offset_angle + theta_p
+    c8 = c7 + slope_angle
+    c9 = math.cos(c8)
+    c10 = -theta_p
     signal[0] = c0
     signal[1] = direction_drive
-    signal[2] = -c1*dtheta_p + c1*dtheta_w
-    signal[3] = math.sin(c2)
-    signal[4] = -math.cos(c2)
-    signal[5] = direction_ground
-    signal[6] = dtheta_w*abs(dtheta_w)
-    signal[7] = -c3 - origin
-    signal[8] = -1
-    signal[9] = -dtheta_p*dtheta_w*math.sin(c5)
-    signal[10] = math.sin(c4)
-    signal[11] = c6*dtheta_p
-    signal[12] = theta_w
-    signal[13] = c7
-    signal[14] = -c6*dtheta_w
-    signal[15] = theta_w
-    signal[16] = -c3 - theta_p
-    signal[17] = c7
-    signal[18] = 2*J_w*c0/alpha + v_in
-    signal[19] = v_in
+    signal[2] = (direction_drive*direction_drive)
+    signal[3] = c1
+    signal[4] = c4
+    signal[5] = -c4 + direction_drive
+    signal[6] = -c1*dtheta_p + c1*dtheta_w
+    signal[7] = math.sin(c5)
+    signal[8] = -math.cos(c5)
+    signal[9] = direction_ground
+    signal[10] = -math.sin(theta_w)
+    signal[11] = -math.cos(theta_w)
+    signal[12] = dtheta_w*abs(dtheta_w)
+    signal[13] = -c6 - origin
+    signal[14] = -1
+    signal[15] = -c3*math.sin(c8)
+    signal[16] = math.sin(c7)
+    signal[17] = c9*dtheta_p
+    signal[18] = theta_w
+    signal[19] = c10
+    signal[20] = -c9*dtheta_w
+    signal[21] = theta_w
+    signal[22] = -c6 - theta_p
+    signal[23] = c10
+    signal[24] = 2*J_w*c0/alpha + v_in
+    signal[25] = v_in
 
 
 @compiled
@@ -1175,9 +1308,9 @@ def _signal_rates(t, state, voltage, parameters, speed):
     """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
-    speed[15] = dtheta_w
-    speed[16] = -dtheta_p + dtheta_w
-    speed[17] = -dtheta_p
+    speed[21] = dtheta_w
+    speed[22] = -dtheta_p + dtheta_w
+    speed[23] = -dtheta_p
 
 
 @compiled
@@ -1203,33 +1336,49 @@ def _assemble(signal, tau, phi):
     signal_17 = signal[17]
     signal_18 = signal[18]
     signal_19 = signal[19]
-    tau[0] = signal_18
-    tau[1] = signal_19
-    phi[0, 0] = signal_0 + signal_15
-    phi[0, 1] = signal_16
-    phi[0, 2] = signal_11
-    phi[0, 5] = signal_12
-    phi[0, 6] = signal_13
+    signal_20 = signal[20]
+    signal_21 = signal[21]
+    signal_22 = signal[22]
+    signal_23 = signal[23]
+    signal_24 = signal[24]
+    signal_25 = signal[25]
+    tau[0] = signal_24
+    tau[1] = signal_25
+    phi[0, 0] = signal_0 + signal_21
+    phi[0, 1] = signal_22
+    phi[0, 2] = signal_17
+    phi[0, 5] = signal_18
+    phi[0, 6] = signal_19
     phi[0, 7] = signal_1
     phi[0, 8] = signal_2
     phi[0, 9] = signal_3
     phi[0, 10] = signal_4
-    phi[0, 11] = signal_12
-    phi[0, 12] = signal_5
-    phi[0, 13] = signal_6
-    phi[0, 14] = signal_7
-    phi[0, 15] = signal_8
-    phi[1, 1] = signal_16
-    phi[1, 2] = signal_14 + signal_9
-    phi[1, 3] = signal_17
-    phi[1, 4] = signal_10
-    phi[1, 5] = signal_12
-    phi[1, 6] = signal_13
+    phi[0, 11] = signal_5
+    phi[0, 12] = signal_6
+    phi[0, 13] = signal_7
+    phi[0, 14] = signal_8
+    phi[0, 15] = signal_18
+    phi[0, 16] = signal_9
+    phi[0, 17] = signal_10
+    phi[0, 18] = signal_11
+    phi[0, 19] = signal_12
+    phi[0, 20] = signal_13
+    phi[0, 21] = signal_14
+    phi[1, 1] = signal_22
+    phi[1, 2] = signal_15 + signal_20
+    phi[1, 3] = signal_23
+    phi[1, 4] = signal_16
+    phi[1, 5] = signal_18
+    phi[1, 6] = signal_19
     phi[1, 7] = signal_1
     phi[1, 8] = signal_2
     phi[1, 9] = signal_3
     phi[1, 10] = signal_4
-    phi[1, 16] = -signal_8
+    phi[1, 11] = signal_5
+    phi[1, 12] = signal_6
+    phi[1, 13] = signal_7
+    phi[1, 14] = signal_8
+    phi[1, 22] = -signal_14
 
 
 @compiled

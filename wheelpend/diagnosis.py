@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import null_space
 from scipy.special import fdtrc
 
 import derive
@@ -16,7 +18,8 @@ from derive.effects import Effect
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
-from wheelpend.screening import Candidate, Screen, ripple_shape, screen, sizes
+from wheelpend.screening import Candidate, Screen, screen, size_names
+from wheelpend.shapes import Shape, nothing, shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     Study,
@@ -60,10 +63,16 @@ class Tried:
     equivalent_to: tuple[str, ...]
     physical: bool
     fit: Fit = field(repr=False)
+    beyond: dict[str, float] = field(default_factory=dict)  # p-value of what it adds to each effect it contains
 
     def worth_naming(self, before: float) -> bool:
         """Significant, physically possible, and lowering the held-out error by enough."""
         return self.physical and self.p_value < SIGNIFICANCE and self.error_after < (1.0 - WORTHWHILE) * before
+
+    def worth_more_than(self, smaller: Tried) -> bool:
+        """Whether what it adds to an effect that it contains is significant and lowers the held-out error by enough."""
+        better = self.error_after < (1.0 - WORTHWHILE) * smaller.error_after
+        return better and self.beyond.get(smaller.effect, 0.0) < SIGNIFICANCE
 
 
 @dataclass(frozen=True)
@@ -116,9 +125,9 @@ def diagnose_study(
     base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    ripple = ripple_shape(study, short)
-    far = screen(study, base, study.training, present, ripple)
-    near = near_screens(study, short, start, ripple, corrupted=before > EXPLAINED * study.floor)
+    shapes = shapes_of(study, short, [e for e in study.effects() if e.name not in present])
+    far = screen(study, base, study.training, present, shapes)
+    near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
     tried = refit_best(study, base, short, before, near, far, residuals, progress)
     missing = None
     if with_force:
@@ -128,28 +137,28 @@ def diagnose_study(
 
 
 def near_screens(
-    study: Study, short: Fit, start: dict[str, float], ripple: tuple[float, int], corrupted: bool
+    study: Study, short: Fit, start: dict[str, float], shapes: Mapping[str, Shape], corrupted: bool
 ) -> list[tuple[dict[str, float], Screen]]:
     """Score every effect on short segments: at the fit, and where a missing effect corrupts that, at its starts too.
 
     A base fit that bends every parameter to a missing effect can hide that very effect from its own linearisation.
     """
     parts, present = shortened(study, SHORT * study.horizon), study.model.effects
-    found = [(short.values, screen(study, short, parts, present, ripple))]
+    found = [(short.values, screen(study, short, parts, present, shapes))]
     free = free_names(study, present)
     for origin in (start, *study.origins) if corrupted else ():
         values = {**short.values, **origin}
         there = fit_parts(study, parts, values, free, start_per_log=short.per_log, rounds=0)
         if np.isfinite(there.cost):
-            found.append((values, screen(study, there, parts, present, ripple)))
+            found.append((values, screen(study, there, parts, present, shapes)))
     return found
 
 
 def refit_best(study, base, short, before, near, far: Screen, residuals, progress: Progress) -> list[Tried]:
     """Refit the best candidates of every screening, first on short segments, then the best of those on full ones."""
     screens = [*(s for _, s in near), far]
-    promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.start))
-    names = list(dict.fromkeys(c.effect.name for c in promising))
+    promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.effect.parameters))
+    names = with_contained(study, list(dict.fromkeys(c.effect.name for c in promising)))
     by_name = {c.effect.name: c for c in far.candidates}
     tests = sum(c.trials for c in far.candidates)
 
@@ -204,7 +213,8 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     """
     effect = beginnings[0][1].effect
     free = _free_with(short, effect.name)
-    trials = [(values, admissible(effect, c.start)) for values, c in beginnings]
+    trials = [(values, admissible(effect, s)) for n, (values, c) in enumerate(beginnings)
+              for s in c.starts[: None if n == 0 else 1]]  # fmt: skip
     for parameter in effect.parameters:
         trials += [(beginnings[0][0], {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
     fits = []
@@ -237,12 +247,25 @@ def judge(
     names = [n for n in fitted.free if n.split("@")[0] in effect.full_names]
     coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sigma = {p.name: honest_sigma(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
-    sized = [n for n in names if n.split("@")[0] in sizes(effect)]
-    p_value = min(1.0, wald(evidence, sized) * tests)
+    sized = [n for n in names if n.split("@")[0] in size_names(effect)]
+    away = distance(evidence, sized, nothing(study, effect))
+    p_value = min(1.0, wald(evidence, sized, away) * tests)
     return Tried(
         effect.name, effect.family, coefficients, sigma, {p.name: p.unit for p in effect.parameters},
         p_value, agreement(old, residuals), after, (), possible(effect, coefficients, sigma), fitted,
+        beyond(study, effect, evidence, tests),
     )  # fmt: skip
+
+
+def beyond(study: Study, effect: Effect, evidence: Fit, tests: int) -> dict[str, float]:
+    """Probability, by chance, of what an effect adds to each effect that it contains."""
+    names = [f"{effect.name}.{p.name}" for p in effect.linear]
+    found = {}
+    for smaller, weights in study.module.CONTAINS.get(effect.name, {}).items():
+        if all(n in evidence.free for n in names):
+            added = null_space(np.array(weights).T).T  # combinations that vanish where it is but the smaller one
+            found[smaller] = min(1.0, wald(evidence, names, distance(evidence, names, {}), added) * tests)
+    return found
 
 
 def coefficient(fitted: Fit, name: str) -> float:
@@ -255,26 +278,37 @@ def honest_sigma(fitted: Fit, name: str) -> float:
     return max(fitted.sigma(name), fitted.sigma(name, robust=True))
 
 
-def wald(fitted: Fit, names: Sequence[str]) -> float:
-    """Probability of coefficients this large by chance, with the more cautious of two covariances."""
+def distance(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
+    """How far coefficients are from those at which they do nothing, zero where none is given."""
+    parts = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
+    return np.array([fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in parts])
+
+
+def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarray | None = None) -> float:
+    """Probability of coefficients this far away by chance, with the more cautious of two covariances.
+
+    ``combined`` (n, names) tests combinations of them instead.
+    """
     places = [fitted.free.index(n) for n in names]
-    values = np.array([fitted.of_log(int(n.partition("@")[2] or 0))[n.split("@")[0]] for n in names])
+    mixed = np.eye(len(names)) if combined is None else combined
+    values = mixed @ away
     segments = sum(len(s) for s in fitted.states)
     freedom = max(segments - len(fitted.free), 2)
     worst = 0.0
     for matrix in (fitted.covariance * max(fitted.error, 1.0) ** 2, fitted.robust):
-        block = matrix[np.ix_(places, places)]
-        statistic = float(values @ np.linalg.pinv(block, rcond=1e-12, hermitian=True) @ values) / len(names)
-        worst = max(worst, float(fdtrc(len(names), freedom, max(statistic, 0.0))))
+        block = mixed @ matrix[np.ix_(places, places)] @ mixed.T
+        statistic = float(values @ np.linalg.pinv(block, rcond=1e-12, hermitian=True) @ values) / len(values)
+        worst = max(worst, float(fdtrc(len(values), freedom, max(statistic, 0.0))))
     return worst
 
 
 def possible(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
-    """Whether every coefficient lies in its physical range, within two standard errors."""
+    """Whether every coefficient lies in its physical range and order, within two standard errors."""
+    pairs = itertools.pairwise(effect.ordered)
     return all(
         p.minimum - 2.0 * sigma[p.name] <= coefficients[p.name] <= p.maximum + 2.0 * sigma[p.name]
         for p in effect.parameters
-    )
+    ) and all(coefficients[a] <= coefficients[b] + 2.0 * (sigma[a] + sigma[b]) for a, b in pairs)
 
 
 def agreement(old: list[np.ndarray], new: list[np.ndarray]) -> str:
@@ -289,9 +323,9 @@ def agreement(old: list[np.ndarray], new: list[np.ndarray]) -> str:
 
 def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:
     """Turn the refits into a verdict."""
-    named = [t for t in tried if t.worth_naming(before)]
+    named = [t for t in tried if t.worth_naming(before) and stands_alone(study, t, tried)]
     impossible = [t for t in tried if not t.physical and t.error_after < (1.0 - WORTHWHILE) * before]
-    named = [_with_equivalents(t, named, far) for t in named]
+    named = [_with_equivalents(study, t, named, far) for t in named]
     unexplained = before > EXPLAINED * study.floor
     if not named:
         verdict = "unexplained" if unexplained else "nothing_missing"
@@ -319,11 +353,36 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
     )
 
 
-def _with_equivalents(tried: Tried, named: Sequence[Tried], far: Screen) -> Tried:
+def with_contained(study: Study, names: Sequence[str]) -> list[str]:
+    """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
+    judged = {e.name for e in study.effects() if e.name not in study.model.effects}
+    within = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
+    return list(dict.fromkeys([*names, *within]))
+
+
+def stands_alone(study: Study, tried: Tried, others: Sequence[Tried]) -> bool:
+    """Whether an effect is worth naming over every effect that it contains."""
+    contained = study.module.CONTAINS.get(tried.effect, {})
+    return all(tried.worth_more_than(o) for o in others if o.effect in contained)
+
+
+def always_alike(study: Study, tried: Tried) -> set[str]:
+    """Effects that the equations cannot tell from one.
+
+    With several logs one with a value in each is not matched by one with a value for all.
+    """
+    own = derive.effects.find(tried.effect)
+    single = len(study.noise) == 1
+    judged = {e.name: e for e in study.effects() if e.name not in study.model.effects}
+    alike = [judged[n] for n in study.module.TWINS.get(tried.effect, ()) if n in judged]
+    return {e.name for e in alike if single or per_log_names(e.full_names) or not per_log_names(own.full_names)}
+
+
+def _with_equivalents(study: Study, tried: Tried, named: Sequence[Tried], far: Screen) -> Tried:
     from dataclasses import replace
 
     close = {o.effect for o in named if o is not tried and abs(o.error_after / tried.error_after - 1.0) <= EQUIVALENT}
-    close |= set(far.twins.get(tried.effect, ()))
+    close |= set(far.twins.get(tried.effect, ())) | always_alike(study, tried)
     return replace(tried, equivalent_to=tuple(sorted(close)))
 
 
@@ -350,7 +409,7 @@ def detectable(study: Study, far: Screen) -> dict[str, dict[str, float]]:
     return {
         c.effect.name: {n.partition(".")[2]: factor * s for n, s in c.sigma.items()}
         for c in sorted(far.candidates, key=lambda c: c.effect.name)
-        if all(0.0 < s < 1e6 for s in c.sigma.values())
+        if c.sigma and all(0.0 < s < 1e6 for s in c.sigma.values())
     }
 
 

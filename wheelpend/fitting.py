@@ -111,6 +111,7 @@ def fit(
     """
     plan = layout(free, [n for n in per_log if n in free], len(parts))
     columns = [module.PARAMETERS.index(n) for n in free]
+    start = {**{n: module.ABSENT[c] for n, c in zip(free, columns, strict=True)}, **start}
     bounds = _limits_of(plan, limits or {})
     theta = np.array([_start_of(label, start, start_per_log) for label in plan.labels])
     theta = np.clip(theta, bounds[0], bounds[1])
@@ -207,7 +208,7 @@ def _start_of(label: str, start: Mapping[str, float], start_per_log: Sequence[Ma
     name, _, number = label.partition("@")
     if number and int(number) < len(start_per_log) and name in start_per_log[int(number)]:
         return float(start_per_log[int(number)][name])
-    return float(start.get(name, 0.0))
+    return float(start[name])
 
 
 def _shared(plan: Layout, theta: np.ndarray) -> dict[str, float]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import derive
 from wheelpend.diagnosis import EXPLAINED, SHORT, near_screens, refit, starts_for
-from wheelpend.screening import ripple_shape
+from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, free_names
 
@@ -12,8 +13,8 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     """Fit the study's model plus one effect from the sizes that the screening suggests."""
     present = study.model.effects
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
-    ripple = ripple_shape(study, short) if effect == "cogging" else (1.0, 1)
-    near = near_screens(study, short, start, ripple, corrupted=base.error > EXPLAINED * study.floor)
+    shapes = shapes_of(study, short, [derive.effects.find(effect)])
+    near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)
     begun = refit(study, short, starts_for(near, effect))
     return fit_model(study, begun.values, free_names(study, [*present, effect]), horizons=(1.0,),
                      start_per_log=begun.per_log)  # fmt: skip

@@ -2,7 +2,7 @@
 
 At the fitted model all candidates' coefficients are zero, and the sensitivities say how the residual would change with
 each. States and base parameters are eliminated first, so that a candidate is credited only with what they cannot
-explain.
+explain. An effect with a parameter that cannot be scored at its absence is linearised at each of its settings instead.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 import derive
 from derive.effects import Effect
-from wheelpend import kernels, regression
 from wheelpend.fitting import layout, reduce
+from wheelpend.shapes import Shape
 from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, per_log_names
 
@@ -26,8 +26,8 @@ class Candidate(NamedTuple):
     """An effect with the size that the linearisation gives it."""
 
     effect: Effect
-    start: dict[str, float]
-    gain: float  # expected fall of the sum of squares
+    starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first
+    gain: float  # expected fall of the sum of squares with the first
     sigma: dict[str, float]  # of each coefficient, if nothing else were missing
     trials: int  # how many independent shapes were tried for it
 
@@ -39,33 +39,56 @@ class Screen(NamedTuple):
     twins: dict[str, tuple[str, ...]]  # effects that these data cannot tell from another, at any size
 
 
+class Linearised(NamedTuple):
+    """A shooting problem in some parameters, without what states and base parameters explain."""
+
+    labels: tuple[str, ...]  # base parameters first
+    information: np.ndarray  # (labels, labels)
+    score: np.ndarray  # (labels,)
+    raw: np.ndarray  # (labels,) diagonal of the information before the base parameters were taken out
+    cost: float  # sum of squares
+    left: float  # what states and base parameters are expected to leave of it
+
+
 def screen(
-    study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[str], ripple: tuple[float, int]
+    study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[str], shapes: Mapping[str, Shape]
 ) -> Screen:
     """Score every effect that is not in the model yet, at a fit to these very parts.
 
-    ripple is what ripple_shape found.
+    shapes holds the settings of the effects with a parameter that has to be profiled.
     """
     effects = [e for e in study.effects() if e.name not in present]
-    shapes = {e.name: ripple for e in effects if e.name == "cogging"}
-    base = [n.split("@")[0] for n in fitted.free]
-    base = list(dict.fromkeys(base))
-    names = base + [f"{e.name}.{p.name}" for e in effects for p in e.linear]
-    plan = layout(names, per_log_names(names), len(parts))
-    columns = [study.module.PARAMETERS.index(n) for n in names]
+    plain = [e for e in effects if e.profiled is None]
+    there = linearise(study, fitted, parts, [n for e in plain for n in linear_names(e)], {})
+    values = sum(p.values for p in parts)
+    found = [_plain(e, there, values) for e in plain]
+    found += [_profiled(study, fitted, parts, e, shapes[e.name], there, values) for e in effects if e.name in shapes]
+    own = {e.name: _places(there.labels, linear_names(e)) for e in plain}
+    return Screen(tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, there.information, there.raw))
+
+
+def linearise(
+    study: Study, fitted: Fit, parts: Sequence[Part], names: Sequence[str], setting: Mapping[str, float]
+) -> Linearised:
+    """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
+    base = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    free = [*base, *names]
+    plan, columns = layout(free, per_log_names(free), len(parts)), [study.module.PARAMETERS.index(n) for n in free]
     shots = []
     for number, part in enumerate(parts):
-        values = {**fitted.of_log(number), "cogging.periods": ripple[0]}
-        parameters = vector(study.module, values, part.log)
+        parameters = vector(study.module, {**fitted.of_log(number), **setting}, part.log)
         shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
-    reduced = reduce(shots, study.module.NX, plan)
-    information, score = project(reduced.information, reduced.score, _places(plan.labels, base))
-    own = {e.name: _places(plan.labels, [f"{e.name}.{p.name}" for p in e.linear]) for e in effects}
-    noise = max(sum(s.cost for s in shots) / max(sum(p.values for p in parts), 1), 1.0)
-    found = [_candidate(e, own[e.name], plan.labels, information, score, shapes.get(e.name), noise) for e in effects]
-    return Screen(
-        tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, information, np.diag(reduced.information))
-    )
+    reduced, nx = reduce(shots, study.module.NX, plan), study.module.NX
+    cost = sum(s.cost for s in shots)
+    if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
+        size = len(plan.labels)
+        return Linearised(plan.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf)
+    own = _places(plan.labels, base)
+    step = _solve(reduced.information[np.ix_(own, own)], reduced.score[own])[0]
+    by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in zip(shots, reduced.steps, strict=True))
+    information, score = project(reduced.information, reduced.score, own)
+    left = cost - by_states - float(reduced.score[own] @ step)
+    return Linearised(plan.labels, information, score, np.diag(reduced.information), cost, left)
 
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -83,21 +106,48 @@ def _places(labels: Sequence[str], names: Sequence[str]) -> list[int]:
     return [k for k, label in enumerate(labels) if label.split("@")[0] in names]
 
 
-def _candidate(effect, places, labels, information, score, shape, noise) -> Candidate:
-    block, right = information[np.ix_(places, places)], score[places]
-    scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
-    inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
-    step = inverse @ right
+def _plain(effect: Effect, there: Linearised, values: int) -> Candidate:
+    start, sigma, gain = _step(effect, linear_names(effect), there)
+    trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start that is tried counts
+    return Candidate(effect, (start,), gain / noise_of(there, values), sigma, trials)
+
+
+def _profiled(study, fitted, parts, effect: Effect, shape: Shape, there: Linearised, values: int) -> Candidate:
+    """Score an effect at every setting; where it has no other size the setting itself is what is scored."""
+    names, found = linear_names(effect), []
+    for setting in shape.settings:
+        here = linearise(study, fitted, parts, names or list(setting), setting)
+        start, sigma, gain = _step(effect, names or list(setting), here)
+        gain += there.left - here.left
+        found.append((gain if np.isfinite(gain) else -np.inf, {**start, **setting}, sigma))
+    found.sort(key=lambda f: -f[0])
+    gain, _, sigma = found[0] if found else (-np.inf, {}, {})
+    starts = tuple(start for _, start, _ in found)
+    return Candidate(effect, starts, gain / noise_of(there, values), sigma if names else {}, max(shape.trials, 1))
+
+
+def noise_of(there: Linearised, values: int) -> float:
+    """Mean square of the residual in noise variances, at least 1."""
+    return max(there.cost / max(values, 1), 1.0)
+
+
+def _step(effect: Effect, names: Sequence[str], there: Linearised) -> tuple[dict[str, float], dict[str, float], float]:
+    """Size and standard error of an effect's parameters, of per-log ones the first log's, and the expected gain."""
+    places = _places(there.labels, names)
+    step, inverse = _solve(there.information[np.ix_(places, places)], there.score[places])
     start: dict[str, float] = {}
     sigma: dict[str, float] = {}
     for k, place in enumerate(places):
-        name = labels[place].split("@")[0]
+        name = there.labels[place].split("@")[0]
         start.setdefault(name, float(step[k]))
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start that is tried counts
-    if shape is not None:
-        start[f"{effect.name}.periods"], trials = shape
-    return Candidate(effect, start, float(right @ step) / noise, sigma, trials)
+    return start, sigma, float(there.score[places] @ step)
+
+
+def _solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
+    inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
+    return inverse @ right, inverse
 
 
 def _bent(name: str) -> bool:
@@ -120,37 +170,11 @@ def find_twins(own: Mapping[str, list[int]], information: np.ndarray, raw: np.nd
     return twins
 
 
-def ripple_shape(study: Study, fitted: Fit, seed: int = 0) -> tuple[float, int]:
-    """Periods per turn of the strongest ripple in the drive's missing force, and how many were in effect tried.
-
-    The residual of the filtered equations is compared with sines of the drive's angle over a fine grid of periods. How
-    many independent trials that grid amounts to is calibrated by surrogates whose segments have random signs.
-    """
-    plain = kernels.lean(study.model.plant, study.model.assumptions, ())
-    log, segment = study.training[0].log, study.training[0].bounds
-    states, voltage = regression.measured_states(log, study.relative), regression.fill_gaps(log.t, log.voltage)
-    tau = max(0.01, 4 * log.dt)
-    sides, regressors = plain.filter_regressor(
-        log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True, states[0]
-    )
-    rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
-    missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
-    angle = (states[:, 0] - states[:, 1])[segment[0, 0] : segment[-1, 1]]
-    thin = max(1, len(missing) // 4000)
-    missing, angle = missing[::thin], angle[::thin]
-    span = max(float(np.ptp(angle)), 1.0)
-    grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
-    waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
-    block = np.arange(len(missing)) * 40 // len(missing)
-    amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
-    power = np.abs(amplitudes.sum(axis=1)) ** 2
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(40, 200))
-    surrogate = np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
-    typical = float(np.median(surrogate.max(axis=0)))
-    trials = int(np.clip(np.log(0.5) / np.log1p(-np.exp(-typical)), 1, len(grid)))
-    return float(grid[np.argmax(power)]), trials
+def linear_names(effect: Effect) -> list[str]:
+    """Full names of the parameters in which an effect can be scored at its absence."""
+    return [f"{effect.name}.{p.name}" for p in effect.linear]
 
 
-def sizes(effect: Effect) -> tuple[str, ...]:
-    """Full names of an effect's coefficients without its shape parameters."""
-    return tuple(f"{effect.name}.{p.name}" for p in derive.effects.find(effect.name).linear)
+def size_names(effect: Effect) -> list[str]:
+    """Full names of the parameters that say how large an effect is."""
+    return [f"{effect.name}.{p.name}" for p in effect.sizes]

@@ -40,7 +40,7 @@ def separations(study: Study, first, command: str, names: list[str]) -> tuple[st
     log, states, parameters = _rehearse(study, first, command)
     part = Part(log, study.noise[0].sigma, np.ascontiguousarray(segment_bounds(log, study.horizon)))
     module = study.module
-    free = [*study.base, *(n for e in names for n in derive.effects.find(e).full_names if not n.endswith("periods"))]
+    free = [*study.base, *(f"{e}.{p.name}" for e in names for p in derive.effects.find(e).sizes)]
     plan = layout(free, (), 1)
     own, _ = fit_states(module, part, states[part.bounds[:, 0]], parameters, study.max_step, rounds=1)
     shot = shoot(module, part, own, parameters, [module.PARAMETERS.index(n) for n in free], max_step=study.max_step)

@@ -80,17 +80,15 @@ class Fit:
 
 
 def vector(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
-    """The parameter vector of a module: named values, the log's origin, and where none is given zero.
+    """The parameter vector of a module: named values, the log's origin, and where none is given that of absence.
 
     A constant that is not known is 1; what needs it has no influence while its own parameter is zero.
     """
-    absent = [0.0] * module.FITTED + [1.0] * (len(module.PARAMETERS) - module.FITTED)
-    parameters = np.array([float(values.get(n, a)) for n, a in zip(module.PARAMETERS, absent, strict=True)])
+    pairs = zip(module.PARAMETERS, module.ABSENT, strict=True)
+    parameters = np.array([float(values.get(n, absent)) for n, absent in pairs])
     if module.ORIGIN >= 0:
         first = log.measured[np.isfinite(log.measured[:, 0]), 0]
         parameters[module.ORIGIN] = first[0] if first.size else 0.0
-    if "cogging.periods" in module.PARAMETERS and not values.get("cogging.periods"):
-        parameters[module.PARAMETERS.index("cogging.periods")] = 1.0
     return parameters
 
 

@@ -83,7 +83,17 @@ def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
     absent = {c for e in {n.partition(".")[0] for n in hide} for c in _needed(model, e) if c not in values}
     if absent:
         raise Failure(f"{', '.join(sorted(absent))} must be in [constants] to simulate these effects.")
-    return {**values, **hide}
+    return taken_up(model, {**values, **hide})
+
+
+def taken_up(model: Model, values: Mapping[str, float]) -> dict[str, float]:
+    """Values in which effects that are part of the plant's own parameters are added to those."""
+    absorbed = kernels.library(model.plant, model.assumptions).ABSORBED
+    total = {n: v for n, v in values.items() if n not in absorbed}
+    for name, weights in absorbed.items():
+        for own, weight in weights.items():
+            total[own] += weight * values.get(name, 0.0)
+    return total
 
 
 def _needed(model: Model, effect: str) -> Sequence[str]:
@@ -133,6 +143,8 @@ def parse_hidden(texts: Sequence[str]) -> dict[str, float]:
             if parameter not in known or not np.isfinite(number):
                 raise Failure(f"--hide {text} must give {', '.join(known)} as numbers. Write {how}.")
             hidden[f"{effect.name}.{parameter}"] = number
-        if len(known) > 1 and "periods" in known and f"{effect.name}.periods" not in hidden:
-            raise Failure(f"--hide {text} must give periods. Write {how}.")
+        shapes = [p.name for p in effect.parameters if p not in effect.sizes]
+        unset = [n for n in shapes if f"{effect.name}.{n}" not in hidden]
+        if unset:
+            raise Failure(f"--hide {text} must give {', '.join(unset)}. Write {how}.")
     return hidden

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 
 import derive
-from derive.effects import Effect
+from derive.effects import Effect, EffectParameter
 from wheelpend import kernels, regression
 from wheelpend.failures import Failure
 from wheelpend.fitting import fit
@@ -73,10 +73,17 @@ class Study:
 
     def lacking(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
-        if effect.full_names[0] not in self.module.PARAMETERS:
-            return "cannot be written under these assumptions"
-        absent = [c for c in needed_constants(self.model, effect.name) if c not in self.model.constants]
-        return f"needs {', '.join(absent)} in [constants]" if absent else ""
+        return lacking(effect, self.model, self.module)
+
+
+def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
+    """Why an effect cannot be judged with a model and its library's kernels, or an empty string."""
+    if own := module.ABSORBED.get(effect.full_names[0]):
+        return f"is part of {', '.join(own)} on this plant"
+    if effect.full_names[0] not in module.PARAMETERS:
+        return "cannot be written under these assumptions"
+    absent = [c for c in needed_constants(model, effect.name) if c not in model.constants]
+    return f"needs {', '.join(absent)} in [constants]" if absent else ""
 
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
@@ -118,6 +125,7 @@ def prepare(
     _no_log_twice(logs, holdout)
     module = kernels.library(model.plant, model.assumptions)
     loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
+    _no_effect_without_meaning(model, module)
     noise = tuple(noise_of(log, model) for log in (*loaded, *held_logs))
     training, held = [], []
     for number, (log, own) in enumerate(zip(loaded, noise, strict=False)):
@@ -142,6 +150,13 @@ def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
                       "out. Leave it out of one.")  # fmt: skip
 
 
+def _no_effect_without_meaning(model: Model, module: ModuleType) -> None:
+    for name in model.effects:
+        if why := lacking(derive.effects.find(name), model, module):
+            raise Failure(f"Every effect of the model must be one that data can tell, but {name} {why}. "
+                          "Remove it from effects.")  # fmt: skip
+
+
 def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):
@@ -162,7 +177,7 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
 
 
 def known_values(model: Model) -> dict[str, float]:
-    """Constants and whatever the model says of its parameters; effects that are only named start at zero."""
+    """Constants and whatever the model says of its parameters; effects that are only named start as absent."""
     values = dict(model.constants)
     names = [*model.parameters, *(n for e in model.effects for n in derive.effects.find(e).full_names)]
     return values | {n: v for n in names if (v := model.value(n)) is not None}
@@ -217,24 +232,20 @@ def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
     constants, without which a corrupted fit leaves everything that can be simulated.
     """
     limits = {name: (0.0, np.inf) for name in names if "." not in name}
-    for name in names:
-        effect, _, parameter = name.partition(".")
-        if parameter in ("delay", "periods"):
-            row = next(p for p in derive.effects.find(effect).parameters if p.name == parameter)
-            limits[name] = (row.minimum, row.maximum)
-    return limits
+    bounded = {n: p for n in names if (p := effect_parameter(n)) and p.bounded}
+    return limits | {n: (p.minimum, p.maximum) for n, p in bounded.items()}
+
+
+def effect_parameter(name: str) -> EffectParameter | None:
+    """The library's row of effect.parameter; None for the plant's own parameters and for missing forces."""
+    effect, _, parameter = name.partition(".")
+    rows = derive.effects.LIBRARY[effect].parameters if effect in derive.effects.LIBRARY else ()
+    return next((p for p in rows if p.name == parameter), None)
 
 
 def per_log_names(names: Sequence[str]) -> list[str]:
     """Those names that get a value of their own in every log."""
-    found = []
-    for name in names:
-        effect, _, parameter = name.partition(".")
-        if parameter and not effect.startswith("missing"):
-            row = next(p for p in derive.effects.find(effect).parameters if p.name == parameter)
-            if row.scope == "per log":
-                found.append(name)
-    return found
+    return [n for n in names if (p := effect_parameter(n)) and p.scope == "per log"]
 
 
 def fit_parts(

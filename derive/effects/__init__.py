@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from derive.effects import actuator, body, drive, ground, sensor
 from derive.effects.row import (
+    INPUT,
     Deformation,
     DryForce,
     Effect,
@@ -12,6 +13,8 @@ from derive.effects.row import (
     InputDelay,
     InputLag,
     InputMap,
+    Quantiles,
+    Ripple,
     SensorMap,
 )
 
@@ -45,6 +48,7 @@ def fits(effect: Effect, plant) -> bool:
 
 
 __all__ = [
+    "INPUT",
     "LIBRARY",
     "Deformation",
     "DryForce",
@@ -54,6 +58,8 @@ __all__ = [
     "InputDelay",
     "InputLag",
     "InputMap",
+    "Quantiles",
+    "Ripple",
     "SensorMap",
     "find",
     "fits",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from derive.effects.row import Effect, EffectParameter, InputDelay, InputLag, InputMap
+import math
+
+from derive.effects.row import INPUT, Effect, EffectParameter, InputDelay, InputLag, InputMap, Quantiles
 from derive.functions import Magnitude, Ramp, Sign
 
 ROWS = (
@@ -11,7 +13,7 @@ ROWS = (
         "actuator",
         "The commanded voltage acts later than logged.",
         "U(t) = V(t − d)",
-        (EffectParameter("delay", "s", minimum=0.0, grid=(0.002, 0.006, 0.015, 0.04), typical=0.004),),
+        (EffectParameter("delay", "s", minimum=0.0, grid=(0.002, 0.006, 0.015, 0.04), typical=0.004, bounded=True),),
         InputDelay(),
         means="Communication, computation or the driver holds the command back; phase margin is lost.",
     ),
@@ -23,6 +25,25 @@ ROWS = (
         (EffectParameter("time_constant", "s", minimum=0.0, grid=(0.002, 0.006, 0.02, 0.05), typical=0.01),),
         InputLag(),
         means="The windings' inductance L holds the current back, T = L/R_m: the paper's (5) in full instead of (7).",
+    ),
+    Effect(
+        "voltage_saturation",
+        "actuator",
+        "The driver cannot give more than a limit.",
+        "U = V clipped to ±V_max",
+        (
+            EffectParameter(
+                "limit",
+                "V",
+                minimum=0.0,
+                typical=10.0,
+                absent=math.inf,
+                bounded=True,
+                starts=Quantiles(INPUT, (0.5, 0.8, 0.95, 0.995)),
+            ),
+        ),
+        InputMap(lambda V, t, limit: V - Sign(V) * Ramp(Magnitude(V) - limit)),
+        means="The supply or the duty cycle is at its end: larger commands do nothing more, and control is lost there.",
     ),
     Effect(
         "voltage_dead_zone",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sympy as sp
+
 from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force
 
 ROWS = (
@@ -33,5 +35,17 @@ ROWS = (
         (EffectParameter("angle", "rad", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02),),
         Deformation("track_slope"),
         means="The robot stands on a hill and needs a constant torque to hold its place.",
+    ),
+    Effect(
+        "wheel_runout",
+        "ground",
+        "The wheels are not round or not centred, so that rolling goes up and down once a turn.",
+        "Q_w = a sin θw + b cos θw",
+        (
+            EffectParameter("sine", "V", scope="per log", typical=0.1),
+            EffectParameter("cosine", "V", scope="per log", typical=0.05),
+        ),
+        Force("ground", lambda a, v, sine, cosine: -(sine * sp.sin(a) + cosine * sp.cos(a))),
+        means="The robot prefers one position of its wheels and needs torque, once per turn, to roll out of it.",
     ),
 )

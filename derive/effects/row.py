@@ -7,6 +7,7 @@ generalised force divided by the plant's scale. Resistances oppose the motion of
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -14,6 +15,21 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.functions import symbol
+
+INPUT = "input"  # in Quantiles: the commanded input
+
+
+class Quantiles(NamedTuple):
+    """Starting values from a log: quantiles of the magnitude of the input, or of a port's speed."""
+
+    of: str  # INPUT or the name of a port
+    at: tuple[float, ...]
+
+
+class Ripple(NamedTuple):
+    """A starting value from a log: how often per turn of a port the missing force repeats."""
+
+    of: str  # name of a port
 
 
 class EffectParameter(NamedTuple):
@@ -26,6 +42,9 @@ class EffectParameter(NamedTuple):
     maximum: float = float("inf")
     grid: tuple[float, ...] = ()  # starting values to profile, where the problem is not locally linear
     typical: float = 0.1  # a moderate size, for documentation and tests
+    absent: float = 0.0  # its value while the effect is absent; a shape, which has no size, may be neither 0 nor inf
+    starts: Quantiles | Ripple | None = None  # starting values that only a log can tell; every shape has them
+    bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
 
 
 class Force(NamedTuple):
@@ -82,6 +101,7 @@ class Effect:
     dissipates: bool = False
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
+    ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
 
     @property
     def symbols(self) -> dict[str, sp.Symbol]:
@@ -95,8 +115,15 @@ class Effect:
 
     @property
     def linear(self) -> tuple[EffectParameter, ...]:
-        """Parameters whose absence is a zero (all but shape parameters such as a number of periods)."""
-        return tuple(p for p in self.parameters if p.name not in SHAPE_PARAMETERS)
+        """Parameters whose absence is a zero, where the equations can be linearised in them."""
+        return tuple(p for p in self.parameters if p.absent == 0.0)
 
+    @property
+    def sizes(self) -> tuple[EffectParameter, ...]:
+        """Parameters that say how large the effect is: their absence is a zero, or infinite."""
+        return tuple(p for p in self.parameters if p.absent == 0.0 or math.isinf(p.absent))
 
-SHAPE_PARAMETERS = ("periods",)  # they have no meaning while the effect's size is zero
+    @property
+    def profiled(self) -> EffectParameter | None:
+        """The parameter whose starting values only a log can tell, if there is one."""
+        return next((p for p in self.parameters if p.starts is not None), None)

@@ -2,9 +2,41 @@
 
 from __future__ import annotations
 
+import sympy as sp
+
 from derive.effects.row import Effect, EffectParameter, SensorMap
 
 ROWS = (
+    Effect(
+        "encoder_eccentricity",
+        "sensor",
+        "The encoder's disc is off its axis.",
+        "measured θw = true + a sin θw + b cos θw",
+        (
+            EffectParameter("sine", "rad", scope="per log", typical=0.01),
+            EffectParameter("cosine", "rad", scope="per log", typical=0.005),
+        ),
+        SensorMap("theta_w", lambda reading, sine, cosine: reading + sine * sp.sin(reading) + cosine * sp.cos(reading)),
+        means="The angle runs ahead and falls back once a turn; at a steady speed the speed seems to swing.",
+    ),
+    Effect(
+        "encoder_scale",
+        "sensor",
+        "The encoder's scale is off.",
+        "measured θw = (1 + k) true",
+        (EffectParameter("scale", "1", minimum=-0.9, typical=0.05),),
+        SensorMap("theta_w", lambda reading, scale: (1 + scale) * reading),
+        means="The counts per turn, or the gear between encoder and wheel, are not what the software believes.",
+    ),
+    Effect(
+        "pitch_scale",
+        "sensor",
+        "The pitch sensor's scale is off.",
+        "measured θp = (1 + k) true",
+        (EffectParameter("scale", "1", minimum=-0.9, typical=0.05),),
+        SensorMap("theta_p", lambda reading, scale: (1 + scale) * reading),
+        means="Every angle from the vertical is reported too large or too small by the same factor; its rate is not.",
+    ),
     Effect(
         "gyro_scale",
         "sensor",

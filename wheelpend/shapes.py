@@ -1,0 +1,111 @@
+"""Starting values that only a log can tell: the period of a ripple, a speed or a limit within what the log reaches.
+
+Such a parameter cannot be scored at the effect's absence: there it means nothing, as a number of periods does while the
+ripple has no size, or it is infinite, as the limit of a saturation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+import derive
+from derive.effects import INPUT, Effect, Quantiles
+from derive.model import slip_row
+from wheelpend import kernels, regression
+from wheelpend.shooting import Fit, Part, vector
+from wheelpend.study import Study
+
+
+class Shape(NamedTuple):
+    """What is tried for an effect's parameter that has to be profiled."""
+
+    settings: tuple[dict[str, float], ...]  # by effect.parameter
+    trials: int  # how many independent trials they amount to
+
+
+def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str, Shape]:
+    """Settings of every effect that has a parameter to be profiled, from the first log and a fit to it."""
+    found = {}
+    for effect in effects:
+        parameter = effect.profiled
+        if parameter is None or parameter.starts is None:
+            continue
+        if isinstance(parameter.starts, Quantiles):
+            values = quantile_starts(study, parameter)
+            trials = len(values)
+        else:
+            period, trials = ripple_shape(study, fitted, parameter.starts.of)
+            values = [period]
+        found[effect.name] = Shape(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
+    return found
+
+
+def quantile_starts(study: Study, parameter) -> list[float]:
+    """Quantiles of what the parameter is measured against, as far as they are possible values of it."""
+    size = magnitude(study, study.training[0], parameter.starts.of)
+    values = [float(v) for v in np.quantile(size, parameter.starts.at)]
+    return list(dict.fromkeys(v for v in values if v > max(parameter.minimum, 0.0)))
+
+
+def magnitude(study: Study, part: Part, of: str) -> np.ndarray:
+    """Absolute values of the input or of a port's speed in a part of a log."""
+    log, window = part.log, slice(int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
+    if of == INPUT:
+        signal = log.voltage[window]
+    else:
+        states = regression.measured_states(log, study.relative)[window]
+        signal = states[:, study.module.NQ :] @ port_weights(study, of)
+    return np.abs(signal[np.isfinite(signal)])
+
+
+def port_weights(study: Study, port: str) -> np.ndarray:
+    """A port's coordinate as weights on the generalised coordinates."""
+    return np.array(slip_row(derive.plants.find(study.model.plant).build(study.model.assumptions), port))
+
+
+def nothing(study: Study, effect: Effect) -> dict[str, float]:
+    """Sizes at which an effect does nothing on these logs, by effect.parameter.
+
+    A limit does nothing from the largest value on that the logs reach.
+    """
+    table = {}
+    for p in effect.sizes:
+        of = p.starts.of if math.isinf(p.absent) and p.starts is not None else None
+        reached = max(float(magnitude(study, part, of).max(initial=0.0)) for part in study.training) if of else p.absent
+        table[f"{effect.name}.{p.name}"] = reached
+    return table
+
+
+def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[float, int]:
+    """Periods per turn of the strongest ripple in a port's missing force, and how many were in effect tried.
+
+    The residual of the filtered equations is compared with sines of the port's angle over a fine grid of periods. How
+    many independent trials that grid amounts to is calibrated by surrogates whose segments have random signs.
+    """
+    plain = kernels.lean(study.model.plant, study.model.assumptions, ())
+    log, segment = study.training[0].log, study.training[0].bounds
+    states, voltage = regression.measured_states(log, study.relative), regression.fill_gaps(log.t, log.voltage)
+    tau = max(0.01, 4 * log.dt)
+    sides, regressors = plain.filter_regressor(
+        log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True, states[0]
+    )
+    rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
+    missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
+    angle = (states[:, : study.module.NQ] @ port_weights(study, port))[segment[0, 0] : segment[-1, 1]]
+    thin = max(1, len(missing) // 4000)
+    missing, angle = missing[::thin], angle[::thin]
+    span = max(float(np.ptp(angle)), 1.0)
+    grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
+    waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
+    block = np.arange(len(missing)) * 40 // len(missing)
+    amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
+    power = np.abs(amplitudes.sum(axis=1)) ** 2
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(40, 200))
+    surrogate = np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
+    typical = float(np.median(surrogate.max(axis=0)))
+    trials = int(np.clip(np.log(0.5) / np.log1p(-np.exp(-typical)), 1, len(grid)))
+    return float(grid[np.argmax(power)]), trials
