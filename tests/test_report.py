@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from wheelpend import kernels
-from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.diagnosis import Diagnosis
+from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step, parameter_table
 from wheelpend.failures import Failure
 from wheelpend.logs import Log

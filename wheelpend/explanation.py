@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.diagnosis import Diagnosis, Tried, diagnose_study, honest_sigma
+from wheelpend.diagnosis import Diagnosis, diagnose_study
+from wheelpend.evidence import Tried, honest_sigma
 from wheelpend.logs import Log
 from wheelpend.model import Model
+from wheelpend.refit import refit_with
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, best_start, fit_model, free_names, held_residuals, known_values, prepare
 
@@ -164,8 +166,6 @@ def add(
 
     Returns the new model; writes nothing.
     """
-    from wheelpend.refit import refit_with  # imported late: it pulls in the screening
-
     study = prepare(model, logs, holdout)
     progress("finding a start")
     study, start = best_start(study)

@@ -1,12 +1,138 @@
-"""Refitting a model with one effect more, as diagnosis does it, for an effect that the user names."""
+"""Refits of a model with one effect more: the best of every screening, or one that the user names."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
 import derive
-from wheelpend.diagnosis import EXPLAINED, SHORT, near_screens, refit, starts_for
-from wheelpend.shapes import shapes_of
+from derive.effects import Effect
+from wheelpend.evidence import Tried, judge
+from wheelpend.screening import Candidate, Screen, screen
+from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, fit_model, free_names
+from wheelpend.study import Study, fit_model, fit_parts, free_names, per_log_names, shortened
+
+EXPLAINED = 1.1  # error over noise floor above which something is still missing
+REFITTED = 5  # best candidates of each screening that are refitted
+PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
+HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
+SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
+FEWEST = 15  # segments over parameters below which significance is taken from shorter segments
+
+Progress = Callable[[str], None]
+
+
+def near_screens(
+    study: Study, short: Fit, start: dict[str, float], shapes: Mapping[str, Shape], corrupted: bool
+) -> list[tuple[dict[str, float], Screen]]:
+    """Score every effect on short segments: at the fit, and where a missing effect corrupts that, at its starts too.
+
+    A base fit that bends every parameter to a missing effect can hide that very effect from its own linearisation.
+    """
+    parts, present = shortened(study, SHORT * study.horizon), study.model.effects
+    found = [(short.values, screen(study, short, parts, present, shapes))]
+    free = free_names(study, present)
+    for origin in (start, *study.origins) if corrupted else ():
+        values = {**short.values, **origin}
+        there = fit_parts(study, parts, values, free, start_per_log=short.per_log, rounds=0)
+        if np.isfinite(there.cost):
+            found.append((values, screen(study, there, parts, present, shapes)))
+    return found
+
+
+def refit_best(study, base, short, before, near, far: Screen, residuals, progress: Progress) -> list[Tried]:
+    """Refit the best candidates of every screening, first on short segments, then the best of those on full ones."""
+    screens = [*(s for _, s in near), far]
+    promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.effect.parameters))
+    names = with_contained(study, list(dict.fromkeys(c.effect.name for c in promising)))
+    by_name = {c.effect.name: c for c in far.candidates}
+    tests = sum(c.trials for c in far.candidates)
+
+    def begin(name: str) -> Fit:
+        progress(f"refitting with {name}")
+        return refit(study, short, starts_for(near, name))
+
+    def finish(pair: tuple[str, Fit]) -> Tried:
+        name, begun = pair
+        progress(f"judging {name} on held-out data")
+        fitted = fit_model(study, begun.values, _free_with(base, name), horizons=(1.0,), start_per_log=begun.per_log)
+        evidence = evidence_fit(study, fitted, begun)
+        return judge(study, by_name[name], fitted, evidence, before, residuals, tests)
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
+        begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
+        hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
+        tried = list(pool.map(finish, hopeful))
+    return sorted(tried, key=lambda t: t.error_after)
+
+
+def with_contained(study: Study, names: Sequence[str]) -> list[str]:
+    """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
+    judged = {e.name for e in study.effects() if e.name not in study.model.effects}
+    within = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
+    return list(dict.fromkeys([*names, *within]))
+
+
+def is_clear(best: Fit, other: Fit, floor: float) -> bool:
+    """Whether the best fit on short segments has settled the matter: it reaches the noise and the other does not."""
+    return best.error < EXPLAINED * floor and other.cost > HOPEFUL * best.cost
+
+
+def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
+    """The fit whose segments are counted for significance: the full one, or on a short log one with more segments."""
+    segments = sum(len(p.bounds) for p in study.training)
+    if segments - len(fitted.free) >= FEWEST:
+        return fitted
+    share = max(SHORT, segments / (len(fitted.free) + 2.0 * FEWEST))
+    free = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    parts = shortened(study, share * study.horizon, most=1000)
+    return fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
+
+
+def _free_with(base: Fit, effect: str) -> list[str]:
+    return [*dict.fromkeys(n.split("@")[0] for n in base.free), *derive.effects.find(effect).full_names]
+
+
+def starts_for(near: list[tuple[dict[str, float], Screen]], name: str) -> list[tuple[dict[str, float], Candidate]]:
+    """Where an effect's refits may start: each screening's point with the size it suggests there."""
+    return [(values, c) for values, found in near for c in found.candidates if c.effect.name == name]
+
+
+def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:
+    """Refit the model with one more effect on short segments, from several points and sizes, with fresh states.
+
+    On short segments the problem is almost linear. Effects that are not locally linear (a delay, a threshold) start
+    from a grid of sizes as well.
+    """
+    effect = beginnings[0][1].effect
+    free = _free_with(short, effect.name)
+    trials = [(values, admissible(effect, s)) for n, (values, c) in enumerate(beginnings)
+              for s in c.starts[: None if n == 0 else 1]]  # fmt: skip
+    for parameter in effect.parameters:
+        trials += [(beginnings[0][0], {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
+    fits = []
+    for values, sizes_ in trials:
+        fits.append(_refit_from(study, short, sizes_, free, SHORT, values, short.per_log))
+        if fits[-1].error < EXPLAINED * study.floor:
+            break  # it cannot get better than the noise
+    best = min(fits, key=lambda f: f.cost)
+    return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
+
+
+def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
+    own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in per_log]
+    parts = shortened(study, share * study.horizon, most=80)
+    return fit_parts(study, parts, {**values, **sizes_}, free, start_per_log=own)
+
+
+def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
+    """A start moved into the physically possible range."""
+    ranges = {f"{effect.name}.{p.name}": (p.minimum, p.maximum) for p in effect.parameters}
+    return {n: float(np.clip(v, *ranges[n])) for n, v in start.items()}
 
 
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:

@@ -22,7 +22,8 @@ from plotly.offline import get_plotlyjs
 
 import derive
 from wheelpend import reporting_figures as figures
-from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.diagnosis import Diagnosis
+from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
 from wheelpend.reporting_figures import pretty

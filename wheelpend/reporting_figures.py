@@ -17,7 +17,8 @@ from plotly.subplots import make_subplots
 import derive
 from derive.effects import DryForce, Effect, Force, InputDelay, InputLag, SensorMap
 from derive.functions import symbol
-from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.diagnosis import Diagnosis
+from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation
 from wheelpend.missing_force import MissingForce
 from wheelpend.shooting import Fit, Part, prediction_error, vector

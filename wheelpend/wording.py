@@ -8,7 +8,8 @@ import derive
 from wheelpend.bias import Bias
 from wheelpend.comparison import Comparison
 from wheelpend.console import say, table
-from wheelpend.diagnosis import Diagnosis, Tried
+from wheelpend.diagnosis import Diagnosis
+from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.filter_choice import Guide
 from wheelpend.identification import Identification
