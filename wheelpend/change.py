@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import derive
-from wheelpend import kernels, workspace
+from wheelpend import workspace
 from wheelpend.console import failures, progress, say, show, warn
 from wheelpend.explanation import Change, Explanation, add
 from wheelpend.failures import Failure
@@ -51,11 +51,9 @@ def checked(model: Model, effect: str, remove: bool) -> Model:
     if not remove and effect in model.effects:
         raise Failure(f"{effect} is in the model already. `wheelpend identify LOG --save` refits it.")
     if not remove:
-        from wheelpend.study import lacking
+        from wheelpend.study import refuse_meaningless
 
-        if why := lacking(row, model, kernels.library(model.plant, model.assumptions)):
-            raise Failure(f"An effect that is added must be one that data can tell, but {effect} {why}. "
-                          "Nothing was changed.")  # fmt: skip
+        refuse_meaningless(row, model)
     return model
 
 

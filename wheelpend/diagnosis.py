@@ -21,6 +21,7 @@ from wheelpend.study import Study, best_start, fit_model, free_names, held_resid
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
+MOST_EFFECTS = 4  # added one after the other before the search ends
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,17 @@ class Diagnosis:
     missing: MissingForce | None = field(repr=False, default=None)
     screen: Screen | None = field(repr=False, default=None)
 
+    @property
+    def named(self) -> tuple[Tried, ...]:
+        """Candidates that are worth naming."""
+        return tuple(t for t in self.candidates if t.physical)
+
+    @property
+    def accounted(self) -> bool:
+        """Whether nothing but noise is left, with the first candidate where there is one."""
+        left = self.named[0].error_after if self.named else self.error
+        return left <= EXPLAINED * self.noise_floor
+
 
 def diagnose(
     model: Model,
@@ -59,7 +71,38 @@ def diagnose(
     study = prepare(model, logs, holdout)
     progress("finding a start")
     study, start = best_start(study)
-    return diagnose_study(study, start, progress=progress)
+    found = last = diagnose_study(study, start, progress=progress)
+    for _ in range(MOST_EFFECTS - 1):
+        if last.accounted or not last.named:
+            break
+        last = next_round(last, progress=progress)
+    return settled(found, last)
+
+
+def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+    """Diagnose again with the first candidate in the model."""
+    best, study = found.named[0], found.study
+    progress(f"added {best.effect}: error {found.error:.4g} → {best.error_after:.4g}")
+    larger = replace(study, model=study.model.with_effects([*study.model.effects, best.effect]))
+    return diagnose_study(larger, best.fit.of_log(0), with_force=False, progress=progress)
+
+
+def settled(found: Diagnosis, last: Diagnosis) -> Diagnosis:
+    """A diagnosis in the light of the last of the rounds that followed it.
+
+    An effect that leaves more than noise is the answer only if further effects explain the rest.
+    """
+    if last.accounted or found.verdict == "nothing_missing":
+        return found
+    return replace(found, verdict="unexplained", experiment=None)
+
+
+def located(found: Diagnosis) -> Diagnosis:
+    """A diagnosis that says where the model fails, if something is unexplained."""
+    if found.verdict != "unexplained" or found.missing:
+        return found
+    missing = find_missing_force(found.study, found.fit)
+    return replace(found, missing=missing, where=concentrations(found.study, missing))
 
 
 def diagnose_study(

@@ -8,15 +8,23 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.diagnosis import Diagnosis, diagnose_study
+import derive
+from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located, next_round, settled
 from wheelpend.evidence import Tried, honest_sigma
 from wheelpend.logs import Log
 from wheelpend.model import Model
-from wheelpend.refit import refit_with
+from wheelpend.refit import EXPLAINED, refit_with
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, best_start, fit_model, free_names, held_residuals, known_values, prepare
-
-MOST_EFFECTS = 4
+from wheelpend.study import (
+    Study,
+    best_start,
+    fit_model,
+    free_names,
+    held_residuals,
+    known_values,
+    prepare,
+    refuse_meaningless,
+)
 
 
 @dataclass(frozen=True)
@@ -71,12 +79,11 @@ def explain(
     study, start = best_start(study)
     diagnosis = first = diagnose_study(study, start, progress=progress)
     steps: list[Step] = []
-    while diagnosis.verdict in ("effect_missing", "ambiguous") and diagnosis.candidates and len(steps) < max_effects:
-        best = diagnosis.candidates[0]
-        steps.append(step_of(study, best, diagnosis.error))
-        progress(f"added {best.effect}: error {diagnosis.error:.4g} → {best.error_after:.4g}")
-        study = replace(study, model=study.model.with_effects([*study.model.effects, best.effect]))
-        diagnosis = diagnose_study(study, best.fit.of_log(0), with_force=False, progress=progress)
+    while diagnosis.named and len(steps) < max_effects:
+        steps.append(step_of(study, diagnosis.named[0], diagnosis.error))
+        diagnosis = next_round(diagnosis, progress=progress)
+        study = diagnosis.study
+    first, diagnosis = settled(first, diagnosis), located(settled(diagnosis, diagnosis))
     return Explanation(
         verdict=overall(steps, diagnosis),
         nominal_error=nominal,
@@ -98,8 +105,11 @@ def explain(
 
 
 def overall(steps: Sequence[Step], last: Diagnosis) -> str:
-    """Verdict of a ladder: unexplained if the last diagnosis says so, else ambiguous if any step was."""
-    if last.verdict == "unexplained":
+    """Verdict of a ladder: unexplained if the last diagnosis says so, else ambiguous if any step was.
+
+    A ladder that had to end before the rest was added leaves that rest unexplained.
+    """
+    if last.verdict == "unexplained" or last.error > EXPLAINED * last.noise_floor:
         return "unexplained"
     return "ambiguous" if any(s.equivalent_to for s in steps) else "nothing_missing"
 
@@ -166,6 +176,8 @@ def add(
 
     Returns the new model; writes nothing.
     """
+    if not remove:
+        refuse_meaningless(derive.effects.find(effect), model)
     study = prepare(model, logs, holdout)
     progress("finding a start")
     study, start = best_start(study)
@@ -191,6 +203,4 @@ def add(
 
 
 def _unit(effect: str, parameter: str) -> str:
-    import derive
-
     return next(p.unit for p in derive.effects.find(effect).parameters if p.name == parameter)

@@ -90,7 +90,7 @@ def title(explanation: Explanation) -> str:
     names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
     found = " and ".join(", ".join(names).rsplit(", ", 1))
     if explanation.verdict == "unexplained":
-        also = f"The model was missing {found}, and something else is missing too"
+        also = f"{found} explains a part, but something of what is missing is not in the library"
         return also if found else "Something is missing that the library does not hold"
     return f"The model was missing {found}" if found else "Nothing is missing in this model"
 

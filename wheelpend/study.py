@@ -157,6 +157,13 @@ def _no_effect_without_meaning(model: Model, module: ModuleType) -> None:
                           "Remove it from effects.")  # fmt: skip
 
 
+def refuse_meaningless(effect: Effect, model: Model) -> None:
+    """Raise Failure where an effect that is to be added is one that no data can tell."""
+    if why := lacking(effect, model, kernels.library(model.plant, model.assumptions)):
+        raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
+                      "Nothing was changed.")  # fmt: skip
+
+
 def _part(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Part:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):

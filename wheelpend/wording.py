@@ -158,15 +158,24 @@ def headline(result: Diagnosis, model: Model) -> str:
                 "effect of the library is worth naming.")  # fmt: skip
     if result.verdict == "unexplained":
         return (f"Something is missing (error {result.error:.4g}, noise floor {result.noise_floor:.4g}), and "
-                "no effect of the library accounts for it.")  # fmt: skip
+                f"no effect of the library accounts for it.{partial(result)}")  # fmt: skip
     return first_sentence(result.candidates[0], result, model)
+
+
+def partial(result: Diagnosis) -> str:
+    """What the first candidate explains where none explains all, as a sentence to follow another."""
+    if not result.named:
+        return ""
+    best = result.named[0]
+    return (f" {best.effect} explains most: with it the held-out error falls to {best.error_after:.4g}. It may be a "
+            "part of what is missing, or only resemble it.")  # fmt: skip
 
 
 def first_sentence(best: Tried, result: Diagnosis, model: Model) -> str:
     """What the first candidate is and what it means for the machine."""
     effect = derive.effects.find(best.effect)
     rest = ("" if best.error_after <= 1.1 * result.noise_floor else
-            " More is missing after that: add it and diagnose again.")  # fmt: skip
+            " Further effects explain the rest: add it and diagnose again, or use `wheelpend explain`.")  # fmt: skip
     certain = "is missing" if result.verdict == "effect_missing" else f"or {', '.join(best.equivalent_to)} is missing"
     amount = size(best.coefficients, best.sigma, best.unit, model, drive_voltage(result.study))
     return (f"{best.effect} {certain}: {effect.sentence} {amount[:1].upper()}{amount[1:]}. {effect.means} "
