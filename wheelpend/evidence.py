@@ -59,11 +59,11 @@ def judge(
     sigma = {p.name: honest_sigma(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sized = [n for n in names if n.split("@")[0] in size_names(effect)]
     away = distance(evidence, sized, nothing(study, effect))
-    p_value = min(1.0, wald(evidence, sized, away) * tests)
+    p_value, added = min(1.0, wald(evidence, sized, away) * tests), beyond(study, effect, evidence, tests)
+    p_value = max([p_value, *(added[s] for s in study.replaced(effect.name))])
     return Tried(
         effect.name, effect.family, coefficients, sigma, {p.name: p.unit for p in effect.parameters},
-        p_value, agreement(old, residuals), after, (), possible(effect, coefficients, sigma), fitted,
-        beyond(study, effect, evidence, tests),
+        p_value, agreement(old, residuals), after, (), possible(effect, coefficients, sigma), fitted, added,
     )  # fmt: skip
 
 

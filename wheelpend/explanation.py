@@ -18,6 +18,7 @@ from wheelpend.shooting import Fit
 from wheelpend.study import (
     Study,
     best_start,
+    enlarged,
     fit_model,
     free_names,
     held_residuals,
@@ -182,7 +183,7 @@ def add(
     progress("finding a start")
     study, start = best_start(study)
     old = model.effects
-    new = tuple(e for e in old if e != effect) if remove else (*old, effect)
+    new = tuple(e for e in old if e != effect) if remove else tuple(enlarged(model, effect))
     fewer = new if remove else old
     progress("fitting without the effect")
     small = fit_model(replace(study, model=model.with_effects(fewer)), start, free_names(study, fewer))

@@ -11,10 +11,10 @@ import numpy as np
 import derive
 from derive.effects import Effect
 from wheelpend.evidence import Tried, judge
-from wheelpend.screening import Candidate, Screen, screen
+from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, fit_model, fit_parts, free_names, per_log_names, shortened
+from wheelpend.study import Study, enlarged, fit_model, fit_parts, free_names, per_log_names, shortened
 
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
 REFITTED = 5  # best candidates of each screening that are refitted
@@ -34,13 +34,13 @@ def near_screens(
     A base fit that bends every parameter to a missing effect can hide that very effect from its own linearisation.
     """
     parts, present = shortened(study, SHORT * study.horizon), study.model.effects
-    found = [(short.values, screen(study, short, parts, present, shapes))]
+    found = [(short.values, screen(study, short, parts, shapes))]
     free = free_names(study, present)
     for origin in (start, *study.origins) if corrupted else ():
         values = {**short.values, **origin}
         there = fit_parts(study, parts, values, free, start_per_log=short.per_log, rounds=0)
         if np.isfinite(there.cost):
-            found.append((values, screen(study, there, parts, present, shapes)))
+            found.append((values, screen(study, there, parts, shapes)))
     return found
 
 
@@ -59,7 +59,8 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
     def finish(pair: tuple[str, Fit]) -> Tried:
         name, begun = pair
         progress(f"judging {name} on held-out data")
-        fitted = fit_model(study, begun.values, _free_with(base, name), horizons=(1.0,), start_per_log=begun.per_log)
+        free = _free_with(study, base, name)
+        fitted = fit_model(study, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
         evidence = evidence_fit(study, fitted, begun)
         return judge(study, by_name[name], fitted, evidence, before, residuals, tests)
 
@@ -72,7 +73,7 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
 
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:
     """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
-    judged = {e.name for e in study.effects() if e.name not in study.model.effects}
+    judged = {e.name for e in study.missable()}
     within = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
     return list(dict.fromkeys([*names, *within]))
 
@@ -93,8 +94,21 @@ def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
     return fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
 
 
-def _free_with(base: Fit, effect: str) -> list[str]:
-    return [*dict.fromkeys(n.split("@")[0] for n in base.free), *derive.effects.find(effect).full_names]
+def _free_with(study: Study, base: Fit, effect: str) -> list[str]:
+    own = dict.fromkeys(n.split("@")[0] for n in base.free)
+    gone = study.replaced(effect)
+    return [*(n for n in own if n.partition(".")[0] not in gone), *derive.effects.find(effect).full_names]
+
+
+def in_place(study: Study, effect: Effect, values: Mapping[str, float], size: Mapping[str, float]) -> tuple[dict, dict]:
+    """A start, and the size of an effect there, once it has taken the place of the present effects that it contains."""
+    left, grown = dict(values), dict(size)
+    for smaller in study.replaced(effect.name):
+        names, weights = linear_names(derive.effects.find(smaller)), study.module.CONTAINS[effect.name][smaller]
+        for name, row in zip(linear_names(effect), weights, strict=True):
+            grown[name] = grown.get(name, 0.0) + float(np.dot(row, [values[n] for n in names]))
+        left |= dict.fromkeys(names, 0.0)
+    return left, grown
 
 
 def starts_for(near: list[tuple[dict[str, float], Screen]], name: str) -> list[tuple[dict[str, float], Candidate]]:
@@ -109,9 +123,10 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     from a grid of sizes as well.
     """
     effect = beginnings[0][1].effect
-    free = _free_with(short, effect.name)
-    trials = [(values, admissible(effect, s)) for n, (values, c) in enumerate(beginnings)
+    free = _free_with(study, short, effect.name)
+    placed = [in_place(study, effect, values, s) for n, (values, c) in enumerate(beginnings)
               for s in c.starts[: None if n == 0 else 1]]  # fmt: skip
+    trials = [(values, admissible(effect, size)) for values, size in placed]
     for parameter in effect.parameters:
         trials += [(beginnings[0][0], {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
     fits = []
@@ -142,5 +157,5 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     shapes = shapes_of(study, short, [derive.effects.find(effect)])
     near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)
     begun = refit(study, short, starts_for(near, effect))
-    return fit_model(study, begun.values, free_names(study, [*present, effect]), horizons=(1.0,),
-                     start_per_log=begun.per_log)  # fmt: skip
+    free = free_names(study, enlarged(study.model, effect))
+    return fit_model(study, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)

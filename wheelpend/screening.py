@@ -50,14 +50,12 @@ class Linearised(NamedTuple):
     left: float  # what states and base parameters are expected to leave of it
 
 
-def screen(
-    study: Study, fitted: Fit, parts: Sequence[Part], present: Sequence[str], shapes: Mapping[str, Shape]
-) -> Screen:
-    """Score every effect that is not in the model yet, at a fit to these very parts.
+def screen(study: Study, fitted: Fit, parts: Sequence[Part], shapes: Mapping[str, Shape]) -> Screen:
+    """Score every effect that the model may be missing, at a fit to these very parts.
 
     shapes holds the settings of the effects with a parameter that has to be profiled.
     """
-    effects = [e for e in study.effects() if e.name not in present]
+    effects = study.missable()
     plain = [e for e in effects if e.profiled is None]
     there = linearise(study, fitted, parts, [n for e in plain for n in linear_names(e)], {})
     values = sum(p.values for p in parts)

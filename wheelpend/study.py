@@ -71,6 +71,15 @@ class Study:
         """Library effects that the plant, its assumptions and the known constants allow."""
         return tuple(e for e in derive.effects.LIBRARY.values() if not self.lacking(e))
 
+    def missable(self) -> tuple[Effect, ...]:
+        """Those of them that the model may be missing: neither in it nor contained in one that is."""
+        within = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
+        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in within)
+
+    def replaced(self, effect: str) -> tuple[str, ...]:
+        """Effects of the model whose place one takes that contains them."""
+        return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
+
     def lacking(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
         return lacking(effect, self.model, self.module)
@@ -155,6 +164,12 @@ def _no_effect_without_meaning(model: Model, module: ModuleType) -> None:
         if why := lacking(derive.effects.find(name), model, module):
             raise Failure(f"Every effect of the model must be one that data can tell, but {name} {why}. "
                           "Remove it from effects.")  # fmt: skip
+
+
+def enlarged(model: Model, effect: str) -> list[str]:
+    """A model's effects with one more, which takes the place of those that it contains."""
+    within = kernels.library(model.plant, model.assumptions).CONTAINS.get(effect, {})
+    return [*(e for e in model.effects if e not in within), effect]
 
 
 def refuse_meaningless(effect: Effect, model: Model) -> None:
