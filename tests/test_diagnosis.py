@@ -35,7 +35,6 @@ HIDDEN = {
     "gyro_bias": {"bias": 0.05},
     "gyro_scale": {"scale": 0.1},
     "pitch_scale": {"scale": 0.05},
-    "encoder_scale": {"scale": 0.3},
     "encoder_eccentricity": {"sine": 0.01, "cosine": 0.005},
 }
 
@@ -47,7 +46,19 @@ def hidden_log(effect, seed=3):
 
 def test_every_effect_of_the_library_is_tried_here():
     absorbed = {n.partition(".")[0] for n in kernels.library("wheel_pendulum", {}).ABSORBED}
-    assert set(HIDDEN) == set(derive.effects.LIBRARY) - absorbed
+    assert set(HIDDEN) == set(derive.effects.LIBRARY) - absorbed - {"encoder_scale"}
+
+
+def test_a_wrong_encoder_scale_is_all_but_taken_up_by_the_parameters_and_no_size_is_claimed():
+    result = diagnose(Model.default(), [simulated(seed=3, duration=12.0, encoder_scale__scale=0.05)])
+    assert result.verdict == "nothing_missing"
+    assert "encoder_scale" not in result.detectable
+    assert result.fit.values["X6"] == pytest.approx(0.7268 / 1.05, rel=1e-3)
+
+
+def test_a_base_fit_that_has_not_arrived_is_no_sign_of_a_missing_effect():
+    log = simulated("simple", seed=3, duration=12.0, encoder_scale__scale=0.02)
+    assert diagnose(Model.default(), [log]).verdict == "nothing_missing"
 
 
 @pytest.mark.parametrize("effect", sorted(HIDDEN))

@@ -13,11 +13,21 @@ from wheelpend.evidence import WORTHWHILE, Tried
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
-from wheelpend.refit import EXPLAINED, SHORT, Progress, near_screens, refit_best
+from wheelpend.refit import SHORT, Progress, near_screens, refit_best
 from wheelpend.screening import Screen, screen
 from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, best_start, enlarged, fit_model, free_names, held_residuals, per_log_names, prepare
+from wheelpend.study import (
+    EXPLAINED,
+    Study,
+    best_start,
+    enlarged,
+    fit_model,
+    free_names,
+    held_residuals,
+    per_log_names,
+    prepare,
+)
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing

@@ -13,9 +13,10 @@ from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located
 from wheelpend.evidence import Tried, honest_sigma
 from wheelpend.logs import Log
 from wheelpend.model import Model
-from wheelpend.refit import EXPLAINED, refit_with
+from wheelpend.refit import refit_with
 from wheelpend.shooting import Fit
 from wheelpend.study import (
+    EXPLAINED,
     Study,
     best_start,
     enlarged,

@@ -14,9 +14,8 @@ from wheelpend.evidence import Tried, judge
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, enlarged, fit_model, fit_parts, free_names, per_log_names, shortened
+from wheelpend.study import EXPLAINED, Study, enlarged, fit_model, fit_parts, free_names, per_log_names, shortened
 
-EXPLAINED = 1.1  # error over noise floor above which something is still missing
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data

@@ -20,6 +20,9 @@ from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, per_log_names
 
 TWINS = 0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
+TAKEN_UP = (
+    1e-3  # what base parameters leave of an effect's information, below which its linearised size is not believed
+)
 
 
 class Candidate(NamedTuple):
@@ -28,7 +31,7 @@ class Candidate(NamedTuple):
     effect: Effect
     starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first
     gain: float  # expected fall of the sum of squares with the first
-    sigma: dict[str, float]  # of each coefficient, if nothing else were missing
+    sigma: dict[str, float]  # of each coefficient, if nothing else were missing; empty where it is not believed
     trials: int  # how many independent shapes were tried for it
 
 
@@ -106,8 +109,10 @@ def _places(labels: Sequence[str], names: Sequence[str]) -> list[int]:
 
 def _plain(effect: Effect, there: Linearised, values: int) -> Candidate:
     start, sigma, gain = _step(effect, linear_names(effect), there)
+    places = _places(there.labels, linear_names(effect))
+    taken_up = (np.diag(there.information)[places] < TAKEN_UP * there.raw[places]).any()
     trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start that is tried counts
-    return Candidate(effect, (start,), gain / noise_of(there, values), sigma, trials)
+    return Candidate(effect, (start,), gain / noise_of(there, values), {} if taken_up else sigma, trials)
 
 
 def _profiled(study, fitted, parts, effect: Effect, shape: Shape, there: Linearised, values: int) -> Candidate:

@@ -21,6 +21,7 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
+EXPLAINED = 1.1  # error over noise floor above which something is still missing
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
 
 
@@ -304,13 +305,14 @@ def fit_model(
 ) -> Fit:
     """Fit the free parameters to the training parts, from short to long segments, given as shares of the horizon.
 
-    Where that ends far from the noise, or nowhere, the starts from before any fit get their chance too: a model that
-    lacks an effect can be bent, on short segments, into one that cannot be simulated over long ones. Raises Failure
-    where no start leads to a model that can.
+    Where that ends far from the noise, underway or nowhere, the starts from before any fit get their chance too: a
+    model that lacks an effect can be bent, on short segments, into one that cannot be simulated over long ones.
+    Raises Failure where no start leads to a model that can.
     """
     best = _lengthen(study, start, free, horizons, start_per_log)
     for number, origin in enumerate(study.origins):
-        if np.isfinite(best.cost) and (number > 0 or best.error < FAR * study.floor):
+        arrived = best.error < (FAR if best.converged else EXPLAINED) * study.floor
+        if np.isfinite(best.cost) and (number > 0 or arrived):
             break
         other = _lengthen(study, {**start, **origin}, free, horizons, start_per_log)
         best = other if not best.cost <= other.cost else best
