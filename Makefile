@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: install demo test check generate clean
+.PHONY: install demo test check benchmark generate clean
 
 install: $(STAMP)
 
@@ -25,6 +25,11 @@ check: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check derive wheelpend tests
 	$(BIN)/mypy
+
+# Hidden effects: a stratified sample of half an hour, or with FULL=1 all of it; goes on where it was interrupted.
+benchmark: install
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark]'
+	$(BIN)/python -m wheelpend.benchmark $(if $(FULL),--out docs/benchmark.md,--minutes 28)
 
 generate: install
 	$(BIN)/wheelpend generate

@@ -20,6 +20,7 @@ app = typer.Typer(
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
 Data = Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
 Json = Annotated[
@@ -242,7 +243,9 @@ def check_logs(logs: list[Path], model) -> None:
 
 
 @app.command()
-def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
+def diagnose(
+    logs: Logs, holdout: Holdout = None, without: Without = None, model: ModelFile = MODEL, json: Json = None
+) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing."""
     from wheelpend import wording
     from wheelpend.diagnosis import diagnose as run
@@ -251,7 +254,7 @@ def diagnose(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json
         opened = open_model(model)
         check_logs(logs, opened)
         with progress("reading") as update:
-            result = run(opened, logs, holdout or [], progress=update)
+            result = run(opened, logs, holdout or [], without=without or [], progress=update)
         warn(result.warnings)
         show(result, json, lambda: wording.show_diagnosis(result, opened))
 
@@ -289,6 +292,7 @@ def explain(
     logs: Logs,
     holdout: Holdout = None,
     max_effects: Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)] = 4,
+    without: Without = None,
     save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
     model: ModelFile = MODEL,
     json: Json = None,
@@ -302,7 +306,9 @@ def explain(
         opened = open_model(model)
         check_logs(logs, opened)
         with progress("reading") as update:
-            result = run(opened, logs, holdout or [], max_effects=max_effects, progress=update)
+            result = run(
+                opened, logs, holdout or [], max_effects=max_effects, without=without or [], progress=update
+            )
         warn(result.warnings)
         show(result, json, lambda: wording.show_explanation(result))
         if save:

@@ -72,13 +72,14 @@ def diagnose(
     logs: Sequence[str | Path | Log],
     holdout: Sequence[str | Path | Log] = (),
     *,
+    without: Sequence[str] = (),
     progress: Progress = lambda text: None,
 ) -> Diagnosis:
-    """Find which effect of the library is missing. Changes nothing.
+    """Find which effect of the library is missing, those named in ``without`` apart. Changes nothing.
 
     Raises Failure where the logs or the model cannot be used.
     """
-    study = prepare(model, logs, holdout)
+    study = prepare(model, logs, holdout, without=without)
     progress("finding a start")
     study, start = best_start(study)
     found = last = diagnose_study(study, start, progress=progress)

@@ -72,10 +72,14 @@ def explain(
     holdout: Sequence[str | Path | Log] = (),
     *,
     max_effects: int = MOST_EFFECTS,
+    without: Sequence[str] = (),
     progress: Callable[[str], None] = lambda text: None,
 ) -> Explanation:
-    """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files."""
-    study = prepare(model, logs, holdout)
+    """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
+
+    Effects named in ``without`` are not tried.
+    """
+    study = prepare(model, logs, holdout, without=without)
     nominal = nominal_error(study)
     progress("finding a start")
     study, start = best_start(study)

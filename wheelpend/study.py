@@ -12,7 +12,7 @@ import numpy as np
 import derive
 from derive.effects import Effect, EffectParameter
 from wheelpend import kernels, regression
-from wheelpend.failures import Failure
+from wheelpend.failures import Failure, did_you_mean
 from wheelpend.fitting import fit
 from wheelpend.logs import Log, load_log, segment_bounds
 from wheelpend.model import Model
@@ -47,6 +47,7 @@ class Study:
     max_step: float  # s
     warnings: tuple[str, ...]
     origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
+    without: tuple[str, ...] = ()  # effects that are not tried
 
     @property
     def relative(self) -> bool:
@@ -83,7 +84,7 @@ class Study:
 
     def lacking(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
-        return lacking(effect, self.model, self.module)
+        return "left out on request" if effect.name in self.without else lacking(effect, self.model, self.module)
 
 
 def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
@@ -126,12 +127,16 @@ def prepare(
     *,
     horizon: float = HORIZON,
     use_all: bool = False,
+    without: Sequence[str] = (),
 ) -> Study:
     """Cut logs into training and held-out segments.
 
-    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Raises Failure where a
-    log stands on both sides or yields no segments.
+    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
+    ``without`` are not tried. Raises Failure where a log stands on both sides or yields no segments.
     """
+    for name in without:
+        if name not in derive.effects.LIBRARY:
+            raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, derive.effects.LIBRARY)}")
     _no_log_twice(logs, holdout)
     module = kernels.library(model.plant, model.assumptions)
     loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
@@ -148,7 +153,7 @@ def prepare(
         rest = _part(log, own, horizon, third, len(log))
         held.append(Held(rest, None, _part(log, own, horizon, 0, third)))
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
-    return Study(model, module, tuple(training), tuple(held), noise, horizon, 0.002, warnings)
+    return Study(model, module, tuple(training), tuple(held), noise, horizon, 0.002, warnings, without=tuple(without))
 
 
 def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:

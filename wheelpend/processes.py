@@ -18,22 +18,25 @@ def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], No
     """Results of jobs that can be pickled, in order; ``progress`` gets how many are done and the seconds left."""
     found: dict[int, T] = {}
     begin = monotonic()
-    for number, result in _finished(jobs):
+    for number, result in as_they_end(jobs):
         found[number] = result
         progress(len(found), (monotonic() - begin) / len(found) * (len(jobs) - len(found)))
     return [found[number] for number in range(len(jobs))]
 
 
-def _finished(jobs: Sequence[Callable[[], T]]) -> Iterator[tuple[int, T]]:
-    """Number and result of each job as it ends."""
+def as_they_end(jobs: Sequence[Callable[[], T]]) -> Iterator[tuple[int, T]]:
+    """Number and result of each job as it ends; jobs that have not begun are dropped when no more are asked for."""
     workers = min(cores(), len(jobs))
     if cores() == 1 or not jobs:
         yield from ((number, job()) for number, job in enumerate(jobs))
         return
     with single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         futures = {pool.submit(job): number for number, job in enumerate(jobs)}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        try:
+            for future in as_completed(futures):
+                yield futures[future], future.result()
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)
 
 
 def cores() -> int:

@@ -1,0 +1,16 @@
+"""How often the diagnosis is right: logs with hidden effects, from this project's simulator and from another engine.
+
+cases    which logs
+engine   logs from MuJoCo, which shares no code with this project
+trial    one log: hide, explain, compare with the truth
+study    all of them, on all cores, to be resumed after an interruption
+summary  rates with their confidence intervals
+page     docs/benchmark.md
+"""
+
+from wheelpend.benchmark.cases import Case, plan
+from wheelpend.benchmark.study import run
+from wheelpend.benchmark.summary import Summary, summarise
+from wheelpend.benchmark.trial import Outcome, try_case
+
+__all__ = ["Case", "Outcome", "Summary", "plan", "run", "summarise", "try_case"]

@@ -1,0 +1,72 @@
+"""The benchmark's findings as a page."""
+
+from __future__ import annotations
+
+from wheelpend.benchmark.summary import Rate, Summary
+
+HEAD = """# The hidden-effect benchmark
+
+    make benchmark                # a stratified sample, 30 minutes on two cores
+    make benchmark FULL=1         # all of it; an interrupted run goes on where it stopped
+
+Effects are hidden in simulated logs of 20 s, and `explain` is asked what is missing. A third of the logs come from MuJoCo, a rigid-body engine that shares no code with this project; there dry friction is sharp, or engages over 10 ms, which no law of the library does. Sizes are 0.1 to 3 times typical ones. In brackets: 95 % confidence intervals.
+
+This page is written by the command.
+"""
+
+
+def page(summary: Summary) -> str:
+    """Markdown."""
+    s = summary
+    every = Rate(sum(r.hits for r in s.singles.values()), sum(r.of for r in s.singles.values()))
+    rows = [
+        ("first answer right or declared equivalent, one effect that costs at least 5 % of error", told(every), "≥ 98 %"),
+        *((f"… logs from the {source}", told(r), "") for source, r in s.singles.items()),
+        ("… dry friction that engages slowly", told(s.soft), ""),
+        ("mean number of declared equivalents", f"{s.equivalents:.2f}", ""),
+        ("both effects of a pair found", told(s.pairs), "≥ 95 %"),
+        ("all three of a triple found", told(s.triples), ""),
+        ("false alarms on complete models", told(s.false_alarms), "≤ 2 of 200"),
+        ("guilty effect left out: unexplained, or a stand-in that reaches the noise", told(s.left_out), "≥ 95 %"),
+        ("… confident name whose error stays above 1.1 times the floor", str(s.overconfident), "0"),
+        ("error after at most 1.05 times the true model's", told(s.near_truth), "all"),
+        ("… largest ratio", f"{s.worst:.3f}", "≤ 1.05"),
+        ("true values inside 95 % intervals", told(s.coverage), "92 to 98 %"),
+    ]
+    parts = [
+        HEAD,
+        f"## Findings\n\n{s.cases} logs" + (f", {len(s.failures)} could not be used." if s.failures else "."),
+        table(("", "measured", "goal"), rows),
+        "## Hit rate against size\n\nThe size is what a likelihood-ratio test that knows the effect sees, in standard "
+        "deviations. An effect is named only when it also lowers the held-out error by 0.5 %, so that certain but "
+        "unimportant effects are not.",
+        table(
+            ("size", "first answer right"),
+            [(f"{low:g} to {high:g}" if high < 1e9 else f"above {low:g}", told(r)) for low, high, r in s.by_size if r.of],
+        ),
+        "## First answers",
+        table(
+            ("hidden", "right", "answers"),
+            [
+                (e, told(s.by_effect[e]), ", ".join(f"{n} {k}" for n, k in answers.most_common()))
+                for e, answers in s.confusion.items()
+            ],
+        ),
+    ]
+    if s.failures:
+        parts += ["## Logs that could not be used", "\n".join(f"- {f}" for f in s.failures)]
+    return "\n\n".join(parts) + "\n"
+
+
+def told(rate: Rate) -> str:
+    """A rate in words."""
+    if not rate.of:
+        return "not tried"
+    low, high = rate.interval
+    return f"{rate.hits} of {rate.of}, {100 * rate.share:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A Markdown table."""
+    lines = [head, tuple("---" for _ in head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
