@@ -306,9 +306,7 @@ def explain(
         opened = open_model(model)
         check_logs(logs, opened)
         with progress("reading") as update:
-            result = run(
-                opened, logs, holdout or [], max_effects=max_effects, without=without or [], progress=update
-            )
+            result = run(opened, logs, holdout or [], max_effects=max_effects, without=without or [], progress=update)
         warn(result.warnings)
         show(result, json, lambda: wording.show_explanation(result))
         if save:

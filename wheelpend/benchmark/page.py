@@ -20,7 +20,11 @@ def page(summary: Summary) -> str:
     s = summary
     every = Rate(sum(r.hits for r in s.singles.values()), sum(r.of for r in s.singles.values()))
     rows = [
-        ("first answer right or declared equivalent, one effect that costs at least 5 % of error", told(every), "≥ 98 %"),
+        (
+            "first answer right or declared equivalent, one effect that costs at least 5 % of error",
+            told(every),
+            "≥ 98 %",
+        ),
         *((f"… logs from the {source}", told(r), "") for source, r in s.singles.items()),
         ("… dry friction that engages slowly", told(s.soft), ""),
         ("mean number of declared equivalents", f"{s.equivalents:.2f}", ""),
@@ -42,7 +46,11 @@ def page(summary: Summary) -> str:
         "unimportant effects are not.",
         table(
             ("size", "first answer right"),
-            [(f"{low:g} to {high:g}" if high < 1e9 else f"above {low:g}", told(r)) for low, high, r in s.by_size if r.of],
+            [
+                (f"{low:g} to {high:g}" if high < 1e9 else f"above {low:g}", told(r))
+                for low, high, r in s.by_size
+                if r.of
+            ],
         ),
         "## First answers",
         table(

@@ -77,7 +77,9 @@ def log_of(case: Case, model: Model) -> Log:
     """The measured log."""
     hide = dict(case.hide)
     if case.source == "engine":
-        return engine_log(hide, command=case.command, seed=case.seed, **({"engage": case.engage} if case.engage else {}))
+        return engine_log(
+            hide, command=case.command, seed=case.seed, **({"engage": case.engage} if case.engage else {})
+        )
     return simulate(model, command=case.command, hide=hide, seed=case.seed)
 
 

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.model import Model
+from wheelpend.processes import run_all
 from wheelpend.reproduction import choices, tables
 from wheelpend.reproduction.choices import Choice, Effect
 from wheelpend.reproduction.experiment import COMMANDS, DURATION, Robot, Setup, robot_of, unstable_pole
-from wheelpend.processes import run_all
 from wheelpend.reproduction.tables import Cell, Condition, Deviation, Prediction
 from wheelpend.reproduction.trials import Task, Trial, run_task
 
