@@ -13,7 +13,9 @@ import numpy as np
 
 import derive
 from derive.effects import Effect
+from wheelpend import kernels
 from wheelpend.benchmark.engine import SUPPORTED
+from wheelpend.model import Model
 
 SIZES = (1.0, 0.3, 3.0, 0.1)  # times the typical one
 SINGLES = 3  # draws of each effect and size
@@ -53,7 +55,7 @@ class Case:
 
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
     """All cases, in rounds that each hold a share of every kind."""
-    known = [e for e in (effects or derive.effects.LIBRARY.values()) if _can_be_hidden(e)]
+    known = [e for e in (effects or derive.effects.LIBRARY.values()) if _can_be_hidden(e, Model.default())]
     kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples)]
     return [case for round_ in zip_longest(*map(_evenly(max(map(len, kinds))), kinds)) for case in round_ if case]
 
@@ -70,8 +72,10 @@ def _evenly(length: int):
     return spread
 
 
-def _can_be_hidden(effect: Effect) -> bool:
-    return bool(effect.parameters)
+def _can_be_hidden(effect: Effect, model: Model) -> bool:
+    """Whether a log can show it: the plant's own parameters do not contain it."""
+    module = kernels.library(model.plant, model.assumptions)
+    return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED
 
 
 def draw(effect: Effect, size: float, random: np.random.Generator) -> tuple[tuple[str, float], ...]:

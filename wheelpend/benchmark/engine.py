@@ -77,7 +77,9 @@ SUPPORTED = (
     *MECHANICAL, "slope.angle", "com_offset.angle", "quadratic_drive.coefficient", "air_drag.coefficient",
     "cogging.sine", "cogging.cosine", "cogging.periods", "actuator_delay.delay", "voltage_dead_zone.threshold",
     "voltage_asymmetry.ratio", "voltage_sag.rate", "voltage_offset.offset", "winding_inductance.time_constant",
-    "imu_bias.bias", "gyro_bias.bias", "gyro_scale.scale",
+    "voltage_saturation.limit", "viscous_asymmetry.coefficient", "coulomb_asymmetry.torque",
+    "wheel_runout.sine", "wheel_runout.cosine", "imu_bias.bias", "gyro_bias.bias", "gyro_scale.scale",
+    "pitch_scale.scale", "encoder_scale.scale", "encoder_eccentricity.sine", "encoder_eccentricity.cosine",
 )  # fmt: skip
 
 
@@ -145,9 +147,12 @@ def read(data: Any, hide: Mapping[str, float], normal: np.ndarray, slope: float)
     pitch, rate = data.qpos[1] - slope, data.qvel[1]
     wheel = pitch + data.qpos[2]
     quantum = 2 * np.pi / COUNTS
+    turned = (1 + hide.get("encoder_scale.scale", 0.0)) * wheel
+    turned += hide.get("encoder_eccentricity.sine", 0.0) * np.sin(wheel)
+    turned += hide.get("encoder_eccentricity.cosine", 0.0) * np.cos(wheel)
     return np.array([
-        np.round(wheel / quantum) * quantum,
-        pitch + hide.get("imu_bias.bias", 0.0) + normal[0],
+        np.round(turned / quantum) * quantum,
+        (1 + hide.get("pitch_scale.scale", 0.0)) * pitch + hide.get("imu_bias.bias", 0.0) + normal[0],
         (1 + hide.get("gyro_scale.scale", 0.0)) * rate + hide.get("gyro_bias.bias", 0.0) + normal[1],
     ])  # fmt: skip
 
@@ -158,8 +163,11 @@ def applied(data: Any, hide: Mapping[str, float]) -> np.ndarray:
     turn = hide.get("cogging.periods", 0.0) * data.qpos[2]
     drive = -hide.get("quadratic_drive.coefficient", 0.0) * slip * abs(slip)
     drive += hide.get("cogging.sine", 0.0) * np.sin(turn) + hide.get("cogging.cosine", 0.0) * np.cos(turn)
-    drag = -hide.get("air_drag.coefficient", 0.0) * wheel * abs(wheel)  # on the wheel's angle, pitch + drive
-    return ALPHA * np.array([0.0, drag, drive + drag])
+    drive -= hide.get("viscous_asymmetry.coefficient", 0.0) * abs(slip) + hide.get("coulomb_asymmetry.torque", 0.0)
+    ground = -hide.get("air_drag.coefficient", 0.0) * wheel * abs(wheel)  # on the wheel's angle, pitch + drive
+    angle = data.qpos[1] + data.qpos[2]
+    ground += hide.get("wheel_runout.sine", 0.0) * np.sin(angle) + hide.get("wheel_runout.cosine", 0.0) * np.cos(angle)
+    return ALPHA * np.array([0.0, ground, drive + ground])
 
 
 class Drive:
@@ -172,6 +180,9 @@ class Drive:
         """Voltage at the motor over the next step of the engine [V]."""
         past = t - self.hide.get("actuator_delay.delay", 0.0)
         commanded = float(commands[min(max(int(past / SAMPLE + 1e-6), 0), len(commands) - 1)])
+        commanded = float(
+            np.clip(commanded, *(np.array([-1.0, 1.0]) * self.hide.get("voltage_saturation.limit", np.inf)))
+        )
         size = max(abs(commanded) - self.hide.get("voltage_dead_zone.threshold", 0.0), 0.0)
         driven = np.sign(commanded) * size * (1 - self.hide.get("voltage_sag.rate", 0.0) * t)
         driven *= 1 + self.hide.get("voltage_asymmetry.ratio", 0.0) * np.sign(driven)

@@ -9,7 +9,9 @@ HEAD = """# The hidden-effect benchmark
     make benchmark                # a stratified sample, 30 minutes on two cores
     make benchmark FULL=1         # all of it; an interrupted run goes on where it stopped
 
-Effects are hidden in simulated logs of 20 s, and `explain` is asked what is missing. A third of the logs come from MuJoCo, a rigid-body engine that shares no code with this project; there dry friction is sharp, or engages over 10 ms, which no law of the library does. Sizes are 0.1 to 3 times typical ones. In brackets: 95 % confidence intervals.
+Effects are hidden in simulated logs of 20 s, and `explain` is asked what is missing. A third of the logs come from \
+MuJoCo, a rigid-body engine that shares no code with this project; there dry friction is sharp, or engages over 10 ms, \
+which no law of the library does. Sizes are 0.1 to 3 times typical ones. In brackets: 95 % confidence intervals.
 
 This page is written by the command.
 """

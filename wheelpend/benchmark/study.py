@@ -43,7 +43,8 @@ def run(
             file.flush()
             known[outcome.key] = outcome
             spent = monotonic() - begin
-            progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {spent / number * len(left) / 60:.0f} min: "
+            whole = spent / number * len(left) / 60
+            progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
                      f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
             if minutes is not None and spent > 60 * minutes:
                 break

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -86,8 +87,7 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         equivalents=float(np.mean([len(o.equivalents[0]) for o in right])) if right else float("nan"),
         by_effect={e: rate(o.first_right for o in costly if o.hidden[0] == e) for e in effects},
         by_size=tuple(
-            (low, high, rate(o.first_right for o in single if low <= o.strength < high))
-            for low, high in zip(BINS[:-1], BINS[1:], strict=True)
+            (low, high, rate(o.first_right for o in single if low <= o.strength < high)) for low, high in pairwise(BINS)
         ),
         pairs=rate(set(o.found) == set(o.hidden) for o in kinds["pair"] if o.cost >= COSTLY),
         triples=rate(set(o.found) == set(o.hidden) for o in kinds["triple"] if o.cost >= COSTLY),
