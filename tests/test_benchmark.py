@@ -1,0 +1,107 @@
+"""The benchmark counts what it says, goes on after an interruption, and its small sample comes out right."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wheelpend import Failure
+from wheelpend.benchmark import Outcome, plan, run, summarise, try_case
+from wheelpend.benchmark.cases import Case
+from wheelpend.benchmark.page import page
+from wheelpend.benchmark.study import outcome_of
+from wheelpend.serialise import plain
+
+FOUND = Outcome(
+    "a", "single", "simulator", 1.0, ("slope",), False, None, "effect_missing", ("slope",), ((),), "nothing_missing",
+    3.0, 1.0, 1.0, 1.0, 50.0, (0.5, -2.5),
+)  # fmt: skip
+MISSED = replace(FOUND, key="b", named=("imu_bias",), deviations=())
+EQUIVALENT = replace(FOUND, key="c", named=("imu_bias",), equivalents=(("slope",),), deviations=())
+CLEAN = Outcome("d", "complete", "engine", 1.0, (), False, verdict="nothing_missing", true_error=1.0)
+
+
+def test_an_answer_is_right_when_it_names_the_effect_or_declares_it_equivalent():
+    found = summarise([FOUND, MISSED, EQUIVALENT])
+    assert found.singles["simulator"] == (2, 3)
+    assert found.equivalents == 0.5
+    assert found.confusion["slope"] == {"imu_bias": 2, "slope": 1}
+
+
+def test_an_effect_that_costs_hardly_anything_is_not_asked_for():
+    assert summarise([replace(MISSED, base_error=1.02)]).singles == {}
+
+
+def test_a_verdict_on_a_complete_model_is_a_false_alarm():
+    assert summarise([CLEAN, replace(CLEAN, key="e", verdict="unexplained")]).false_alarms == (1, 2)
+
+
+def test_both_effects_of_a_pair_must_be_named():
+    pair = replace(FOUND, kind="pair", hidden=("slope", "cogging"))
+    both = replace(pair, named=("cogging", "slope"), equivalents=((), ()))
+    assert summarise([pair, both]).pairs == (1, 2)
+
+
+def test_a_left_out_effect_needs_unexplained_or_a_stand_in_that_reaches_the_noise():
+    out = replace(FOUND, kind="left_out", named=("imu_bias",))
+    wrong = replace(out, error=1.3)
+    honest = replace(wrong, final="unexplained")
+    found = summarise([out, wrong, honest])
+    assert found.left_out == (2, 3) and found.overconfident == 1
+
+
+def test_coverage_counts_every_parameter():
+    assert summarise([FOUND]).coverage == (1, 2)
+
+
+def test_intervals_are_those_of_clopper_and_pearson():
+    low, high = summarise([CLEAN] * 200).false_alarms.interval
+    assert low == 0.0 and high == pytest.approx(1 - 0.025 ** (1 / 200), rel=1e-6)
+
+
+def test_the_page_says_what_was_not_tried():
+    text = page(summarise([FOUND, CLEAN, replace(CLEAN, key="f", failure="It fell.")]))
+    assert "not tried" in text and "It fell." in text and "| slope | 1 of 1" in text
+
+
+def test_outcomes_survive_being_written_down():
+    assert outcome_of(plain(FOUND)) == FOUND
+
+
+def test_the_plan_is_the_same_each_time_and_its_beginning_holds_every_kind():
+    cases = plan()
+    assert cases == plan()
+    assert len({c.key for c in cases}) == len(cases)
+    assert {c.kind for c in cases[:30]} == {"single", "pair", "triple", "complete", "left_out"}
+    assert sum(c.kind == "complete" for c in cases) >= 200
+
+
+SAMPLE = (
+    Case("single", (("coulomb_drive.torque", 0.3),), 1),
+    Case("complete", (), 5000),
+    Case("left_out", (("air_drag.coefficient", 0.01),), 2, without=("air_drag",)),
+)
+
+
+def test_a_small_sample_is_answered_and_an_interrupted_run_goes_on(tmp_path):
+    said = []
+    first = run(tmp_path, cases=SAMPLE[:2], progress=said.append)
+    assert [o.named for o in first] == [("coulomb_drive",), ()]
+    assert all(o.failure is None for o in first)
+    again = run(tmp_path, cases=SAMPLE, progress=said.append)
+    assert again[:2] == first and "2 of them known" in said[-2]
+    assert summarise(again).overconfident == 0
+
+
+def test_the_engine_agrees_with_the_equations_and_shows_what_is_hidden_in_it():
+    pytest.importorskip("mujoco")
+    outcome = try_case(Case("single", (("slope.angle", 0.02),), 3, source="engine"))
+    assert outcome.named == ("slope",) and outcome.error < 1.05 * outcome.floor
+    assert np.abs(outcome.deviations).max() < 4.5
+
+
+def test_what_the_engine_does_not_offer_is_refused():
+    from wheelpend.benchmark.engine import engine_log
+
+    with pytest.raises(Failure, match=r"stribeck_drive\.static is not among them"):
+        engine_log({"stribeck_drive.static": 0.3})
