@@ -41,13 +41,16 @@ def model_files(plant: str, assumptions: dict, effect_names: Sequence[str]) -> d
     }
 
 
-def library_model(plant: str, assumptions: dict) -> Model:
+def library_model(plant: str, assumptions: dict, own: Sequence[str] = ()) -> Model:
     """The model with every effect that the plant and its assumptions allow, and a missing force on each row.
+
+    ``own`` are names of a user's registered effects.
 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
     settled = plants.settle(plant, assumptions)
-    possible = [e for e in effects.possible_on(plants.find(plant).build(settled)) if derivable(plant, settled, e)]
+    fitting = effects.possible_on(plants.find(plant).build(settled), own)
+    possible = [e for e in fitting if derivable(plant, settled, e)]
     found = relations(plant, settled, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
     return replace(compose(plant, settled, chosen, missing_force=True), relations=found)

@@ -94,12 +94,12 @@ def contained(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, 
 
 def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
     """The trace of each of an effect's linear parameters; empty where it has none that can be written down."""
-    return list(_traces(plant, tuple(sorted(assumptions.items())), effect))
+    return list(_traces(plant, tuple(sorted(assumptions.items())), library.find(effect)))
 
 
 @lru_cache(maxsize=256)
-def _traces(plant_name: str, assumptions: tuple, name: str) -> tuple[Terms, ...]:
-    effect, (plant, rows, *_) = library.find(name), _ground(plant_name, assumptions)
+def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
+    plant, rows, *_ = _ground(plant_name, assumptions)
     if isinstance(effect.enters, InputDelay | InputLag) or not library.fits(effect, plant):
         return ()
     if isinstance(effect.enters, Deformation):

@@ -70,7 +70,7 @@ def parameter_of(kind: type, chosen: tuple[Effect, ...]) -> str:
 def in_library_order(effect_names: Sequence[str]) -> tuple[Effect, ...]:
     """The effects in the library's order, in which input and sensor maps are applied one after the other."""
     wanted = {library.find(name).name for name in effect_names}
-    return tuple(e for e in library.LIBRARY.values() if e.name in wanted)
+    return tuple(e for e in library.all_with(sorted(wanted - set(library.LIBRARY))) if e.name in wanted)
 
 
 def group_and_deform(plant: Plant, assumptions: dict, chosen: tuple[Effect, ...]) -> tuple[Grouping, tuple]:

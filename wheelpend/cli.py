@@ -356,15 +356,18 @@ def report(
 
 @app.command()
 def effects(
-    effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None, json: Json = None
+    effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None,
+    model: ModelFile = MODEL,
+    json: Json = None,
 ) -> None:
-    """The library of effects: name, family, sentence, unit, equation."""
+    """The library of effects, and your own: name, family, sentence, unit, equation."""
     import derive
     from wheelpend.failures import Failure
 
     with failures(json):
+        own = open_model(model).own if model != MODEL or model.exists() else ()
         try:
-            rows = [derive.effects.find(effect)] if effect else list(derive.effects.LIBRARY.values())
+            rows = [derive.effects.find(effect)] if effect else derive.effects.all_with(own)
         except KeyError as error:
             raise Failure(error.args[0]) from None
         data = [

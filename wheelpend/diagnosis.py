@@ -161,7 +161,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
         sentences=(),
-        not_judged={e.name: why for e in derive.effects.LIBRARY.values() if (why := study.lacking(e))},
+        not_judged={e.name: why for e in derive.effects.all_with(study.model.own) if (why := study.lacking(e))},
         warnings=study.warnings,
         fit=base,
         study=study,

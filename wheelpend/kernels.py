@@ -16,10 +16,14 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
+from typing import TYPE_CHECKING
 
 import derive
 from derive.emit import TEMPLATES
 from wheelpend.failures import Failure
+
+if TYPE_CHECKING:
+    from wheelpend.model import Model
 
 
 def cache_folder() -> Path:
@@ -46,13 +50,12 @@ def derivation_fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
-def derived_files(plant: str, assumptions: dict, effects: Sequence[str]) -> dict[str, str]:
+def derived_files(model: Model) -> dict[str, str]:
     """Generated files of a model, from the cache where the same model was derived before."""
-    settled = derive.plants.settle(plant, assumptions)
     return {
         "__init__.py": '"""Kernels generated from model.toml by `wheelpend generate`."""\n',
-        f"{plant}.py": _text(plant, settled, tuple(effects), library=False),
-        f"{plant}_library.py": _text(plant, settled, (), library=True),
+        f"{model.plant}.py": _text(model.plant, model.assumptions, tuple(model.effects), library=False),
+        f"{model.plant}_library.py": _text(model.plant, model.assumptions, model.own, library=True),
     }
 
 
@@ -61,9 +64,17 @@ def lean(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
     return load(_text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False), plant)
 
 
-def library(plant: str, assumptions: dict) -> ModuleType:
-    """The plant's module with every effect at zero; it does not change when an effect is added to a model."""
-    return load(_text(plant, derive.plants.settle(plant, assumptions), (), library=True), f"{plant}_library")
+def library(plant: str, assumptions: dict, own: Sequence[str] = ()) -> ModuleType:
+    """The plant's module with every effect at zero; it does not change when an effect is added to a model.
+
+    ``own`` are names of a user's registered effects.
+    """
+    return load(_text(plant, derive.plants.settle(plant, assumptions), tuple(own), library=True), f"{plant}_library")
+
+
+def library_of(model: Model) -> ModuleType:
+    """The library's module of a model's plant, assumptions and own effects."""
+    return library(model.plant, model.assumptions, model.own)
 
 
 def load(text: str, name: str) -> ModuleType:
@@ -92,26 +103,23 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
 
     model = Model.open(workspace)
     path = model.workspace / "generated" / f"{model.plant}.py"
-    derived = derived_files(model.plant, model.assumptions, model.effects)[path.name]
+    derived = derived_files(model)[path.name]
     if not path.exists() or path.read_text(encoding="utf-8") != derived:
         raise Failure(f"{path} must be what {model.path} derives to, but it is missing, stale or edited. "
                       "Run `wheelpend generate` there.")  # fmt: skip
     return load(derived, model.plant)
 
 
-@lru_cache(maxsize=64)
-def _derive(plant: str, assumptions: tuple, effects: tuple[str, ...], library: bool) -> str:
-    settled = dict(assumptions)
-    if library:
-        return derive.render(derive.library_model(plant, settled), title=f"{plant} with every effect")
-    return derive.render(derive.compose(plant, settled, effects))
-
-
 def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool) -> str:
-    key = repr((plant, sorted(assumptions.items()), sorted(effects), library, derivation_fingerprint()))
+    """Text of a module with these effects, or of the library with these besides its own."""
+    own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
+    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, derivation_fingerprint()))
     path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path.exists():
         return path.read_text(encoding="utf-8")
-    text = _derive(plant, tuple(sorted(assumptions.items(), key=lambda i: i[0])), tuple(effects), library)
+    if library:
+        text = derive.render(derive.library_model(plant, assumptions, effects), title=f"{plant} with every effect")
+    else:
+        text = derive.render(derive.compose(plant, assumptions, effects))
     derive.write(path.parent, {path.name: text})
     return text

@@ -26,6 +26,7 @@ from derive.plants import wheel_pendulum
 from derive.records import Plant
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.logs import REFERENCE, ColumnMap
+from wheelpend.own_effects import read_own
 
 FILE = "model.toml"
 NOISE_KEYS = ("pitch_noise", "rate_noise")  # of [simulation], beside the parameters
@@ -130,6 +131,7 @@ class Model:
     columns: dict[str, ColumnMap]
     simulation: dict[str, float] | None  # true parameters and noises of the machine that simulations play
     text: str  # of the file
+    own: tuple[str, ...] = ()  # names of the effects that effects.toml beside it adds to the library
 
     @classmethod
     def open(cls, path: str | os.PathLike = FILE) -> Model:
@@ -250,7 +252,8 @@ def build(file: File, text: str, path: Path | None) -> Model:
     assumptions = settle(file)
     plant = plants.find(file.plant).build(assumptions)
     brought = plants.brought(file.plant, assumptions)
-    effects = (*check_effects(file.effects, plant), *(e for e in brought if e not in file.effects))
+    own = library.register(read_own(path.parent, plant)) if path else ()
+    effects = (*check_effects(file.effects, plant, own), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
     check_known("quantity", file.columns, columns_of(plant), " in [columns]")
     check_base(file.parameters, "[parameters]")
@@ -270,6 +273,7 @@ def build(file: File, text: str, path: Path | None) -> Model:
         controller=file.controller,
         columns={name: ColumnMap(c.column, c.unit, c.sign) for name, c in file.columns.items()},
         simulation=file.simulation,
+        own=own,
         text=text,
     )
 
@@ -282,10 +286,10 @@ def settle(file: File) -> dict[str, Any]:
     return ask(plants.settle, file.plant, {**file.assumptions, **encoder})
 
 
-def check_effects(names: tuple[str, ...], plant: Plant) -> tuple[str, ...]:
+def check_effects(names: tuple[str, ...], plant: Plant, own: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names; raises Failure when one is unknown, there twice, or acts on a part that the plant lacks."""
     for k, name in enumerate(names):
-        check_known("effect", [name], sorted(library.LIBRARY))
+        check_known("effect", [name], sorted([*library.LIBRARY, *own]))
         if name in names[:k]:
             raise Failure(f"effects must name each effect once; {name} is there twice. Remove one.")
         if not library.fits(library.find(name), plant):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
-from derive.effects import INPUT, Effect, Quantiles
+from derive.effects import INPUT, Effect, Quantiles, Values
 from derive.model import slip_row
 from wheelpend import kernels, regression
 from wheelpend.shooting import Fit, Part, vector
@@ -37,6 +37,8 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
         if isinstance(parameter.starts, Quantiles):
             values = quantile_starts(study, parameter)
             trials = len(values)
+        elif isinstance(parameter.starts, Values):
+            values, trials = list(parameter.starts.at), len(parameter.starts.at)
         else:
             period, trials = ripple_shape(study, fitted, parameter.starts.of)
             values = [period]
@@ -74,7 +76,7 @@ def nothing(study: Study, effect: Effect) -> dict[str, float]:
     """
     table = {}
     for p in effect.sizes:
-        of = p.starts.of if math.isinf(p.absent) and p.starts is not None else None
+        of = p.starts.of if math.isinf(p.absent) and isinstance(p.starts, Quantiles) else None
         reached = max(float(magnitude(study, part, of).max(initial=0.0)) for part in study.training) if of else p.absent
         table[f"{effect.name}.{p.name}"] = reached
     return table

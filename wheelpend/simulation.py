@@ -36,7 +36,7 @@ def simulate(
     delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
     """
     machine = machine_values(model, hide or {})
-    module = kernels.library(model.plant, model.assumptions)
+    module = kernels.library_of(model)
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
@@ -88,7 +88,7 @@ def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
 
 def taken_up(model: Model, values: Mapping[str, float]) -> dict[str, float]:
     """Values in which effects that are part of the plant's own parameters are added to those."""
-    absorbed = kernels.library(model.plant, model.assumptions).ABSORBED
+    absorbed = kernels.library_of(model).ABSORBED
     total = {n: v for n, v in values.items() if n not in absorbed}
     for name, weights in absorbed.items():
         for own, weight in weights.items():
@@ -104,7 +104,7 @@ def _needed(model: Model, effect: str) -> Sequence[str]:
 
 def base_names(model: Model) -> tuple[str, ...]:
     """Names of the plant's own parameters under the model's assumptions."""
-    module = kernels.library(model.plant, model.assumptions)
+    module = kernels.library_of(model)
     return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
 
 

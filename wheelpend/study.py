@@ -71,7 +71,7 @@ class Study:
 
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that the plant, its assumptions and the known constants allow."""
-        return tuple(e for e in derive.effects.LIBRARY.values() if not self.lacking(e))
+        return tuple(e for e in derive.effects.all_with(self.model.own) if not self.lacking(e))
 
     def missable(self) -> tuple[Effect, ...]:
         """Those of them that the model may be missing: neither in it nor contained in one that is."""
@@ -99,7 +99,7 @@ def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     """Known constants that an effect's equations contain."""
-    module = kernels.library(model.plant, model.assumptions)
+    module = kernels.library_of(model)
     names = derive.effects.find(effect).full_names
     return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
@@ -135,10 +135,11 @@ def prepare(
     ``without`` are not tried. Raises Failure where a log stands on both sides or yields no segments.
     """
     for name in without:
-        if name not in derive.effects.LIBRARY:
-            raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, derive.effects.LIBRARY)}")
+        known = [e.name for e in derive.effects.all_with(model.own)]
+        if name not in known:
+            raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, known)}")
     _no_log_twice(logs, holdout)
-    module = kernels.library(model.plant, model.assumptions)
+    module = kernels.library_of(model)
     loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
     _no_effect_without_meaning(model, module)
     noise = tuple(noise_of(log, model) for log in (*loaded, *held_logs))
@@ -174,13 +175,13 @@ def _no_effect_without_meaning(model: Model, module: ModuleType) -> None:
 
 def enlarged(model: Model, effect: str) -> list[str]:
     """A model's effects with one more, which takes the place of those that it contains."""
-    within = kernels.library(model.plant, model.assumptions).CONTAINS.get(effect, {})
+    within = kernels.library_of(model).CONTAINS.get(effect, {})
     return [*(e for e in model.effects if e not in within), effect]
 
 
 def refuse_meaningless(effect: Effect, model: Model) -> None:
     """Raise Failure where an effect that is to be added is one that no data can tell."""
-    if why := lacking(effect, model, kernels.library(model.plant, model.assumptions)):
+    if why := lacking(effect, model, kernels.library_of(model)):
         raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
                       "Nothing was changed.")  # fmt: skip
 
@@ -267,7 +268,7 @@ def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
 def effect_parameter(name: str) -> EffectParameter | None:
     """The library's row of effect.parameter; None for the plant's own parameters and for missing forces."""
     effect, _, parameter = name.partition(".")
-    rows = derive.effects.LIBRARY[effect].parameters if effect in derive.effects.LIBRARY else ()
+    rows = () if not parameter or effect.startswith("missing") else derive.effects.find(effect).parameters
     return next((p for p in rows if p.name == parameter), None)
 
 

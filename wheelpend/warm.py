@@ -14,7 +14,7 @@ from wheelpend.model import Model
 def compile_all(model: Model, progress: Callable[[str], None]) -> None:
     """Compile the library's kernels and the model's own."""
     for name, module in (
-        ("library", kernels.library(model.plant, model.assumptions)),
+        ("library", kernels.library_of(model)),
         ("plain", kernels.lean(model.plant, model.assumptions, ())),
         ("model", kernels.lean(model.plant, model.assumptions, model.effects)),
     ):

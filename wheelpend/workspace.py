@@ -29,19 +29,19 @@ def create(folder: Path) -> Model:
 
 def generate_into(folder: Path, model: Model) -> None:
     """Derive the model and write its generated code."""
-    derive.write(folder, kernels.derived_files(model.plant, model.assumptions, model.effects))
+    derive.write(folder, kernels.derived_files(model))
 
 
 def stale(model: Model) -> str:
     """What differs between the workspace's generated code and what its model derives to, as a unified diff."""
-    files = kernels.derived_files(model.plant, model.assumptions, model.effects)
+    files = kernels.derived_files(model)
     return derive.differences(model.workspace / "generated", files)
 
 
 def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) -> None:
     """Save model, generated code and history, the model last: an interruption leaves the old one in force."""
     folder = model.workspace
-    kernels.derived_files(model.plant, model.assumptions, model.effects)  # a model that does not derive changes nothing
+    kernels.derived_files(model)  # a model that does not derive changes nothing
     added = [entries] if isinstance(entries, dict) else list(entries)
     if added:
         _write_json(folder / HISTORY, [*history(folder), *added])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from derive.effects import actuator, body, drive, ground, sensor
 from derive.effects.row import (
     INPUT,
@@ -16,6 +18,7 @@ from derive.effects.row import (
     Quantiles,
     Ripple,
     SensorMap,
+    Values,
 )
 
 LIBRARY: dict[str, Effect] = {
@@ -23,16 +26,30 @@ LIBRARY: dict[str, Effect] = {
 }
 
 
+OWN: dict[str, Effect] = {}  # effects that users wrote; of one name the latest
+
+
+def register(rows: Sequence[Effect]) -> tuple[str, ...]:
+    """Make a user's effects known to ``find``, in place of earlier ones of their names; returns the names."""
+    OWN.update((row.name, row) for row in rows)
+    return tuple(row.name for row in rows)
+
+
 def find(name: str) -> Effect:
     """Return the effect of that name; raises KeyError naming the known effects."""
-    if name not in LIBRARY:
+    if name not in LIBRARY and name not in OWN:
         raise KeyError(f"No effect named '{name}'. Known effects: {', '.join(sorted(LIBRARY))}")
-    return LIBRARY[name]
+    return LIBRARY[name] if name in LIBRARY else OWN[name]
 
 
-def possible_on(plant) -> tuple[Effect, ...]:
+def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
+    """The library's effects, then a user's own."""
+    return (*LIBRARY.values(), *map(find, own))
+
+
+def possible_on(plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
-    return tuple(e for e in LIBRARY.values() if fits(e, plant))
+    return tuple(e for e in all_with(own) if fits(e, plant))
 
 
 def fits(effect: Effect, plant) -> bool:
@@ -61,7 +78,10 @@ __all__ = [
     "Quantiles",
     "Ripple",
     "SensorMap",
+    "Values",
+    "all_with",
     "find",
     "fits",
     "possible_on",
+    "register",
 ]

@@ -26,6 +26,12 @@ class Quantiles(NamedTuple):
     at: tuple[float, ...]
 
 
+class Values(NamedTuple):
+    """Starting values that somebody gave."""
+
+    at: tuple[float, ...]
+
+
 class Ripple(NamedTuple):
     """A starting value from a log: how often per turn of a port the missing force repeats."""
 
@@ -43,7 +49,7 @@ class EffectParameter(NamedTuple):
     grid: tuple[float, ...] = ()  # starting values to profile, where the problem is not locally linear
     typical: float = 0.1  # a moderate size, for documentation and tests
     absent: float = 0.0  # its value while the effect is absent; a shape, which has no size, may be neither 0 nor inf
-    starts: Quantiles | Ripple | None = None  # starting values that only a log can tell; every shape has them
+    starts: Quantiles | Ripple | Values | None = None  # starting values that only a log can tell; every shape has them
     bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
 
 

@@ -74,7 +74,7 @@ def _evenly(length: int):
 
 def _can_be_hidden(effect: Effect, model: Model) -> bool:
     """Whether a log can show it: the plant's own parameters do not contain it."""
-    module = kernels.library(model.plant, model.assumptions)
+    module = kernels.library_of(model)
     return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from wheelpend.benchmark.summary import Rate, Summary
 
 HEAD = """# The hidden-effect benchmark
@@ -76,7 +78,7 @@ def told(rate: Rate) -> str:
     return f"{rate.hits} of {rate.of}, {100 * rate.share:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
 
 
-def table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     """A Markdown table."""
     lines = [head, tuple("---" for _ in head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)

@@ -132,7 +132,7 @@ def _value(fitted: Fit, label: str) -> float:
 
 def warm(model: Model) -> None:
     """Load the kernels once before many processes want them."""
-    kernels.library(model.plant, model.assumptions)
+    kernels.library_of(model)
 
 
 __all__ = ["Outcome", "try_case"]

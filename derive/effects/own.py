@@ -1,0 +1,89 @@
+"""Effects that a user writes as text: they become rows like those of the library.
+
+The law is an expression of ``grammar``; nothing in it is executed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from derive.effects.row import INPUT, DryForce, EffectParameter, Force, InputMap, SensorMap
+from derive.functions import symbol
+from derive.grammar import GrammarError, read
+
+DIRECTION = "direction"  # −1 or 1 while a port slips; a law that holds it may also hold the port at rest
+ARGUMENTS = {
+    Force: ("angle", "speed"),
+    DryForce: (DIRECTION, "speed"),
+    InputMap: ("v_in", "t"),
+    SensorMap: ("reading",),
+}
+POINTS = (  # speeds, angles and the like at which a law must have a finite value, standstill among them
+    0.0, 0.3, -1.7, 12.0,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Law:
+    """An expression as a row's law: called with the row's arguments and the symbols of its parameters."""
+
+    text: str
+    expression: sp.Expr
+    arguments: tuple[str, ...]
+
+    def __call__(self, *values: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
+        """The law at these values."""
+        given = dict(zip(self.arguments, values, strict=True)) | parameters
+        return self.expression.xreplace({symbol(n): sp.sympify(v) for n, v in given.items()})
+
+
+def enters(on: str, text: str, parameters: Sequence[EffectParameter], plant) -> Force | DryForce | InputMap | SensorMap:
+    """How an effect enters that acts on a port, the input or a sensor's channel of a plant.
+
+    Raises GrammarError where the law cannot be read, does something while the effect is absent, or has no value at
+    some motion.
+    """
+    ports, channels = [p.name for p in plant.ports], [c.name for c in plant.channels]
+    if on not in (INPUT, *ports, *channels):
+        raise GrammarError(f"on must be {', '.join(ports)}, {INPUT} or one of {', '.join(channels)}, not '{on}'.")
+    if on == INPUT:
+        return InputMap(_law(text, InputMap, parameters, plant))
+    if on in channels:
+        return SensorMap(on, _law(text, SensorMap, parameters, plant))
+    kind = DryForce if DIRECTION in text else Force
+    return kind(on, _law(text, kind, parameters, plant))
+
+
+UNCHANGED: Mapping[type, str] = {InputMap: "v_in", SensorMap: "reading"}  # what a law is while its effect is absent
+
+
+def _law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> Law:
+    own, around = ARGUMENTS[kind], known_motion(plant) if kind is not InputMap else ()
+    names = [*own, *(n for n in around if n not in own)]
+    for p in parameters:
+        if p.name in names:
+            raise GrammarError(f"A parameter must not be called {p.name}, which the law already knows. Rename it.")
+    law = Law(text, read(text, {n: symbol(n) for n in (*names, *(p.name for p in parameters))}), own)
+    _check(law, parameters, symbol(UNCHANGED[kind]) if kind in UNCHANGED else sp.Integer(0))
+    return law
+
+
+def known_motion(plant) -> tuple[str, ...]:
+    """Names of the coordinates and rates, and of time, which every law may use."""
+    return (*(str(s) for c in plant.coordinates for s in (c.q, c.dq)), "t")
+
+
+def _check(law: Law, parameters: Sequence[EffectParameter], wanted: sp.Expr) -> None:
+    absent = law.expression.subs({symbol(p.name): p.absent for p in parameters})
+    if sp.simplify(absent - wanted) != 0:
+        sizes = ", ".join(p.name for p in parameters if p.absent == 0.0) or "its sizes"
+        raise GrammarError(f"The law must be {wanted} while {sizes} = 0, but {law.text} is then {absent}.")
+    typical = law.expression.subs({symbol(p.name): p.typical for p in parameters})
+    for value in POINTS:
+        point = typical.subs(dict.fromkeys(typical.free_symbols, value)).evalf()
+        if not (point.is_number and point.is_finite and point.is_real):
+            raise GrammarError(f"The law must have a finite value at every motion, but {law.text} is {point} where "
+                               f"everything it depends on is {value:g}.")  # fmt: skip
