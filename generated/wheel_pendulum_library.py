@@ -469,7 +469,7 @@ def _begin(t, voltage, k, start, parameters, columns, state, sens):
             sens[i, c] = 1.0 if c == i else 0.0
     if LAG < 0:
         return
-    time_constant, delay = parameters[LAG], parameters[DELAY] if DELAY >= 0 else 0.0
+    time_constant, delay = parameters[LAG], _delay(parameters)
     acting = _acting_at(t, k, parameters)
     first = acting
     while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
@@ -506,12 +506,10 @@ def acting_voltage(t, voltage, parameters):
 
 
 @compiled
-def _runge_kutta(
-    t, h, state, sens, v_in, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-):
-    """One step of the classical fourth-order method for the state (NS,) and its sensitivities (NS, n), also in place.
+def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stages, by_parameter):
+    """One step of the classical fourth-order method for the state (NS,), also in place.
 
-    The surfaces slip as dry[DIRECTION] says.
+    The surfaces slip as dry[DIRECTION] says. Where asked to, it linearises the four stages for _propagate.
     """
     direction_drive = dry[DIRECTION, 0]
     direction_ground = dry[DIRECTION, 1]
@@ -522,16 +520,16 @@ def _runge_kutta(
     begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
     driven = _driven(t + 0.5 * h, v_in, parameters)
     excess = state[NX] - driven
-    if sens.shape[1]:
+    if linearise:
         _drive_jacobian(t + 0.5 * h, v_in, parameters, by_parameter[DRIVE, 0])
-        stages[4, SHARE], stages[4, SHARE + 1] = end, end_by
+        stages[4, SHARE], stages[4, SHARE + 1], stages[4, SHARE + 2] = end, end_by, excess
     for stage in range(4):
         ahead, weight = _weights(stage, h)
         now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
         share = begin + descent * (now - t)
         v_in = driven + share * excess
         ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, parameters)
-        if sens.shape[1]:
+        if linearise:
             by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, parameters, stage, by_parameter)
             stages[stage, 0] = -(mobility_0_0 * by_0_0 + mobility_0_1 * by_1_0)
             stages[stage, 1] = -(mobility_0_0 * by_0_1 + mobility_0_1 * by_1_1)
@@ -561,8 +559,6 @@ def _runge_kutta(
     new_state[2] = dtheta_w_new
     new_state[3] = dtheta_p_new
     new_state[NX] = driven + end * excess
-    if sens.shape[1]:
-        _propagate(h, sens, columns, new_sens, stages, by_parameter, lanes, excess)
 
 
 @inlined
@@ -572,8 +568,8 @@ def _weights(stage, h):
 
 
 @compiled
-def _propagate(h, sens, columns, new_sens, stages, by_parameter, lanes, excess):
-    """Take the sensitivities (NS, n) through the same four stages, in which they are linear.
+def _propagate(h, sens, columns, stages, by_parameter, lanes):
+    """Take the sensitivities (NS, n) through the four stages of _runge_kutta, in which they are linear.
 
     LANES columns at a time, side by side in the rows of one array: at fixed distances the compiler sees that rows do not
     overlap and advances several columns with one instruction. A column FITTED stands for a parameter that is switched off.
@@ -587,7 +583,7 @@ def _propagate(h, sens, columns, new_sens, stages, by_parameter, lanes, excess):
             for i in range(NX):
                 lanes[STAGE + i * LANES + c] = lanes[END + i * LANES + c] = lanes[START + i * LANES + c]
             lanes[DRIVEN + c] = by_parameter[DRIVE, 0, column]
-            lanes[EXCESS + c] = excess if column == LAG else 0.0
+            lanes[EXCESS + c] = stages[4, SHARE + 2] if column == LAG else 0.0
         for stage in range(4):
             ahead, weight = _weights(stage, h)
             for c in range(count):
@@ -620,21 +616,21 @@ def _propagate(h, sens, columns, new_sens, stages, by_parameter, lanes, excess):
                 lanes[STAGE + 3 * LANES + c] = lanes[START + 3 * LANES + c] + ahead * ddtheta_p
         for c in range(count):
             for i in range(NX):
-                new_sens[i, first + c] = lanes[END + i * LANES + c]
-            new_sens[NX, first + c] = _lagged(
+                sens[i, first + c] = lanes[END + i * LANES + c]
+            sens[NX, first + c] = _lagged(
                 stages[4, SHARE], stages[4, SHARE + 1], lanes[START + NX * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
             )
 
 
 @inlined
-def _workspace(n):
-    """Scratch arrays for n sensitivity columns.
+def _workspace():
+    """Scratch arrays of the integrator.
 
-    The next state and sensitivities; coefficients by stage; derivatives of the residual by stage, row and parameter, the
+    The next state; coefficients by stage; derivatives of the residual by stage, row and parameter, the
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((NS, n)), np.zeros((5, SHARE + 2)), np.zeros((5, NQ, FITTED + 1)),
+        np.zeros(NS), np.zeros((5, SHARE + 3)), np.zeros((5, NQ, FITTED + 1)),
         np.zeros(EXCESS + LANES), np.zeros((7, max(NQ, DRY))),
     )  # fmt: skip
 
@@ -681,42 +677,25 @@ def _jump(sens, dry, surface):
             sens[NQ + k, c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
 
-@inlined
-def _advance(
-    t, h, state, sens, voltage, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-):
-    """Advance state and sensitivities in place by h under a constant command."""
-    if _smooth(parameters):
-        _follow(state, dry)
-        _runge_kutta(
-            t, h, state, sens, voltage, parameters, columns, state, sens, stages, by_parameter, lanes, dry
-        )
-    else:
-        _stick_and_slip(
-            t, h, state, sens, voltage, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-        )
-
-
 @compiled
 def _stick_and_slip(
-    t, h, state, sens, voltage, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
+    t, h, state, sens, voltage, parameters, columns, new_state, stages, by_parameter, lanes, dry
 ):
     """The same through the events of dry friction."""
-    remaining = h
+    remaining, linearise = h, sens.shape[1] > 0
     for event in range(EVENTS):
         acting = _acting(t, remaining, state, voltage, parameters)
         _settle(t, state, acting, parameters, dry)
         for i in range(DRY):
-            if dry[DIRECTION, i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
-                dry[PREVIOUS] = dry[DIRECTION]
+            if dry[DIRECTION, i] == 0.0 and linearise:  # what would still slip is stopped at once
+                for j in range(DRY):
+                    dry[PREVIOUS, j] = dry[DIRECTION, j]
                 dry[PREVIOUS, i] = 1.0
                 _accelerate_row(t, state, acting, parameters, dry, PREVIOUS, BEFORE)
                 _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
                 _jump(sens, dry, i)
-        _runge_kutta(
-            t, remaining, state, sens, voltage, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-        )
-        first, landing = -1, remaining
+        _runge_kutta(t, remaining, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
+        first, landing, stepped = -1, remaining, remaining
         if event < EVENTS - 1:
             for i in range(DRY):
                 start, end = _slip(state, i), _slip(new_state, i)
@@ -729,9 +708,8 @@ def _stick_and_slip(
                         first, landing = i, when
         if first >= 0:
             for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
-                _runge_kutta(
-                    t, landing, state, sens, voltage, parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-                )
+                _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
+                stepped = landing
                 if LAG >= 0:
                     acting = new_state[NX]
                 _accelerate_row(t + landing, new_state, acting, parameters, dry, DIRECTION, BEFORE)
@@ -739,14 +717,16 @@ def _stick_and_slip(
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
                 landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
-        state[:] = new_state
-        sens[:] = new_sens
+        for i in range(NS):
+            state[i] = new_state[i]
+        if linearise:
+            _propagate(stepped, sens, columns, stages, by_parameter, lanes)
         if first < 0:
             return
         t += landing
         remaining -= landing
         _settle(t, state, acting, parameters, dry)
-        if dry[DIRECTION, first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
+        if dry[DIRECTION, first] != 0.0 and linearise:  # a reversal; sticking is handled where the next step begins
             _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
             _jump(sens, dry, first)
         if remaining <= 0.0:
@@ -780,39 +760,16 @@ def _switch(sens, state, old, new, t, parameters, columns, dry):
                 sens[NQ + k, NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
-@compiled
-def _interval(t, voltage, k, acting, state, sens, parameters, columns, max_step, new_state, new_sens, stages, by_parameter, lanes, dry):
-    """Advance in place from sample k to the next; returns which sample's command acts at the end.
-
-    A delayed command switches inside the interval, which is split there. ``acting`` is the sample whose command acts at
-    the beginning.
-    """
-    delay = parameters[DELAY] if DELAY >= 0 else 0.0
-    now, end = t[k], t[k + 1]
-    while True:
-        if acting < k and t[acting + 1] + delay <= now:
-            if sens.shape[1]:
-                _switch(sens, state, voltage[acting], voltage[acting + 1], now, parameters, columns, dry)
-            acting += 1
-            continue
-        if now >= end:
-            return acting
-        until = min(end, t[acting + 1] + delay) if acting < k else end
-        steps = max(1, int(math.ceil((until - now) / max_step - 1e-6)))
-        h = (until - now) / steps
-        for s in range(steps):
-            _advance(
-                now + s * h, h, state, sens, voltage[acting], parameters, columns, new_state, new_sens, stages, by_parameter, lanes, dry
-            )
-        now = until
-        if until >= end:
-            return acting
+@inlined
+def _delay(parameters):
+    """How much later a command acts."""
+    return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
 @compiled
 def _acting_at(t, k, parameters):
     """The sample whose command still acts just before sample k."""
-    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    delay = _delay(parameters)
     acting = max(k - 1, 0)
     while acting > 0 and t[acting] + delay > t[k]:
         acting -= 1
@@ -825,15 +782,35 @@ def simulate(t, voltage, state, parameters, max_step):
     states = np.empty((t.size, NX))
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
-    new_state, new_sens, stages, by_parameter, lanes, dry = _workspace(0)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
     _begin(t, voltage, 0, state, parameters, columns, now, sens)
     states[0] = now[:NX]
     acting = _acting_at(t, 0, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size - 1):
-        acting = _interval(
-            t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, stages, by_parameter, lanes, dry
-        )
-        states[k + 1] = now[:NX]
+        now_t, end = t[k], t[k + 1]
+        while now_t < end:
+            while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(end, t[acting + 1] + delay) if acting < k else end
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                    if linearise:
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        for i in range(NX):
+            states[k + 1, i] = now[i]
     return states
 
 
@@ -848,11 +825,13 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
-    new_state, new_sens, stages, by_parameter, lanes, dry = _workspace(0)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
     integral, acting = 0.0, _acting_at(t, 0, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size):
-        states[k] = now[:NX]
+        for i in range(NX):
+            states[k, i] = now[i]
         read_sensors(t[k], now, parameters, output)
         for y in range(NY):
             reading = output[y] + noise[k, y]
@@ -865,9 +844,27 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
         if k == 0:
             _begin(t, voltage, 0, state, parameters, columns, now, sens)
         if k + 1 < t.size:
-            acting = _interval(
-                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, stages, by_parameter, lanes, dry
-            )
+            now_t, end = t[k], t[k + 1]
+            while now_t < end:
+                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    acting += 1
+                until = min(end, t[acting + 1] + delay) if acting < k else end
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                        if linearise:
+                            _propagate(h, sens, columns, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
     return states, measured, voltage
 
 
@@ -878,33 +875,59 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     The derivatives are in the initial state, then in the n parameters whose indices are in columns (n,).
     """
     n = NX + columns.size
-    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
-    now, sens = np.zeros(NS), np.zeros((NS, n))
-    new_state, new_sens, stages, by_parameter, lanes, dry = _workspace(n)
-    _begin(t, voltage, 0, state, parameters, columns, now, sens)
+    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.empty((t.size, NY, n))
+    now, sens, reading, rows = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n))
+    new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    _begin(t, voltage, 0, state, parameters, columns, now, sens)
     acting = _acting_at(t, 0, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), True
     for k in range(t.size):
-        states[k] = now[:NX]
-        read_sensors(t[k], now, parameters, readings[k])
+        for i in range(NX):
+            states[k, i] = now[i]
+        read_sensors(t[k], now, parameters, reading)
         _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
-        _chain(sens, by_state, reading_by, columns, derivatives[k])
+        _chain(sens, by_state, reading_by, columns, rows)
+        for y in range(NY):
+            readings[k, y] = reading[y]
+            for c in range(n):
+                derivatives[k, y, c] = rows[y, c]
         if k + 1 < t.size:
-            acting = _interval(
-                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, stages, by_parameter, lanes, dry
-            )
+            now_t, end = t[k], t[k + 1]
+            while now_t < end:
+                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    acting += 1
+                until = min(end, t[acting + 1] + delay) if acting < k else end
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                        if linearise:
+                            _propagate(h, sens, columns, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
     return states, readings, derivatives
 
 
-@compiled
-def _chain(sens, by_state, by_parameter, columns, derivative):
-    """Derivatives of the readings (NY, n) from those of the state."""
+@inlined
+def _chain(sens, by_state, by_parameter, columns, rows):
+    """Derivatives of the readings, one row each, from those of the state."""
     for y in range(NY):
         for c in range(sens.shape[1]):
-            total = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+            rows[y, c] = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+        for c in range(sens.shape[1]):
+            total = rows[y, c]
             for i in range(NX):
                 total += by_state[y, i] * sens[i, c]
-            derivative[y, c] = total
+            rows[y, c] = total
 
 
 @compiled
@@ -917,10 +940,11 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     (measured − simulated) · weight.
     """
     n = NX + columns.size
-    new_state, new_sens, stages, by_parameter, lanes, dry = _workspace(n)
-    by_state, reading_by, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
-    now, sens = np.zeros(NS), np.zeros((NS, n))
-    derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
+    now, sens, reading = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    rows, active = np.zeros((NY, n + 1)), columns.copy()
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), True
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
         _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
@@ -931,22 +955,41 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
             for c in range(columns.size):
                 inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
-            _chain(sens, by_state, reading_by, active, derivative)
+            _chain(sens, by_state, reading_by, active, rows)
             for y in range(NY):
-                error = (measured[k, y] - reading[y]) * weight[y]
-                residual[k, y] = error
-                if np.isnan(measured[k, y]):
-                    continue
+                residual[k, y] = rows[y, n] = (measured[k, y] - reading[y]) * weight[y]
+                missing = np.isnan(measured[k, y])
                 for c in range(n):
-                    row[c] = derivative[y, c] * weight[y]
-                row[n] = error
-                for a in range(n + 1):
-                    for b in range(a + 1):
-                        gram[s, a, b] += row[a] * row[b]
+                    rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
+                rows[y, n] = 0.0 if missing else rows[y, n]
+            for a in range(n + 1):
+                for b in range(a + 1):
+                    total = gram[s, a, b]
+                    for y in range(NY):
+                        total += rows[y, a] * rows[y, b]
+                    gram[s, a, b] = total
             if k + 1 < bounds[s, 1]:
-                acting = _interval(
-                    t, voltage, k, acting, now, sens, parameters, active, max_step, new_state, new_sens, stages, by_parameter, lanes, dry
-                )
+                now_t, end = t[k], t[k + 1]
+                while now_t < end:
+                    while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                        if linearise:
+                            _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                        acting += 1
+                    until = min(end, t[acting + 1] + delay) if acting < k else end
+                    steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                    h = (until - now_t) / steps
+                    for step in range(steps):
+                        if smooth:
+                            _follow(now, dry)
+                            _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                            if linearise:
+                                _propagate(h, sens, active, stages, by_parameter, lanes)
+                        else:
+                            _stick_and_slip(
+                                now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
+                                lanes, dry,
+                            )  # fmt: skip
+                    now_t = until
         for a in range(n + 1):
             for b in range(a):
                 gram[s, b, a] = gram[s, a, b]
