@@ -46,10 +46,11 @@ NQ, NX, NY, NP = 2, 4, 3, 7
 NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
 DRY = 0  # surfaces with dry friction
 SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights on the rates
-RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION, PREVIOUS = range(7)  # rows of the scratch array of dry friction
+RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
-START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + NQ, 3 * NS + NQ + 1))
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 4 * NQ, 3 * NS + 4 * NQ + 1))
 MOBILITY, SHARE, DRIVE = NQ * NS, NQ * NS + NQ * NQ, 4  # where the coefficients of a stage, and the driven input's, begin
+FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
@@ -183,11 +184,26 @@ def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
 
 
 @compiled
-def _accelerate_row(t, state, voltage, parameters, dry, directed, row):
-    """Accelerations under the directions dry[directed], into dry[row], and the forces on the surfaces, into dry[FORCE]."""
+def _rate(t, state, voltage, parameters, dry):
+    """Accelerations under the directions dry[DIRECTION], into dry[RATE], and the forces on the surfaces, into dry[FORCE]."""
     (
-        dry[row, 0], dry[row, 1], mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1,
-    ) = _accelerate(t, state[0], state[1], state[2], state[3], voltage, parameters)  # fmt: skip
+        dry[RATE, 0], dry[RATE, 1], mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1,
+    ) = _accelerate(
+        t, state[0], state[1], state[2], state[3], voltage, _frozen(parameters)
+    )  # fmt: skip
+
+
+@inlined
+def _keep(dry):
+    """Keep the accelerations dry[RATE] in dry[BEFORE]."""
+    for k in range(NQ):
+        dry[BEFORE, k] = dry[RATE, k]
+
+
+@inlined
+def _frozen(parameters):
+    """The parameters as a tuple, which no store can change: what follows from them alone is computed once a step."""
+    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6],
 
 
 @inlined
@@ -219,7 +235,7 @@ def _settle(t, state, voltage, parameters, dry):
         if not stuck:
             return
         stuck = False
-        _accelerate_row(t, state, voltage, parameters, dry, DIRECTION, RATE)
+        _rate(t, state, voltage, parameters, dry)
         for i in range(DRY):
             if dry[DIRECTION, i] == 0.0 and dry[FORCE, i] > dry[UPPER, i]:
                 dry[DIRECTION, i] = 1.0
@@ -340,12 +356,13 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stage
     theta_p = theta_p_new = theta_p_old = state[1]
     dtheta_w = dtheta_w_new = dtheta_w_old = state[2]
     dtheta_p = dtheta_p_new = dtheta_p_old = state[3]
+    frozen = _frozen(parameters)
     for stage in range(4):
         ahead, weight = _weights(stage, h)
         now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
-        ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters)
+        ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, frozen)
         if linearise:
-            by_0_0, by_0_1, by_0_2, by_0_3, by_1_0, by_1_1, by_1_2, by_1_3 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, ddtheta_w, ddtheta_p, parameters, stage, by_parameter)
+            by_0_0, by_0_1, by_0_2, by_0_3, by_1_0, by_1_1, by_1_2, by_1_3 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
             stages[stage, 0] = -(mobility_0_0 * by_0_0 + mobility_0_1 * by_1_0)
             stages[stage, 1] = -(mobility_0_0 * by_0_1 + mobility_0_1 * by_1_1)
             stages[stage, 2] = -(mobility_0_0 * by_0_2 + mobility_0_1 * by_1_2)
@@ -387,21 +404,20 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
     """
     for first in range(0, sens.shape[1], LANES):
         count = min(LANES, sens.shape[1] - first)
-        for c in range(LANES):
-            column = columns[first + c - NX] if c < count and first + c >= NX else FITTED
+        for c in range(count):
+            column = columns[first + c - NX] if first + c >= NX else FITTED
             for i in range(NS):
-                lanes[START + i * LANES + c] = sens[i, first + c] if c < count else 0.0
+                lanes[START + i * LANES + c] = sens[i, first + c]
             for i in range(NX):
                 lanes[STAGE + i * LANES + c] = lanes[END + i * LANES + c] = lanes[START + i * LANES + c]
-        for stage in range(4):
-            ahead, weight = _weights(stage, h)
-            for c in range(count):
-                column = columns[first + c - NX] if first + c >= NX else FITTED
+            for stage in range(4):
                 for k in range(NQ):
                     own = 0.0
                     for m in range(NQ):
                         own -= stages[stage, MOBILITY + k * NQ + m] * by_parameter[stage, m, column]
-                    lanes[OWN + k * LANES + c] = own
+                    lanes[OWN + (NQ * stage + k) * LANES + c] = own
+        for stage in range(4):
+            ahead, weight = _weights(stage, h)
             by_0_0, by_0_1, by_0_2, by_0_3 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3]
             by_1_0, by_1_1, by_1_2, by_1_3 = stages[stage, 4 + 0], stages[stage, 4 + 1], stages[stage, 4 + 2], stages[stage, 4 + 3]
             for c in range(LANES):
@@ -409,8 +425,8 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 theta_p = lanes[STAGE + 1 * LANES + c]
                 dtheta_w = lanes[STAGE + 2 * LANES + c]
                 dtheta_p = lanes[STAGE + 3 * LANES + c]
-                ddtheta_w = lanes[OWN + 0 * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
-                ddtheta_p = lanes[OWN + 1 * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
+                ddtheta_w = lanes[OWN + (NQ * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
+                ddtheta_p = lanes[OWN + (NQ * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
                 lanes[END + 0 * LANES + c] += weight * dtheta_w
                 lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
                 lanes[END + 1 * LANES + c] += weight * dtheta_p
@@ -433,7 +449,7 @@ def _workspace():
     """
     return (
         np.zeros(NS), np.zeros((5, SHARE + 3)), np.zeros((5, NQ, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((7, max(NQ, DRY))),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NQ, DRY))),
     )  # fmt: skip
 
 
@@ -490,11 +506,11 @@ def _stick_and_slip(
         _settle(t, state, acting, parameters, dry)
         for i in range(DRY):
             if dry[DIRECTION, i] == 0.0 and linearise:  # what would still slip is stopped at once
-                for j in range(DRY):
-                    dry[PREVIOUS, j] = dry[DIRECTION, j]
-                dry[PREVIOUS, i] = 1.0
-                _accelerate_row(t, state, acting, parameters, dry, PREVIOUS, BEFORE)
-                _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
+                dry[DIRECTION, i] = 1.0
+                _rate(t, state, acting, parameters, dry)
+                _keep(dry)
+                dry[DIRECTION, i] = 0.0
+                _rate(t, state, acting, parameters, dry)
                 _jump(sens, dry, i)
         _runge_kutta(t, remaining, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
         first, landing, stepped = -1, remaining, remaining
@@ -503,9 +519,10 @@ def _stick_and_slip(
                 start, end = _slip(state, i), _slip(new_state, i)
                 rubs = dry[DIRECTION, i] != 0.0 and dry[UPPER, i] > dry[LOWER, i]
                 if rubs and end * dry[DIRECTION, i] < 0.0 and abs(start) > AT_REST:
-                    _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
-                    _accelerate_row(t + remaining, new_state, acting, parameters, dry, DIRECTION, BEFORE)
-                    when = _landing(remaining, start, _slip_rate(dry, RATE, i), end, _slip_rate(dry, BEFORE, i))
+                    _rate(t, state, acting, parameters, dry)
+                    start_rate = _slip_rate(dry, RATE, i)
+                    _rate(t + remaining, new_state, acting, parameters, dry)
+                    when = _landing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
@@ -514,8 +531,9 @@ def _stick_and_slip(
                 stepped = landing
                 if LAG >= 0:
                     acting = new_state[NX]
-                _accelerate_row(t + landing, new_state, acting, parameters, dry, DIRECTION, BEFORE)
-                approach = _slip_rate(dry, BEFORE, first)
+                _rate(t + landing, new_state, acting, parameters, dry)
+                _keep(dry)
+                approach = _slip_rate(dry, RATE, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
                 landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
@@ -529,7 +547,7 @@ def _stick_and_slip(
         remaining -= landing
         _settle(t, state, acting, parameters, dry)
         if dry[DIRECTION, first] != 0.0 and linearise:  # a reversal; sticking is handled where the next step begins
-            _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
+            _rate(t, state, acting, parameters, dry)
             _jump(sens, dry, first)
         if remaining <= 0.0:
             return
@@ -538,10 +556,10 @@ def _stick_and_slip(
 @compiled
 def acceleration(t, state, voltage, parameters):
     """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
-    dry = np.zeros((7, max(NQ, DRY)))
+    dry = np.zeros((6, max(NQ, DRY)))
     acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
     _settle(t, state, acting, parameters, dry)
-    _accelerate_row(t, state, acting, parameters, dry, DIRECTION, RATE)
+    _rate(t, state, acting, parameters, dry)
     return dry[RATE, :NQ].copy()
 
 
@@ -555,9 +573,10 @@ def _switch(sens, state, old, new, t, parameters, columns, dry):
             sens[NX, NX + c] += (old - new) / parameters[LAG]
         elif columns[c] == DELAY:
             _settle(t, state, old, parameters, dry)
-            _accelerate_row(t, state, old, parameters, dry, DIRECTION, BEFORE)
+            _rate(t, state, old, parameters, dry)
+            _keep(dry)
             _settle(t, state, new, parameters, dry)
-            _accelerate_row(t, state, new, parameters, dry, DIRECTION, RATE)
+            _rate(t, state, new, parameters, dry)
             for k in range(NQ):
                 sens[NQ + k, NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
@@ -585,9 +604,9 @@ def simulate(t, voltage, state, parameters, max_step):
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    _begin(t, voltage, 0, state, parameters, columns, now, sens)
+    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
     states[0] = now[:NX]
-    acting = _acting_at(t, 0, parameters)
+    acting = _acting_at(t, FIRST, parameters)
     delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size - 1):
         now_t, end = t[k], t[k + 1]
@@ -629,7 +648,7 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
-    integral, acting = 0.0, _acting_at(t, 0, parameters)
+    integral, acting = 0.0, _acting_at(t, FIRST, parameters)
     delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size):
         for i in range(NX):
@@ -644,7 +663,7 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
         slope = reference_rate[k] - measured[k, CONTROLLED[1]]
         voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
         if k == 0:
-            _begin(t, voltage, 0, state, parameters, columns, now, sens)
+            _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
         if k + 1 < t.size:
             now_t, end = t[k], t[k + 1]
             while now_t < end:
@@ -681,9 +700,9 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     now, sens, reading, rows = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n))
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    _begin(t, voltage, 0, state, parameters, columns, now, sens)
-    acting = _acting_at(t, 0, parameters)
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), True
+    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
+    acting = _acting_at(t, FIRST, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
     for k in range(t.size):
         for i in range(NX):
             states[k, i] = now[i]
@@ -746,7 +765,7 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     rows, active = np.zeros((NY, n + 1)), columns.copy()
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), True
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
         _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
