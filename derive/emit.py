@@ -10,7 +10,7 @@ import jinja2
 import sympy as sp
 
 from derive.records import Model
-from derive.statespace import generate_code
+from derive.statespace import Code, generate_code
 
 HERE = Path(__file__).resolve().parent
 TEMPLATES = next(p for p in (HERE / "templates", HERE.parent / "templates") if p.is_dir())
@@ -18,6 +18,7 @@ TEMPLATES = next(p for p in (HERE / "templates", HERE.parent / "templates") if p
 
 def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     """Text of the model's module."""
+    code = generate_code(model)
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         trim_blocks=True,
@@ -33,9 +34,25 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
         effects=", ".join(e.name for e in model.effects) or "none",
         title=title or model.plant.name,
         equations=equations_text(model),
-        code=generate_code(model),
+        code=code,
+        **argument_lists(code),
     )
     return tidy(text)
+
+
+def argument_lists(code: Code) -> dict[str, str]:
+    """What the functions of the integrator hand to each other: scalars under their own names, which all fit into registers."""
+    count, width = len(code.accelerations), len(code.states) + (code.lag >= 0)
+    lists = {
+        "states": code.states,
+        "accelerations": code.accelerations,
+        "directions": code.directions,
+        "motion": (*code.states, code.input, *code.directions),
+        "mobility": [f"mobility_{i}_{j}" for i in range(count) for j in range(count)],
+        "by_state": [f"by_{i}_{j}" for i in range(count) for j in range(width)],
+        "forces": [f"force_{n}" for n in range(len(code.slips))],
+    }
+    return {name: ", ".join(entries) for name, entries in lists.items()}
 
 
 def equations_text(model: Model) -> str:

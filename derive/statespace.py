@@ -35,7 +35,10 @@ class Code(NamedTuple):
     delay: int  # index of the input delay, or -1
     lag: int  # index of the time constant of the input's lag, or -1
     origin: int  # index of the angle at the log's first sample, or -1
+    input: str
+    directions: tuple[str, ...]  # of the surfaces with dry friction
     slips: tuple[tuple[float, ...], ...]
+    dry_sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
     needs: dict[str, tuple[str, ...]]  # constants without which a parameter has no meaning
     linear: tuple[str, ...]  # parameters of the regressor
     controlled: tuple[int, int]  # outputs that the controller sees: angle, rate
@@ -64,7 +67,10 @@ def generate_code(model: Model) -> Code:
         delay=names.index(model.delay) if model.delay else -1,
         lag=names.index(model.lag) if model.lag else -1,
         origin=names.index("origin") if "origin" in names else -1,
+        input=model.plant.input.name,
+        directions=tuple(s.direction.name for s in model.surfaces),
         slips=tuple(s.slip for s in model.surfaces),
+        dry_sizes=tuple(names.index(name) for name in dry_sizes(model)),
         needs=needed_constants(model),
         linear=tuple(s.name for s in model.regressor.parameters),
         controlled=(outputs.index(model.plant.controlled[0]), outputs.index(model.plant.controlled[1])),
@@ -74,7 +80,7 @@ def generate_code(model: Model) -> Code:
             "free_motion": free_motion(model),
             "residual_jacobian": residual_jacobian(model),
             "dry_law": dry_law(model),
-            "drive": kernel([Target("driven[0]", model.drive)], sources(model)),
+            "drive": kernel([Target("driven", model.drive)], scalar_sources(model)),
             "drive_jacobian": drive_jacobian(model),
             "outputs": outputs_kernel(model),
             "output_jacobian": output_jacobian(model),
@@ -109,6 +115,13 @@ def sources(model: Model, **extra: str) -> dict[str, str]:
     return table | {name: f"parameters[{n}]" for n, name in enumerate(model.parameters)} | extra
 
 
+def scalar_sources(model: Model) -> dict[str, str]:
+    """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
+    plant, surfaces = model.plant, model.surfaces
+    scalars = (*model.states, *(c.ddq for c in plant.coordinates), plant.input, *(s.direction for s in surfaces))
+    return sources(model, **{s.name: s.name for s in scalars})
+
+
 def free_motion(model: Model) -> Kernel:
     """Accelerations without dry friction, and the inverse mass matrix, in closed form."""
     accelerations = [c.ddq for c in model.plant.coordinates]
@@ -117,33 +130,47 @@ def free_motion(model: Model) -> Kernel:
     inverse = mass.adjugate() / mass.det()
     at_rest = residual.subs(dict.fromkeys(accelerations, 0))
     size = len(accelerations)
-    targets = [Target(f"rate[{i}]", -(inverse * at_rest)[i]) for i in range(size)]
-    targets += [Target(f"mobility[{i}, {j}]", inverse[i, j]) for i in range(size) for j in range(size)]
-    return kernel(targets, sources(model))
+    targets = [Target(a.name, -(inverse * at_rest)[i]) for i, a in enumerate(accelerations)]
+    targets += [Target(f"mobility_{i}_{j}", inverse[i, j]) for i in range(size) for j in range(size)]
+    return kernel(targets, scalar_sources(model))
 
 
 def residual_jacobian(model: Model) -> Kernel:
-    """Derivatives of the residual, dry friction included, with the accelerations held; zero entries are left out.
+    """Derivatives of the residual, dry friction included, with the accelerations held.
 
-    Where the input lags it is a state, the last.
+    Those in the states are all there, and where the input lags it is a state, the last. Of those in the parameters the
+    zero ones are left out.
     """
     slipping = sp.Matrix(model.residual)
     for surface in model.surfaces:
         slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
     by_state = slipping.jacobian([*model.states, *([model.plant.input] if model.lag else [])])
     by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
-    return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))
+    rows, columns = by_state.shape
+    targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]
+    return kernel(targets + nonzero("by_parameter", by_parameter, "stage"), scalar_sources(model))
 
 
 def drive_jacobian(model: Model) -> Kernel:
     """Derivatives of the driven input in the parameters; zero entries are left out."""
     slopes = [(n, model.drive.diff(symbol(p.name))) for n, p in enumerate(model.fitted)]
-    return kernel([Target(f"by_parameter[{n}]", s) for n, s in slopes if s != 0], sources(model))
+    return kernel([Target(f"by_parameter[{n}]", s) for n, s in slopes if s != 0], scalar_sources(model))
 
 
 def dry_law(model: Model) -> Kernel:
     """Dry friction on each surface against its direction of slip [V]."""
-    return kernel([Target(f"force[{n}]", s.law) for n, s in enumerate(model.surfaces)], sources(model))
+    return kernel([Target(f"force_{n}", s.law) for n, s in enumerate(model.surfaces)], scalar_sources(model))
+
+
+def dry_sizes(model: Model) -> tuple[str, ...]:
+    """Parameters in which the dry laws are linear; no surface has friction where all of them are zero."""
+    laws = [s.law for s in model.surfaces]
+    sizes = [p.name for p in model.fitted if any(f.has(symbol(p.name)) for f in laws)]
+    sizes = [n for n in sizes if all(f.diff(symbol(n), 2) == 0 for f in laws)]
+    rest = [f.subs({symbol(n): 0 for n in sizes}) for f in laws]
+    if any(f != 0 for f in rest):
+        raise ValueError(f"Dry friction must vanish where its linear parameters {sizes} are zero; it leaves {rest}")
+    return tuple(sizes)
 
 
 def outputs_kernel(model: Model) -> Kernel:
@@ -234,12 +261,11 @@ def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     return kernel(targets + nonzero("phi", phi), table)
 
 
-def nonzero(array: str, matrix: sp.Matrix) -> list[Target]:
-    """Targets for the entries of a matrix that are not always zero."""
+def nonzero(array: str, matrix: sp.Matrix, *outer: str) -> list[Target]:
+    """Targets for the entries of a matrix that are not always zero; ``outer`` are indices before row and column."""
     rows, columns = matrix.shape
-    return [
-        Target(f"{array}[{i}, {j}]", matrix[i, j]) for i in range(rows) for j in range(columns) if matrix[i, j] != 0
-    ]
+    entries = [(i, j) for i in range(rows) for j in range(columns) if matrix[i, j] != 0]
+    return [Target(f"{array}[{', '.join([*outer, str(i), str(j)])}]", matrix[i, j]) for i, j in entries]
 
 
 def nonzero_entries(array: str, row: sp.Matrix) -> list[Target]:

@@ -69,36 +69,37 @@ NQ, NX, NY, NP = 2, 4, 3, 46
 NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
 DRY = 2  # surfaces with dry friction
 SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
+RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
+LANES = 8  # sensitivity columns that are advanced side by side
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 4 * NQ, 3 * NS + 4 * NQ + 1))
+MOBILITY, SHARE, DRIVE = NQ * NS, NQ * NS + NQ * NQ, 4  # where the coefficients of a stage, and the driven input's, begin
+FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
 compiled = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
+inlined = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", forceinline=True)
 
 
-@compiled
+@inlined
 def _sign(x):
     """−1.0, 0.0 or 1.0."""
     return 1.0 if x > 0.0 else -1.0 if x < 0.0 else 0.0
 
 
-@compiled
+@inlined
 def _step(x):
     """1.0 where x is positive, else 0.0."""
     return 1.0 if x > 0.0 else 0.0
 
 
-@compiled
-def _free_motion(t, state, voltage, parameters, rate, mobility):
-    """Accelerations without dry friction into rate (NQ,), inverse mass matrix into mobility (NQ, NQ).
+@inlined
+def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
+    """Accelerations without dry friction, then the inverse mass matrix (NQ, NQ) row by row.
 
     96 operations.
     """
-    v_in = voltage
-    theta_w = state[0]
-    theta_p = state[1]
-    dtheta_w = state[2]
-    dtheta_p = state[3]
     X1 = parameters[0]
     X2 = parameters[1]
     X3 = parameters[2]
@@ -147,28 +148,23 @@ def _free_motion(t, state, voltage, parameters, rate, mobility):
     c19 = -2*J_w*c17*c18*g/alpha + X1*c17*c18*g - X3*(dtheta_p*dtheta_p)*math.sin(c12) + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 + c10 + c5 - c8 - c9 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c6 - origin) - v_in - wheel_runout_cosine*math.cos(theta_w) - wheel_runout_sine*math.sin(theta_w)
     c20 = c15*(X2 + X4)
     c21 = c15*(X1 + X2)
-    rate[0] = -c11*c16 - c19*c20
-    rate[1] = -c11*c21 - c16*c19
-    mobility[0, 0] = c20
-    mobility[0, 1] = c16
-    mobility[1, 0] = c16
-    mobility[1, 1] = c21
+    ddtheta_w = -c11*c16 - c19*c20
+    ddtheta_p = -c11*c21 - c16*c19
+    mobility_0_0 = c20
+    mobility_0_1 = c16
+    mobility_1_0 = c16
+    mobility_1_1 = c21
+
+    return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1
 
 
-@compiled
-def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter):
-    """Derivatives of inertia − force at given accelerations, into (NQ, NX) and (NQ, NP); zero entries are not touched.
+@inlined
+def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, parameters, stage, by_parameter):
+    """Derivatives of inertia − force at given accelerations: in the states, returned row by row, and in the parameters.
 
+    The latter go into by_parameter[stage], where zero entries are not touched.
     135 operations.
     """
-    theta_w = state[0]
-    theta_p = state[1]
-    dtheta_w = state[2]
-    dtheta_p = state[3]
-    ddtheta_w = rate[0]
-    ddtheta_p = rate[1]
-    direction_drive = direction[0]
-    direction_ground = direction[1]
     X1 = parameters[0]
     X3 = parameters[2]
     X5 = parameters[4]
@@ -240,78 +236,76 @@ def _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state,
     c43 = c24*c30
     c44 = c3*c6 - c3*c9
     c45 = math.cos(slope_angle)
-    by_state[0, 0] = c0*wheel_runout_cosine - c1*wheel_runout_sine + c11 + tether_spring_stiffness
-    by_state[0, 1] = -c11 - c18
-    by_state[0, 2] = air_drag_coefficient*c19 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c33 + ground_viscous_coefficient
-    by_state[0, 3] = -c15*c20 - c34
-    by_state[0, 4] = -1
-    by_state[1, 0] = -c11
-    by_state[1, 1] = -c10 - c36 + c7
-    by_state[1, 2] = -c33
-    by_state[1, 3] = c34
-    by_state[1, 4] = 1
-    by_parameter[0, 0] = c38*math.sin(slope_angle) + ddtheta_w
-    by_parameter[0, 1] = -c39
-    by_parameter[0, 2] = -c14*c16 + c17*ddtheta_p
-    by_parameter[0, 5] = dtheta_w
-    by_parameter[0, 6] = -dtheta_p
-    by_parameter[0, 7] = direction_drive
-    by_parameter[0, 8] = c40
-    by_parameter[0, 9] = c30
-    by_parameter[0, 10] = c27
-    by_parameter[0, 11] = c41
-    by_parameter[0, 12] = c42
-    by_parameter[0, 13] = c43
-    by_parameter[0, 14] = -c5
-    by_parameter[0, 15] = -c8
-    by_parameter[0, 16] = c44
-    by_parameter[0, 17] = dtheta_w
-    by_parameter[0, 18] = direction_ground
-    by_parameter[0, 19] = -2*J_w*c38*c45/alpha + X1*c37*c45*g - c18
-    by_parameter[0, 20] = -c0
-    by_parameter[0, 21] = -c1
-    by_parameter[0, 22] = c19*dtheta_w
-    by_parameter[0, 23] = -c18
-    by_parameter[0, 24] = -c2 - origin
-    by_parameter[0, 39] = -1
-    by_parameter[1, 1] = c39
-    by_parameter[1, 2] = c17*ddtheta_w
-    by_parameter[1, 3] = ddtheta_p
-    by_parameter[1, 4] = -math.sin(c12)
-    by_parameter[1, 5] = c23
-    by_parameter[1, 6] = dtheta_p
-    by_parameter[1, 7] = -direction_drive
-    by_parameter[1, 8] = -c40
-    by_parameter[1, 9] = -c30
-    by_parameter[1, 10] = -c27
-    by_parameter[1, 11] = -c41
-    by_parameter[1, 12] = -c42
-    by_parameter[1, 13] = -c43
-    by_parameter[1, 14] = c5
-    by_parameter[1, 15] = c8
-    by_parameter[1, 16] = -c44
-    by_parameter[1, 19] = -c35
-    by_parameter[1, 23] = -c36
-    by_parameter[1, 40] = -1
+    by_0_0 = c0*wheel_runout_cosine - c1*wheel_runout_sine + c11 + tether_spring_stiffness
+    by_0_1 = -c11 - c18
+    by_0_2 = air_drag_coefficient*c19 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c33 + ground_viscous_coefficient
+    by_0_3 = -c15*c20 - c34
+    by_0_4 = -1
+    by_1_0 = -c11
+    by_1_1 = -c10 - c36 + c7
+    by_1_2 = -c33
+    by_1_3 = c34
+    by_1_4 = 1
+    by_parameter[stage, 0, 0] = c38*math.sin(slope_angle) + ddtheta_w
+    by_parameter[stage, 0, 1] = -c39
+    by_parameter[stage, 0, 2] = -c14*c16 + c17*ddtheta_p
+    by_parameter[stage, 0, 5] = dtheta_w
+    by_parameter[stage, 0, 6] = -dtheta_p
+    by_parameter[stage, 0, 7] = direction_drive
+    by_parameter[stage, 0, 8] = c40
+    by_parameter[stage, 0, 9] = c30
+    by_parameter[stage, 0, 10] = c27
+    by_parameter[stage, 0, 11] = c41
+    by_parameter[stage, 0, 12] = c42
+    by_parameter[stage, 0, 13] = c43
+    by_parameter[stage, 0, 14] = -c5
+    by_parameter[stage, 0, 15] = -c8
+    by_parameter[stage, 0, 16] = c44
+    by_parameter[stage, 0, 17] = dtheta_w
+    by_parameter[stage, 0, 18] = direction_ground
+    by_parameter[stage, 0, 19] = -2*J_w*c38*c45/alpha + X1*c37*c45*g - c18
+    by_parameter[stage, 0, 20] = -c0
+    by_parameter[stage, 0, 21] = -c1
+    by_parameter[stage, 0, 22] = c19*dtheta_w
+    by_parameter[stage, 0, 23] = -c18
+    by_parameter[stage, 0, 24] = -c2 - origin
+    by_parameter[stage, 0, 39] = -1
+    by_parameter[stage, 1, 1] = c39
+    by_parameter[stage, 1, 2] = c17*ddtheta_w
+    by_parameter[stage, 1, 3] = ddtheta_p
+    by_parameter[stage, 1, 4] = -math.sin(c12)
+    by_parameter[stage, 1, 5] = c23
+    by_parameter[stage, 1, 6] = dtheta_p
+    by_parameter[stage, 1, 7] = -direction_drive
+    by_parameter[stage, 1, 8] = -c40
+    by_parameter[stage, 1, 9] = -c30
+    by_parameter[stage, 1, 10] = -c27
+    by_parameter[stage, 1, 11] = -c41
+    by_parameter[stage, 1, 12] = -c42
+    by_parameter[stage, 1, 13] = -c43
+    by_parameter[stage, 1, 14] = c5
+    by_parameter[stage, 1, 15] = c8
+    by_parameter[stage, 1, 16] = -c44
+    by_parameter[stage, 1, 19] = -c35
+    by_parameter[stage, 1, 23] = -c36
+    by_parameter[stage, 1, 40] = -1
+
+    return by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4
 
 
-@compiled
-def _dry_law(state, parameters, direction, force):
-    """Dry friction against the slip of each surface [V] into force (DRY,); direction 0 where it sticks."""
-    dtheta_w = state[2]
-    dtheta_p = state[3]
-    direction_drive = direction[0]
-    direction_ground = direction[1]
+@inlined
+def _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, parameters, direction_drive, direction_ground):
+    """Dry friction against the slip of each surface [V]; direction 0 where it sticks."""
     coulomb_drive_torque = parameters[7]
     coulomb_asymmetry_torque = parameters[8]
     stribeck_drive_static = parameters[10]
     stribeck_drive_sliding = parameters[11]
     stribeck_drive_speed = parameters[12]
     rolling_resistance_torque = parameters[18]
-    force[0] = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
-    force[1] = direction_ground*rolling_resistance_torque
+    force_0 = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
+    force_1 = direction_ground*rolling_resistance_torque
 
-    return force
+    return force_0, force_1,
 
 
 @compiled
@@ -332,7 +326,7 @@ def read_sensors(t, state, parameters, output):
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
 
 
-@compiled
+@inlined
 def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     """Derivatives of the readings into (NY, NX) and (NY, NP); zero entries are not touched."""
     theta_w = state[0]
@@ -358,7 +352,7 @@ def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     by_parameter[2, 38] = 1
 
 
-@compiled
+@inlined
 def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
@@ -367,110 +361,115 @@ def _slip(state, surface):
     return speed
 
 
-@compiled
-def _solve(matrix, right, size):
-    """Solve a small symmetric positive definite system in place of its right side."""
-    for i in range(size):
-        for j in range(i + 1, size):
-            factor = matrix[j, i] / matrix[i, i]
-            for k in range(i, size):
-                matrix[j, k] -= factor * matrix[i, k]
-            right[j] -= factor * right[i]
-    for i in range(size - 1, -1, -1):
-        for k in range(i + 1, size):
-            right[i] -= matrix[i, k] * right[k]
-        right[i] /= matrix[i, i]
+@inlined
+def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, parameters):
+    """Accelerations with dry friction, mobility, and the forces on the surfaces.
+
+    Directions −1 and +1 slip that way, at 0 a surface sticks: the force there cancels the slip acceleration, and the
+    mobility is that of a machine that cannot move in this direction.
+    """
+    ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters)
+    force_0, force_1, = _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, parameters, direction_drive, direction_ground)
+    force_0 = force_0 if direction_drive != 0.0 else 0.0
+    ddtheta_w -= force_0 * (1.0 * mobility_0_0 + -1.0 * mobility_0_1)
+    ddtheta_p -= force_0 * (1.0 * mobility_1_0 + -1.0 * mobility_1_1)
+    force_1 = force_1 if direction_ground != 0.0 else 0.0
+    ddtheta_w -= force_1 * (1.0 * mobility_0_0 + 0.0 * mobility_0_1)
+    ddtheta_p -= force_1 * (1.0 * mobility_1_0 + 0.0 * mobility_1_1)
+    if direction_drive == 0.0:
+        reach_0_0 = 1.0 * mobility_0_0 + -1.0 * mobility_0_1
+        reach_0_1 = 1.0 * mobility_1_0 + -1.0 * mobility_1_1
+        give_0 = 1.0 * reach_0_0 + -1.0 * reach_0_1
+        force_0 = (1.0 * ddtheta_w + -1.0 * ddtheta_p) / give_0
+        ddtheta_w -= reach_0_0 * force_0
+        mobility_0_0 -= reach_0_0 * reach_0_0 / give_0
+        mobility_0_1 -= reach_0_0 * reach_0_1 / give_0
+        ddtheta_p -= reach_0_1 * force_0
+        mobility_1_0 -= reach_0_1 * reach_0_0 / give_0
+        mobility_1_1 -= reach_0_1 * reach_0_1 / give_0
+    if direction_ground == 0.0:
+        reach_1_0 = 1.0 * mobility_0_0 + 0.0 * mobility_0_1
+        reach_1_1 = 1.0 * mobility_1_0 + 0.0 * mobility_1_1
+        give_1 = 1.0 * reach_1_0 + 0.0 * reach_1_1
+        force_1 = (1.0 * ddtheta_w + 0.0 * ddtheta_p) / give_1
+        ddtheta_w -= reach_1_0 * force_1
+        mobility_0_0 -= reach_1_0 * reach_1_0 / give_1
+        mobility_0_1 -= reach_1_0 * reach_1_1 / give_1
+        ddtheta_p -= reach_1_1 * force_1
+        mobility_1_0 -= reach_1_1 * reach_1_0 / give_1
+        mobility_1_1 -= reach_1_1 * reach_1_1 / give_1
+    if direction_drive == 0.0 and direction_ground == 0.0:  # its own force, without what the later one took over
+        force_0 -= force_1 * (1.0 * reach_0_0 + 0.0 * reach_0_1) / give_0
+    return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1
 
 
 @compiled
-def _any_stuck(direction):
-    """Whether any surface sticks."""
+def _rate(t, state, voltage, parameters, dry):
+    """Accelerations under the directions dry[DIRECTION], into dry[RATE], and the forces on the surfaces, into dry[FORCE]."""
+    (
+        dry[RATE, 0], dry[RATE, 1], mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, dry[FORCE, 0], dry[FORCE, 1],
+    ) = _accelerate(
+        t, state[0], state[1], state[2], state[3], voltage, dry[DIRECTION, 0], dry[DIRECTION, 1], _frozen(parameters)
+    )  # fmt: skip
+
+
+@inlined
+def _keep(dry):
+    """Keep the accelerations dry[RATE] in dry[BEFORE]."""
+    for k in range(NQ):
+        dry[BEFORE, k] = dry[RATE, k]
+
+
+@inlined
+def _frozen(parameters):
+    """The parameters as a tuple, which no store can change: what follows from them alone is computed once a step."""
+    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45],
+
+
+@inlined
+def _smooth(parameters):
+    """Whether no surface has friction."""
+    return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[18] == 0.0
+
+
+@inlined
+def _follow(state, dry):
+    """Let every surface slip the way it moves, into dry[DIRECTION]."""
     for i in range(DRY):
-        if direction[i] == 0.0:
-            return True
-    return False
+        dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
 @compiled
-def _hold(mobility, direction, vector, force):
-    """Forces on the stuck surfaces that cancel the slip acceleration of vector (NQ,), and take them off it."""
-    index = np.flatnonzero(direction == 0.0)
-    stuck = index.size
-    matrix, right = np.zeros((stuck, stuck)), np.zeros(stuck)
-    for a in range(stuck):
-        for k in range(NQ):
-            right[a] += SLIPS[index[a], k] * vector[k]
-            for b in range(stuck):
-                for m in range(NQ):
-                    matrix[a, b] += SLIPS[index[a], k] * mobility[k, m] * SLIPS[index[b], m]
-    _solve(matrix, right, stuck)
-    for a in range(stuck):
-        force[index[a]] = right[a]
-        for k in range(NQ):
-            for m in range(NQ):
-                vector[k] -= mobility[k, m] * SLIPS[index[a], m] * right[a]
-
-
-@compiled
-def _accelerate(t, state, voltage, parameters, direction, rate, mobility, force):
-    """Accelerations with dry friction: −1 and +1 slip in that direction, 0 sticks. Also fills mobility and force."""
-    _free_motion(t, state, voltage, parameters, rate, mobility)
-    if DRY == 0:
-        return
-    _dry_law(state, parameters, direction, force)
-    for i in range(DRY):
-        if direction[i] != 0.0 and force[i] != 0.0:
-            for k in range(NQ):
-                for m in range(NQ):
-                    rate[k] -= mobility[k, m] * SLIPS[i, m] * force[i]
-    if _any_stuck(direction):
-        _hold(mobility, direction, rate, force)
-
-
-@compiled
-def _limits(state, parameters, direction, upper, lower):
-    """Dry friction of every surface that is just about to slip forwards and backwards; overwrites direction."""
-    for i in range(DRY):
-        direction[i] = 1.0
-    _dry_law(state, parameters, direction, upper)
-    for i in range(DRY):
-        direction[i] = -1.0
-    _dry_law(state, parameters, direction, lower)
-
-
-@compiled
-def _settle(t, state, voltage, parameters, direction, rate, mobility, force, upper, lower):
-    """Decide which surfaces slip and which stick, into direction (DRY,).
+def _settle(t, state, voltage, parameters, dry):
+    """Decide which surfaces slip and which stick, into dry[DIRECTION], with the limits of each in dry[UPPER] and dry[LOWER].
 
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
-    _limits(state, parameters, direction, upper, lower)
+    _follow(state, dry)
+    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(state[0], state[1], state[2], state[3], _frozen(parameters), 1.0, 1.0)
+    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(state[0], state[1], state[2], state[3], _frozen(parameters), -1.0, -1.0)
     stuck = False
     for i in range(DRY):
-        speed = _slip(state, i)
-        direction[i] = 1.0 if speed >= 0.0 else -1.0
-        if upper[i] > lower[i] and abs(speed) <= AT_REST:
-            direction[i] = 0.0
+        if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
+            dry[DIRECTION, i] = 0.0
             stuck = True
     for _ in range(DRY + 1):
         if not stuck:
             return
         stuck = False
-        _accelerate(t, state, voltage, parameters, direction, rate, mobility, force)
+        _rate(t, state, voltage, parameters, dry)
         for i in range(DRY):
-            if direction[i] == 0.0 and force[i] > upper[i]:
-                direction[i] = 1.0
+            if dry[DIRECTION, i] == 0.0 and dry[FORCE, i] > dry[UPPER, i]:
+                dry[DIRECTION, i] = 1.0
                 stuck = True
-            elif direction[i] == 0.0 and force[i] < lower[i]:
-                direction[i] = -1.0
+            elif dry[DIRECTION, i] == 0.0 and dry[FORCE, i] < dry[LOWER, i]:
+                dry[DIRECTION, i] = -1.0
                 stuck = True
 
 
-@compiled
-def _driven(t, voltage, parameters):
+@inlined
+def _driven(t, v_in, parameters):
     """What the actuator makes of a command, before it lags."""
-    driven = np.zeros(1)
-    v_in = voltage
     voltage_saturation_limit = parameters[27]
     voltage_dead_zone_threshold = parameters[28]
     voltage_sag_rate = parameters[29]
@@ -478,15 +477,14 @@ def _driven(t, voltage, parameters):
     voltage_offset_offset = parameters[31]
     c0 = v_in - max(-voltage_saturation_limit + abs(v_in), 0.0)*_sign(v_in)
     c1 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(c0), 0.0)*_sign(c0)
-    driven[0] = c1*(voltage_asymmetry_ratio*_sign(c1) + 1) + voltage_offset_offset
+    driven = c1*(voltage_asymmetry_ratio*_sign(c1) + 1) + voltage_offset_offset
 
-    return driven[0]
+    return driven
 
 
-@compiled
-def _drive_jacobian(t, voltage, parameters, by_parameter):
+@inlined
+def _drive_jacobian(t, v_in, parameters, by_parameter):
     """Derivatives of the driven input into (NP,); zero entries are not touched."""
-    v_in = voltage
     voltage_saturation_limit = parameters[27]
     voltage_dead_zone_threshold = parameters[28]
     voltage_sag_rate = parameters[29]
@@ -533,20 +531,13 @@ def _lag(h, time_constant):
     return area / h - 0.5 * slope * h, slope, end, area_by / h - 0.5 * slope_by * h, slope_by, end * x / time_constant
 
 
-@compiled
-def _lagged(share, share_by, state, sens, driven, driven_by, columns, to_state, to_sens):
-    """Input that acts while a share of the old one is left, with its sensitivities, into the last entry of to_state."""
-    excess = state[NX] - driven
-    to_state[NX] = driven + share * excess
-    for c in range(sens.shape[1]):
-        to_sens[NX, c] = share * sens[NX, c]
-        if c >= NX:
-            to_sens[NX, c] += (1.0 - share) * driven_by[columns[c - NX]]
-            if columns[c - NX] == LAG:
-                to_sens[NX, c] += share_by * excess
+@inlined
+def _lagged(share, share_by, old, excess, driven_by):
+    """Sensitivity of driven + share · excess, where old is that of the old input; excess is 0 but for the lag's column."""
+    return share * old + (1.0 - share) * driven_by + share_by * excess
 
 
-@compiled
+@inlined
 def _acting(t, h, state, voltage, parameters):
     """The input that acts in the mean over the next h."""
     if LAG < 0:
@@ -569,7 +560,7 @@ def _begin(t, voltage, k, start, parameters, columns, state, sens):
             sens[i, c] = 1.0 if c == i else 0.0
     if LAG < 0:
         return
-    time_constant, delay = parameters[LAG], parameters[DELAY] if DELAY >= 0 else 0.0
+    time_constant, delay = parameters[LAG], _delay(parameters)
     acting = _acting_at(t, k, parameters)
     first = acting
     while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
@@ -582,9 +573,13 @@ def _begin(t, voltage, k, start, parameters, columns, state, sens):
     for j in range(first + 1, acting + 1):
         until = t[k] if j == acting else t[j + 1] + delay
         _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
-        if sens.shape[1]:
-            _drive_jacobian(until, voltage[j], parameters, driven_by)
-        _lagged(left, left_by, state, sens, _driven(until, voltage[j], parameters), driven_by, columns, state, sens)
+        _drive_jacobian(until, voltage[j], parameters, driven_by)
+        driven = _driven(until, voltage[j], parameters)
+        excess = state[NX] - driven
+        state[NX] = driven + left * excess
+        for c in range(sens.shape[1]):
+            column = columns[c - NX] if c >= NX else FITTED
+            sens[NX, c] = _lagged(left, left_by, sens[NX, c], excess if column == LAG else 0.0, driven_by[column])
     for c in range(NX, sens.shape[1]):
         if columns[c - NX] == DELAY and time_constant > 0.0:
             sens[NX, c] = (state[NX] - _driven(t[k], voltage[acting], parameters)) / time_constant
@@ -602,89 +597,132 @@ def acting_voltage(t, voltage, parameters):
 
 
 @compiled
-def _linearise(t, state, voltage, parameters, direction, columns, work):
-    """Derivatives of the accelerations in the states, then in the parameters of columns, into jacobian (NQ, NS + n).
+def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stages, by_parameter):
+    """One step of the classical fourth-order method for the state (NS,), also in place.
 
-    Implicit differentiation of residual(acceleration, ...) = 0; a stuck surface has no slip acceleration to change.
-    A column FITTED stands for a parameter that is switched off.
+    The surfaces slip as dry[DIRECTION] says. Where asked to, it linearises the four stages for _propagate.
     """
-    rate, mobility, force, by_state, by_parameter, jacobian, column = work[:7]
-    _residual_jacobian(t, state, voltage, parameters, rate, direction, by_state, by_parameter)
-    for k in range(NQ):
-        for c in range(NS + columns.size):
-            jacobian[k, c] = 0.0
-        for m in range(NQ):
-            weight = -mobility[k, m]
-            for c in range(NS):
-                jacobian[k, c] += weight * by_state[m, c]
-            for c in range(columns.size):
-                jacobian[k, NS + c] += weight * by_parameter[m, columns[c]]
-    if _any_stuck(direction):
-        for c in range(NS + columns.size):
-            for k in range(NQ):
-                column[k] = jacobian[k, c]
-            _hold(mobility, direction, column, force)
-            for k in range(NQ):
-                jacobian[k, c] = column[k]
+    direction_drive = dry[DIRECTION, 0]
+    direction_ground = dry[DIRECTION, 1]
+    theta_w = theta_w_new = theta_w_old = state[0]
+    theta_p = theta_p_new = theta_p_old = state[1]
+    dtheta_w = dtheta_w_new = dtheta_w_old = state[2]
+    dtheta_p = dtheta_p_new = dtheta_p_old = state[3]
+    begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
+    driven = _driven(t + 0.5 * h, v_in, parameters)
+    excess = state[NX] - driven
+    if linearise:
+        _drive_jacobian(t + 0.5 * h, v_in, parameters, by_parameter[DRIVE, 0])
+        stages[4, SHARE], stages[4, SHARE + 1], stages[4, SHARE + 2] = end, end_by, excess
+    frozen = _frozen(parameters)
+    for stage in range(4):
+        ahead, weight = _weights(stage, h)
+        now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
+        share = begin + descent * (now - t)
+        v_in = driven + share * excess
+        ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, frozen)
+        if linearise:
+            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
+            stages[stage, 0] = -(mobility_0_0 * by_0_0 + mobility_0_1 * by_1_0)
+            stages[stage, 1] = -(mobility_0_0 * by_0_1 + mobility_0_1 * by_1_1)
+            stages[stage, 2] = -(mobility_0_0 * by_0_2 + mobility_0_1 * by_1_2)
+            stages[stage, 3] = -(mobility_0_0 * by_0_3 + mobility_0_1 * by_1_3)
+            stages[stage, 4] = -(mobility_0_0 * by_0_4 + mobility_0_1 * by_1_4)
+            stages[stage, MOBILITY + 0] = mobility_0_0
+            stages[stage, MOBILITY + 1] = mobility_0_1
+            stages[stage, 5] = -(mobility_1_0 * by_0_0 + mobility_1_1 * by_1_0)
+            stages[stage, 6] = -(mobility_1_0 * by_0_1 + mobility_1_1 * by_1_1)
+            stages[stage, 7] = -(mobility_1_0 * by_0_2 + mobility_1_1 * by_1_2)
+            stages[stage, 8] = -(mobility_1_0 * by_0_3 + mobility_1_1 * by_1_3)
+            stages[stage, 9] = -(mobility_1_0 * by_0_4 + mobility_1_1 * by_1_4)
+            stages[stage, MOBILITY + 2] = mobility_1_0
+            stages[stage, MOBILITY + 3] = mobility_1_1
+            stages[stage, SHARE], stages[stage, SHARE + 1] = share, begin_by + descent_by * (now - t)
+        theta_w_new += weight * dtheta_w
+        dtheta_w_new += weight * ddtheta_w
+        theta_p_new += weight * dtheta_p
+        dtheta_p_new += weight * ddtheta_p
+        theta_w = theta_w_old + ahead * dtheta_w
+        dtheta_w = dtheta_w_old + ahead * ddtheta_w
+        theta_p = theta_p_old + ahead * dtheta_p
+        dtheta_p = dtheta_p_old + ahead * ddtheta_p
+    new_state[0] = theta_w_new
+    new_state[1] = theta_p_new
+    new_state[2] = dtheta_w_new
+    new_state[3] = dtheta_p_new
+    new_state[NX] = driven + end * excess
+
+
+@inlined
+def _weights(stage, h):
+    """How far ahead a stage's slope carries to the next stage, and its weight in the step."""
+    return (0.5 * h if stage < 2 else h), (h / 6.0 if stage in (0, 3) else h / 3.0)
 
 
 @compiled
-def _runge_kutta(t, h, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work):
-    """One step of the classical fourth-order method for the state (NS,) and its sensitivities (NS, n)."""
-    rate, mobility, force = work[:3]
-    jacobian, _, stage, slope, sens_stage, sens_slope = work[5:11]
-    n = sens.shape[1]
-    for i in range(NS):
-        stage[i] = state[i]
-        new_state[i] = state[i]
-        for c in range(n):
-            sens_stage[i, c] = sens[i, c]
-            new_sens[i, c] = sens[i, c]
-    if LAG >= 0:
-        begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
-        driven, driven_by = _driven(t + 0.5 * h, voltage, parameters), work[11]
-        if n:
-            _drive_jacobian(t + 0.5 * h, voltage, parameters, driven_by)
-    for number in range(4):
-        now = t + (0.0 if number == 0 else h if number == 3 else 0.5 * h)
-        weight = h / 6.0 if number in (0, 3) else h / 3.0
-        ahead = 0.5 * h if number < 2 else h
-        acting = voltage
-        if LAG >= 0:
-            share, share_by = begin + descent * (now - t), begin_by + descent_by * (now - t)
-            _lagged(share, share_by, state, sens, driven, driven_by, columns, stage, sens_stage)
-            acting = stage[NX]
-        _accelerate(now, stage, acting, parameters, direction, rate, mobility, force)
-        for k in range(NQ):
-            slope[k] = stage[NQ + k]
-            slope[NQ + k] = rate[k]
-        if n:
-            _linearise(now, stage, acting, parameters, direction, columns, work)
-            for k in range(NQ):
-                for c in range(n):
-                    sens_slope[k, c] = sens_stage[NQ + k, c]
-                    sens_slope[NQ + k, c] = jacobian[k, c - NX + NS] if c >= NX else 0.0
-                for m in range(NS):
-                    for c in range(n):
-                        sens_slope[NQ + k, c] += jacobian[k, m] * sens_stage[m, c]
+def _propagate(h, sens, columns, stages, by_parameter, lanes):
+    """Take the sensitivities (NS, n) through the four stages of _runge_kutta, in which they are linear.
+
+    LANES columns at a time, side by side in the rows of one array: at fixed distances the compiler sees that rows do not
+    overlap and advances several columns with one instruction. A column FITTED stands for a parameter that is switched off.
+    """
+    for first in range(0, sens.shape[1], LANES):
+        count = min(LANES, sens.shape[1] - first)
+        for c in range(count):
+            column = columns[first + c - NX] if first + c >= NX else FITTED
             for i in range(NS):
-                for c in range(n):
-                    new_sens[i, c] += weight * sens_slope[i, c]
-                    sens_stage[i, c] = sens[i, c] + ahead * sens_slope[i, c]
-        for i in range(NS):
-            new_state[i] += weight * slope[i]
-            stage[i] = state[i] + ahead * slope[i]
-    if LAG >= 0:
-        _lagged(end, end_by, state, sens, driven, driven_by, columns, new_state, new_sens)
+                lanes[START + i * LANES + c] = sens[i, first + c]
+            for i in range(NX):
+                lanes[STAGE + i * LANES + c] = lanes[END + i * LANES + c] = lanes[START + i * LANES + c]
+            for stage in range(4):
+                for k in range(NQ):
+                    own = 0.0
+                    for m in range(NQ):
+                        own -= stages[stage, MOBILITY + k * NQ + m] * by_parameter[stage, m, column]
+                    lanes[OWN + (NQ * stage + k) * LANES + c] = own
+            lanes[DRIVEN + c] = by_parameter[DRIVE, 0, column]
+            lanes[EXCESS + c] = stages[4, SHARE + 2] if column == LAG else 0.0
+        for stage in range(4):
+            ahead, weight = _weights(stage, h)
+            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3], stages[stage, 0 + 4]
+            by_1_0, by_1_1, by_1_2, by_1_3, by_1_4 = stages[stage, 5 + 0], stages[stage, 5 + 1], stages[stage, 5 + 2], stages[stage, 5 + 3], stages[stage, 5 + 4]
+            share, share_by = stages[stage, SHARE], stages[stage, SHARE + 1]
+            for c in range(LANES):
+                theta_w = lanes[STAGE + 0 * LANES + c]
+                theta_p = lanes[STAGE + 1 * LANES + c]
+                dtheta_w = lanes[STAGE + 2 * LANES + c]
+                dtheta_p = lanes[STAGE + 3 * LANES + c]
+                v_in = _lagged(
+                    share, share_by, lanes[START + NX * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
+                )
+                ddtheta_w = lanes[OWN + (NQ * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p + by_0_4 * v_in
+                ddtheta_p = lanes[OWN + (NQ * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p + by_1_4 * v_in
+                lanes[END + 0 * LANES + c] += weight * dtheta_w
+                lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
+                lanes[END + 1 * LANES + c] += weight * dtheta_p
+                lanes[STAGE + 1 * LANES + c] = lanes[START + 1 * LANES + c] + ahead * dtheta_p
+                lanes[END + 2 * LANES + c] += weight * ddtheta_w
+                lanes[STAGE + 2 * LANES + c] = lanes[START + 2 * LANES + c] + ahead * ddtheta_w
+                lanes[END + 3 * LANES + c] += weight * ddtheta_p
+                lanes[STAGE + 3 * LANES + c] = lanes[START + 3 * LANES + c] + ahead * ddtheta_p
+        for c in range(count):
+            for i in range(NX):
+                sens[i, first + c] = lanes[END + i * LANES + c]
+            sens[NX, first + c] = _lagged(
+                stages[4, SHARE], stages[4, SHARE + 1], lanes[START + NX * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
+            )
 
 
-@compiled
-def _workspace(n):
-    """Scratch arrays of _runge_kutta for n sensitivity columns."""
+@inlined
+def _workspace():
+    """Scratch arrays of the integrator.
+
+    The next state; coefficients by stage; derivatives of the residual by stage, row and parameter, the
+    last of the driven input; sensitivities side by side; rows for dry friction.
+    """
     return (
-        np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY), np.zeros((NQ, NS)), np.zeros((NQ, FITTED + 1)),
-        np.zeros((NQ, n + 1)), np.zeros(NQ), np.zeros(NS), np.zeros(NS), np.zeros((NS, n)), np.zeros((NS, n)),
-        np.zeros(FITTED + 1),
+        np.zeros(NS), np.zeros((5, SHARE + 3)), np.zeros((5, NQ, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NQ, DRY))),
     )  # fmt: skip
 
 
@@ -707,19 +745,19 @@ def _landing(h, start, start_rate, end, end_rate):
     return h * high
 
 
-@compiled
-def _slip_rate(rate, surface):
-    """Slip acceleration of a surface."""
+@inlined
+def _slip_rate(dry, row, surface):
+    """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
     for k in range(NQ):
-        total += SLIPS[surface, k] * rate[k]
+        total += SLIPS[surface, k] * dry[row, k]
     return total
 
 
 @compiled
-def _jump(state, sens, before, after, surface):
-    """Change the sensitivities at a stick-slip event: its time depends on them (saltation)."""
-    approach = _slip_rate(before, surface)
+def _jump(sens, dry, surface):
+    """Change the sensitivities at a stick-slip event, from dry[BEFORE] to dry[RATE]: its time depends on them (saltation)."""
+    approach = _slip_rate(dry, BEFORE, surface)
     if approach == 0.0:
         return
     for c in range(sens.shape[1]):
@@ -727,71 +765,63 @@ def _jump(state, sens, before, after, surface):
         for k in range(NQ):
             slip += SLIPS[surface, k] * sens[NQ + k, c]
         for k in range(NQ):
-            sens[NQ + k, c] -= (before[k] - after[k]) * slip / approach
+            sens[NQ + k, c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
 
 @compiled
-def _copy(state, sens, to_state, to_sens):
-    """Copy state and sensitivities entry by entry, which is faster than slices for arrays this small."""
-    for i in range(NS):
-        to_state[i] = state[i]
-        for c in range(sens.shape[1]):
-            to_sens[i, c] = sens[i, c]
-
-
-@compiled
-def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sens, work, friction):
-    """Advance state and sensitivities in place by h under a constant command, through stick-slip events."""
-    if DRY == 0:
-        empty = np.empty(0)
-        _runge_kutta(t, h, state, sens, voltage, parameters, empty, columns, new_state, new_sens, work)
-        _copy(new_state, new_sens, state, sens)
-        return
-    rate, mobility, force = work[0], work[1], work[2]
-    direction, previous, before, upper, lower = friction
-    remaining = h
+def _stick_and_slip(
+    t, h, state, sens, voltage, parameters, columns, new_state, stages, by_parameter, lanes, dry
+):
+    """The same through the events of dry friction."""
+    remaining, linearise = h, sens.shape[1] > 0
     for event in range(EVENTS):
         acting = _acting(t, remaining, state, voltage, parameters)
-        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
+        _settle(t, state, acting, parameters, dry)
         for i in range(DRY):
-            if direction[i] == 0.0 and sens.shape[1]:  # what would still slip is stopped at once
-                previous[:] = direction
-                previous[i] = 1.0
-                _accelerate(t, state, acting, parameters, previous, before, mobility, force)
-                _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
-                _jump(state, sens, before, rate, i)
-        _runge_kutta(t, remaining, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
-        first, landing = -1, remaining
+            if dry[DIRECTION, i] == 0.0 and linearise:  # what would still slip is stopped at once
+                dry[DIRECTION, i] = 1.0
+                _rate(t, state, acting, parameters, dry)
+                _keep(dry)
+                dry[DIRECTION, i] = 0.0
+                _rate(t, state, acting, parameters, dry)
+                _jump(sens, dry, i)
+        _runge_kutta(t, remaining, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
+        first, landing, stepped = -1, remaining, remaining
         if event < EVENTS - 1:
             for i in range(DRY):
                 start, end = _slip(state, i), _slip(new_state, i)
-                if direction[i] != 0.0 and upper[i] > lower[i] and end * direction[i] < 0.0 and abs(start) > AT_REST:
-                    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
-                    start_rate = _slip_rate(rate, i)
-                    _accelerate(t + remaining, new_state, acting, parameters, direction, rate, mobility, force)
-                    when = _landing(remaining, start, start_rate, end, _slip_rate(rate, i))
+                rubs = dry[DIRECTION, i] != 0.0 and dry[UPPER, i] > dry[LOWER, i]
+                if rubs and end * dry[DIRECTION, i] < 0.0 and abs(start) > AT_REST:
+                    _rate(t, state, acting, parameters, dry)
+                    start_rate = _slip_rate(dry, RATE, i)
+                    _rate(t + remaining, new_state, acting, parameters, dry)
+                    when = _landing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
             for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
-                _runge_kutta(t, landing, state, sens, voltage, parameters, direction, columns, new_state, new_sens, work)
+                _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
+                stepped = landing
                 if LAG >= 0:
                     acting = new_state[NX]
-                _accelerate(t + landing, new_state, acting, parameters, direction, before, mobility, force)
-                approach = _slip_rate(before, first)
+                _rate(t + landing, new_state, acting, parameters, dry)
+                _keep(dry)
+                approach = _slip_rate(dry, RATE, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
                 landing = min(max(landing - _slip(new_state, first) / approach, 0.0), remaining)
-        _copy(new_state, new_sens, state, sens)
+        for i in range(NS):
+            state[i] = new_state[i]
+        if linearise:
+            _propagate(stepped, sens, columns, stages, by_parameter, lanes)
         if first < 0:
             return
         t += landing
         remaining -= landing
-        previous[:] = direction
-        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
-        if direction[first] != 0.0 and sens.shape[1]:  # a reversal; sticking is handled where the next step begins
-            _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
-            _jump(state, sens, before, rate, first)
+        _settle(t, state, acting, parameters, dry)
+        if dry[DIRECTION, first] != 0.0 and linearise:  # a reversal; sticking is handled where the next step begins
+            _rate(t, state, acting, parameters, dry)
+            _jump(sens, dry, first)
         if remaining <= 0.0:
             return
 
@@ -799,23 +829,15 @@ def _advance(t, h, state, sens, voltage, parameters, columns, new_state, new_sen
 @compiled
 def acceleration(t, state, voltage, parameters):
     """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
-    rate, mobility, force = np.zeros(NQ), np.zeros((NQ, NQ)), np.zeros(DRY)
-    direction, upper, lower = np.zeros(DRY), np.zeros(DRY), np.zeros(DRY)
+    dry = np.zeros((6, max(NQ, DRY)))
     acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
-    if DRY:
-        _settle(t, state, acting, parameters, direction, rate, mobility, force, upper, lower)
-    _accelerate(t, state, acting, parameters, direction, rate, mobility, force)
-    return rate
+    _settle(t, state, acting, parameters, dry)
+    _rate(t, state, acting, parameters, dry)
+    return dry[RATE, :NQ].copy()
 
 
 @compiled
-def _friction_workspace():
-    """Scratch arrays of _advance for dry friction."""
-    return np.zeros(DRY), np.zeros(DRY), np.zeros(NQ), np.zeros(DRY), np.zeros(DRY)
-
-
-@compiled
-def _switch(sens, state, old, new, t, parameters, columns, work, friction):
+def _switch(sens, state, old, new, t, parameters, columns, dry):
     """A delayed command switches: the later it does, the longer the old one acts."""
     if LAG >= 0:
         old, new = _driven(t, old, parameters), _driven(t, new, parameters)
@@ -823,49 +845,25 @@ def _switch(sens, state, old, new, t, parameters, columns, work, friction):
         if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
             sens[NX, NX + c] += (old - new) / parameters[LAG]
         elif columns[c] == DELAY:
-            rate, mobility, force = work[0], work[1], work[2]
-            direction, previous, before, upper, lower = friction
-            _settle(t, state, old, parameters, direction, rate, mobility, force, upper, lower)
-            _accelerate(t, state, old, parameters, direction, before, mobility, force)
-            _settle(t, state, new, parameters, direction, rate, mobility, force, upper, lower)
-            _accelerate(t, state, new, parameters, direction, rate, mobility, force)
+            _settle(t, state, old, parameters, dry)
+            _rate(t, state, old, parameters, dry)
+            _keep(dry)
+            _settle(t, state, new, parameters, dry)
+            _rate(t, state, new, parameters, dry)
             for k in range(NQ):
-                sens[NQ + k, NX + c] += before[k] - rate[k]
+                sens[NQ + k, NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
-@compiled
-def _interval(t, voltage, k, acting, state, sens, parameters, columns, max_step, new_state, new_sens, work, friction):
-    """Advance in place from sample k to the next; returns which sample's command acts at the end.
-
-    A delayed command switches inside the interval, which is split there. ``acting`` is the sample whose command acts at
-    the beginning.
-    """
-    delay = parameters[DELAY] if DELAY >= 0 else 0.0
-    now, end = t[k], t[k + 1]
-    while True:
-        if acting < k and t[acting + 1] + delay <= now:
-            if sens.shape[1]:
-                _switch(sens, state, voltage[acting], voltage[acting + 1], now, parameters, columns, work, friction)
-            acting += 1
-            continue
-        if now >= end:
-            return acting
-        until = min(end, t[acting + 1] + delay) if acting < k else end
-        steps = max(1, int(math.ceil((until - now) / max_step - 1e-6)))
-        h = (until - now) / steps
-        for s in range(steps):
-            _advance(
-                now + s * h, h, state, sens, voltage[acting], parameters, columns, new_state, new_sens, work, friction
-            )
-        now = until
-        if until >= end:
-            return acting
+@inlined
+def _delay(parameters):
+    """How much later a command acts."""
+    return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
 @compiled
 def _acting_at(t, k, parameters):
     """The sample whose command still acts just before sample k."""
-    delay = parameters[DELAY] if DELAY >= 0 else 0.0
+    delay = _delay(parameters)
     acting = max(k - 1, 0)
     while acting > 0 and t[acting] + delay > t[k]:
         acting -= 1
@@ -878,15 +876,35 @@ def simulate(t, voltage, state, parameters, max_step):
     states = np.empty((t.size, NX))
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
-    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
-    _begin(t, voltage, 0, state, parameters, columns, now, sens)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
     states[0] = now[:NX]
-    acting = _acting_at(t, 0, parameters)
+    acting = _acting_at(t, FIRST, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size - 1):
-        acting = _interval(
-            t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
-        )
-        states[k + 1] = now[:NX]
+        now_t, end = t[k], t[k + 1]
+        while now_t < end:
+            while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(end, t[acting + 1] + delay) if acting < k else end
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                    if linearise:
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        for i in range(NX):
+            states[k + 1, i] = now[i]
     return states
 
 
@@ -901,11 +919,13 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
-    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, 0)), _workspace(0), _friction_workspace()
+    new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
-    integral, acting = 0.0, _acting_at(t, 0, parameters)
+    integral, acting = 0.0, _acting_at(t, FIRST, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
     for k in range(t.size):
-        states[k] = now[:NX]
+        for i in range(NX):
+            states[k, i] = now[i]
         read_sensors(t[k], now, parameters, output)
         for y in range(NY):
             reading = output[y] + noise[k, y]
@@ -916,11 +936,29 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
         slope = reference_rate[k] - measured[k, CONTROLLED[1]]
         voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
         if k == 0:
-            _begin(t, voltage, 0, state, parameters, columns, now, sens)
+            _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
         if k + 1 < t.size:
-            acting = _interval(
-                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
-            )
+            now_t, end = t[k], t[k + 1]
+            while now_t < end:
+                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    acting += 1
+                until = min(end, t[acting + 1] + delay) if acting < k else end
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                        if linearise:
+                            _propagate(h, sens, columns, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
     return states, measured, voltage
 
 
@@ -931,33 +969,59 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     The derivatives are in the initial state, then in the n parameters whose indices are in columns (n,).
     """
     n = NX + columns.size
-    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros((t.size, NY, n))
-    now, sens = np.zeros(NS), np.zeros((NS, n))
-    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
-    _begin(t, voltage, 0, state, parameters, columns, now, sens)
-    by_state, by_parameter = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    acting = _acting_at(t, 0, parameters)
+    states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.empty((t.size, NY, n))
+    now, sens, reading, rows = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n))
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
+    acting = _acting_at(t, FIRST, parameters)
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
     for k in range(t.size):
-        states[k] = now[:NX]
-        read_sensors(t[k], now, parameters, readings[k])
-        _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
-        _chain(sens, by_state, by_parameter, columns, derivatives[k])
+        for i in range(NX):
+            states[k, i] = now[i]
+        read_sensors(t[k], now, parameters, reading)
+        _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
+        _chain(sens, by_state, reading_by, columns, rows)
+        for y in range(NY):
+            readings[k, y] = reading[y]
+            for c in range(n):
+                derivatives[k, y, c] = rows[y, c]
         if k + 1 < t.size:
-            acting = _interval(
-                t, voltage, k, acting, now, sens, parameters, columns, max_step, new_state, new_sens, work, friction
-            )
+            now_t, end = t[k], t[k + 1]
+            while now_t < end:
+                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    acting += 1
+                until = min(end, t[acting + 1] + delay) if acting < k else end
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                        if linearise:
+                            _propagate(h, sens, columns, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
     return states, readings, derivatives
 
 
-@compiled
-def _chain(sens, by_state, by_parameter, columns, derivative):
-    """Derivatives of the readings (NY, n) from those of the state."""
+@inlined
+def _chain(sens, by_state, by_parameter, columns, rows):
+    """Derivatives of the readings, one row each, from those of the state."""
     for y in range(NY):
         for c in range(sens.shape[1]):
-            total = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+            rows[y, c] = by_parameter[y, columns[c - NX]] if c >= NX else 0.0
+        for c in range(sens.shape[1]):
+            total = rows[y, c]
             for i in range(NX):
                 total += by_state[y, i] * sens[i, c]
-            derivative[y, c] = total
+            rows[y, c] = total
 
 
 @compiled
@@ -970,36 +1034,56 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     (measured − simulated) · weight.
     """
     n = NX + columns.size
-    new_state, new_sens, work, friction = np.zeros(NS), np.zeros((NS, n)), _workspace(n), _friction_workspace()
-    by_state, by_parameter, reading = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY)
-    now, sens = np.zeros(NS), np.zeros((NS, n))
-    derivative, row, active = np.zeros((NY, n)), np.zeros(n + 1), columns.copy()
+    now, sens, reading = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    rows, active = np.zeros((NY, n + 1)), columns.copy()
+    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
         _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
         acting = _acting_at(t, bounds[s, 0], parameters)
         for k in range(bounds[s, 0], bounds[s, 1]):
             read_sensors(t[k], now, parameters, reading)
-            _sensor_jacobian(t[k], now, parameters, by_state, by_parameter)
+            _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
             for c in range(columns.size):
                 inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
-            _chain(sens, by_state, by_parameter, active, derivative)
+            _chain(sens, by_state, reading_by, active, rows)
             for y in range(NY):
-                error = (measured[k, y] - reading[y]) * weight[y]
-                residual[k, y] = error
-                if np.isnan(measured[k, y]):
-                    continue
+                residual[k, y] = rows[y, n] = (measured[k, y] - reading[y]) * weight[y]
+                missing = np.isnan(measured[k, y])
                 for c in range(n):
-                    row[c] = derivative[y, c] * weight[y]
-                row[n] = error
-                for a in range(n + 1):
-                    for b in range(a + 1):
-                        gram[s, a, b] += row[a] * row[b]
+                    rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
+                rows[y, n] = 0.0 if missing else rows[y, n]
+            for a in range(n + 1):
+                for b in range(a + 1):
+                    total = gram[s, a, b]
+                    for y in range(NY):
+                        total += rows[y, a] * rows[y, b]
+                    gram[s, a, b] = total
             if k + 1 < bounds[s, 1]:
-                acting = _interval(
-                    t, voltage, k, acting, now, sens, parameters, active, max_step, new_state, new_sens, work, friction
-                )
+                now_t, end = t[k], t[k + 1]
+                while now_t < end:
+                    while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+                        if linearise:
+                            _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                        acting += 1
+                    until = min(end, t[acting + 1] + delay) if acting < k else end
+                    steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                    h = (until - now_t) / steps
+                    for step in range(steps):
+                        if smooth:
+                            _follow(now, dry)
+                            _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                            if linearise:
+                                _propagate(h, sens, active, stages, by_parameter, lanes)
+                        else:
+                            _stick_and_slip(
+                                now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
+                                lanes, dry,
+                            )  # fmt: skip
+                    now_t = until
         for a in range(n + 1):
             for b in range(a):
                 gram[s, b, a] = gram[s, a, b]
