@@ -41,7 +41,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
 
 
 def argument_lists(code: Code) -> dict[str, str]:
-    """What the functions of the integrator hand to each other: scalars under their own names, which all fit into registers."""
+    """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
     count, width = len(code.accelerations), len(code.states) + (code.lag >= 0)
     lists = {
         "states": code.states,

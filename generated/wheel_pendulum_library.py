@@ -78,8 +78,10 @@ CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
-compiled = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy")
-inlined = njit(cache=True, nogil=True, fastmath={"contract"}, error_model="numpy", forceinline=True)
+options = {"cache": True, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy", "no_cfunc_wrapper": True}
+compiled = njit(**options)
+internal = njit(**options, no_cpython_wrapper=True)  # for compiled callers only, which saves compiling the way in from Python
+inlined = njit(**options, no_cpython_wrapper=True, forceinline=True)  # passes scalars in registers
 
 
 @inlined
@@ -403,7 +405,7 @@ def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, 
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1
 
 
-@compiled
+@internal
 def _rate(t, state, voltage, parameters, dry):
     """Accelerations under the directions dry[DIRECTION], into dry[RATE], and the forces on the surfaces, into dry[FORCE]."""
     (
@@ -439,7 +441,7 @@ def _follow(state, dry):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
-@compiled
+@internal
 def _settle(t, state, voltage, parameters, dry):
     """Decide which surfaces slip and which stick, into dry[DIRECTION], with the limits of each in dry[UPPER] and dry[LOWER].
 
@@ -508,7 +510,7 @@ def _drive_jacobian(t, v_in, parameters, by_parameter):
     by_parameter[31] = 1
 
 
-@compiled
+@internal
 def _lag(h, time_constant):
     """What exp(−s/T), the share of an old input that still acts, amounts to over h.
 
@@ -547,7 +549,7 @@ def _acting(t, h, state, voltage, parameters):
     return driven + (begin + 0.5 * slope * h) * (state[NX] - driven)
 
 
-@compiled
+@internal
 def _begin(t, voltage, k, start, parameters, columns, state, sens):
     """State (NS,) and sensitivities (NS, n) at sample k, from coordinates and rates (NX,).
 
@@ -596,7 +598,7 @@ def acting_voltage(t, voltage, parameters):
     return acting
 
 
-@compiled
+@internal
 def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stages, by_parameter):
     """One step of the classical fourth-order method for the state (NS,), also in place.
 
@@ -659,7 +661,7 @@ def _weights(stage, h):
     return (0.5 * h if stage < 2 else h), (h / 6.0 if stage in (0, 3) else h / 3.0)
 
 
-@compiled
+@internal
 def _propagate(h, sens, columns, stages, by_parameter, lanes):
     """Take the sensitivities (NS, n) through the four stages of _runge_kutta, in which they are linear.
 
@@ -726,7 +728,7 @@ def _workspace():
     )  # fmt: skip
 
 
-@compiled
+@internal
 def _landing(h, start, start_rate, end, end_rate):
     """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
     low, high = 0.0, 1.0
@@ -754,7 +756,7 @@ def _slip_rate(dry, row, surface):
     return total
 
 
-@compiled
+@internal
 def _jump(sens, dry, surface):
     """Change the sensitivities at a stick-slip event, from dry[BEFORE] to dry[RATE]: its time depends on them (saltation)."""
     approach = _slip_rate(dry, BEFORE, surface)
@@ -768,7 +770,7 @@ def _jump(sens, dry, surface):
             sens[NQ + k, c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
 
-@compiled
+@internal
 def _stick_and_slip(
     t, h, state, sens, voltage, parameters, columns, new_state, stages, by_parameter, lanes, dry
 ):
@@ -836,7 +838,7 @@ def acceleration(t, state, voltage, parameters):
     return dry[RATE, :NQ].copy()
 
 
-@compiled
+@internal
 def _switch(sens, state, old, new, t, parameters, columns, dry):
     """A delayed command switches: the later it does, the longer the old one acts."""
     if LAG >= 0:
@@ -860,7 +862,7 @@ def _delay(parameters):
     return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
-@compiled
+@internal
 def _acting_at(t, k, parameters):
     """The sample whose command still acts just before sample k."""
     delay = _delay(parameters)
@@ -1329,7 +1331,7 @@ UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
 
-@compiled
+@internal
 def _signals(t, state, voltage, parameters, signal):
     """The distinct quantities that are filtered, into signal (SIGNALS,)."""
     v_in = voltage
@@ -1387,7 +1389,7 @@ def _signals(t, state, voltage, parameters, signal):
     signal[25] = v_in
 
 
-@compiled
+@internal
 def _signal_rates(t, state, voltage, parameters, speed):
     """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
@@ -1397,7 +1399,7 @@ def _signal_rates(t, state, voltage, parameters, speed):
     speed[23] = -dtheta_p
 
 
-@compiled
+@internal
 def _assemble(signal, tau, phi):
     """Filtered left side and regressor from the filtered signals (paper eqs. 39, 40)."""
     signal_0 = signal[0]
@@ -1549,7 +1551,7 @@ def filter_output(t, state, voltage, parameters, weights, memory, tau, phi):
     _assemble(value, tau, phi)
 
 
-@compiled
+@internal
 def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, start, weights, memory, tau, phi):
     """Bring the filters from sample k - 1 to sample k of a log and read them; weights[9] is the interval they are for."""
     h = t[k] - t[k - 1] if k else t[1] - t[0]

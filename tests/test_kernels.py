@@ -100,6 +100,41 @@ def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_dela
         assert np.abs(numeric - exact[:, :, 4 + column]).max() < 1e-4 * np.abs(numeric).max() + 1e-9, name
 
 
+def test_the_same_call_gives_the_same_bits_and_any_number_of_columns_the_same_derivatives(library):
+    log = simulated(duration=3.0)
+    parameters, start = vector(library, {**X, **CONSTANTS, **HIDDEN}, log), np.array([0.0, 0.01, 0.1, 0.05])
+    columns = np.tile(np.arange(library.FITTED), 2)  # more than there are parameters, in no multiple of the lanes
+
+    def derivatives(columns):
+        return library.sensitivities(log.t[:200], log.voltage[:200], start, parameters, columns, 0.002)[2]
+
+    together = derivatives(columns)
+    assert together.tobytes() == derivatives(columns).tobytes()
+    for column in (0, library.LAG, library.DELAY, library.FITTED - 1):
+        alone = derivatives(np.array([column]))[:, :, 4]
+        assert np.array_equal(alone, together[:, :, 4 + column])
+        assert np.array_equal(alone, together[:, :, 4 + library.FITTED + column])
+
+
+def test_both_surfaces_at_rest_hold_the_machine_still(library):
+    held = {"coulomb_drive.torque": 5.0, "rolling_resistance.torque": 5.0}
+    parameters = vector(library, {**X, **CONSTANTS, **held}, simulated(duration=3.0))
+    t, start = np.arange(101) * 1e-3, np.array([0.0, 0.05, 0.0, 0.0])
+    assert np.abs(library.acceleration(0.0, start, 2.0, parameters)).max() < 1e-12
+    assert np.abs(library.simulate(t, np.full_like(t, 2.0), start, parameters, 0.001) - start).max() < 1e-12
+
+
+def test_vanishing_dry_friction_is_none(library):
+    t, start = np.arange(501) * 1e-3, np.array([0.0, 0.05, 0.4, -0.3])
+    voltage = np.sin(20 * t)
+    smooth, rough = (
+        vector(library, {**X, **CONSTANTS, "coulomb_drive.torque": torque}, simulated(duration=3.0))
+        for torque in (0, 1e-13)
+    )
+    difference = library.simulate(t, voltage, start, smooth, 1e-3) - library.simulate(t, voltage, start, rough, 1e-3)
+    assert np.abs(difference).max() < 1e-9
+
+
 def test_dry_friction_holds_the_gearbox_completely_still(library):
     parameters = vector(library, {**X, **CONSTANTS, "coulomb_drive.torque": 5.0}, simulated(duration=3.0))
     t = np.arange(301) * 1e-3
