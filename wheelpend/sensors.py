@@ -151,4 +151,6 @@ def _resolution(signal: np.ndarray) -> float:
     A log from ideal sensors would otherwise be trusted beyond the accuracy of any integration.
     """
     known = signal[np.isfinite(signal)]
+    if known.size < 2:
+        return 1e-12
     return max(1e-4 * float(np.sqrt(np.mean(np.diff(known) ** 2))), 1e-9 * float(np.abs(known).max()), 1e-12)
