@@ -8,7 +8,7 @@ import pytest
 
 import derive
 from tests.conftest import simulated
-from wheelpend import Model, diagnose, explain, kernels
+from wheelpend import Model, diagnose, explain, identify, kernels
 
 HIDDEN = {
     "coulomb_drive": {"torque": 0.3},
@@ -98,6 +98,13 @@ def test_the_shipped_log_tells_its_secret_without_nominal_values():
     assert result.error < 1.05 * result.noise_floor
     found = {n: v["value"] for n, v in result.parameters.items() if "." in n}
     assert found == pytest.approx(truth["effects"], rel=1e-3)
+
+
+@pytest.mark.parametrize("effect", ["stribeck_drive", "voltage_saturation"])
+def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect):
+    found = identify(Model.default().with_effects([effect]), [hidden_log(effect)]).parameters
+    for name, truth in HIDDEN[effect].items():
+        assert found[f"{effect}.{name}"]["value"] == pytest.approx(truth, rel=0.02)
 
 
 def test_explaining_writes_nothing(tmp_path):

@@ -17,7 +17,7 @@ from wheelpend.inspection import inspect_log
 from wheelpend.logs import CHANNELS, ColumnMap, Log, load_log
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
-GEOMETRY = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "cogging.periods": 1.0}
+GEOMETRY = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
 DEGREE = np.pi / 180
 STEP = 2 * np.pi / 60000  # of the encoder [rad]
 DATA = Path(os.environ.get("WHEELPEND_DATA", Path(__file__).parents[2] / "shared" / "data"))
@@ -34,7 +34,7 @@ def robot(command: str = "aggressive", seed: int = 1, effect: str = "", size: fl
     reference = DEGREE * (simple if command == "simple" else aggressive)
     assert not effect or effect in module.PARAMETERS
     values = ROBOT | GEOMETRY | {effect: size}
-    parameters = np.array([values.get(name, 0.0) for name in module.PARAMETERS])
+    parameters = np.array([values.get(*pair) for pair in zip(module.PARAMETERS, module.ABSENT, strict=True)])
     noise = np.random.default_rng(seed).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
     states, measured, voltage = module.closed_loop(
         t, reference, np.gradient(reference, t), np.array([-168.0, -800.0, -8.8]), np.zeros(4), parameters, noise,

@@ -33,9 +33,9 @@ def robot(torque: float) -> Log:
     module = kernels.library("wheel_pendulum", {})
     t = np.arange(3_001) * 2e-3
     reference = DEGREE * (3 * np.sin(7 * t) + 6 * (np.cos(4 * t) - np.sin(t)) + 10 * np.cos(3 * t) * np.sin(5 * t) ** 2)
-    values = ROBOT | {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "cogging.periods": 1.0}
+    values = ROBOT | {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
     values[TORQUE] = torque
-    parameters = np.array([values.get(name, 0.0) for name in module.PARAMETERS])
+    parameters = np.array([values.get(*pair) for pair in zip(module.PARAMETERS, module.ABSENT, strict=True)])
     noise = np.random.default_rng(3).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
     _, measured, voltage = module.closed_loop(
         t, reference, np.gradient(reference, t), np.array([-168.0, -800.0, -8.8]), np.zeros(4), parameters, noise,

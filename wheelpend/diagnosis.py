@@ -32,6 +32,7 @@ from wheelpend.study import (
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
 MOST_EFFECTS = 4  # added one after the other before the search ends
+FOLLOWED = 0.9  # share of the error that a further effect may leave for the search behind a first one to go on
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,8 @@ def diagnose(
     for _ in range(MOST_EFFECTS - 1):
         if last.accounted or not last.named:
             break
+        if last is not found and last.named[0].error_after > FOLLOWED * last.error:
+            break  # at this pace the rest will not be explained
         last = next_round(last, progress=progress)
     return settled(found, last)
 

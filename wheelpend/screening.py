@@ -20,9 +20,7 @@ from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, per_log_names
 
 TWINS = 0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
-TAKEN_UP = (
-    1e-3  # share of an effect's information left by base parameters, below which no size is claimed
-)
+TAKEN_UP = 1e-3  # share of an effect's information left by base parameters, below which no size is claimed
 
 
 class Candidate(NamedTuple):

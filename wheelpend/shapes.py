@@ -46,6 +46,17 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
     return found
 
 
+def first_settings(study: Study) -> dict[str, float]:
+    """A value from the log for each parameter of the model's effects that cannot be fitted from where it is absent."""
+    found: dict[str, float] = {}
+    for effect in map(derive.effects.find, study.model.effects):
+        parameter = effect.profiled
+        if parameter is not None and isinstance(parameter.starts, Quantiles):
+            values = quantile_starts(study, parameter)
+            found |= {f"{effect.name}.{parameter.name}": v for v in values[len(values) // 2 :][:1]}
+    return found
+
+
 def quantile_starts(study: Study, parameter) -> list[float]:
     """Quantiles of what the parameter is measured against, as far as they are possible values of it."""
     size = magnitude(study, study.training[0], parameter.starts.of)

@@ -218,7 +218,9 @@ def starts(study: Study) -> list[dict[str, float]]:
     The parameters are sums of positive physical constants, so a regression that makes one negative is repeated with
     non-negative least squares.
     """
-    known = known_values(study.model)
+    from wheelpend.shapes import first_settings  # imported late: it needs a study
+
+    known = {**first_settings(study), **known_values(study.model)}
     found = [known] if all(n in known for n in study.base) else []
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
     log = study.training[0].log
