@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from wheelpend.benchmark.cases import plan
 from wheelpend.benchmark.page import page
 from wheelpend.benchmark.study import run
 from wheelpend.benchmark.summary import summarise
@@ -20,7 +21,9 @@ def main(
 ) -> None:
     """Hide effects in logs and see how often they are found."""
     with failures():
-        text = page(summarise(run(folder, minutes=minutes, progress=lambda line: err.print(line, markup=False))))
+        text = page(
+            summarise(run(folder, minutes=minutes, progress=lambda line: err.print(line, markup=False))), len(plan())
+        )
         say(text)
         if out:
             write_text(out, text)

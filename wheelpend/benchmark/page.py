@@ -19,8 +19,8 @@ This page is written by the command.
 """
 
 
-def page(summary: Summary) -> str:
-    """Markdown."""
+def page(summary: Summary, planned: int) -> str:
+    """Markdown; ``planned`` is how many logs the whole benchmark has."""
     s = summary
     every = Rate(sum(r.hits for r in s.singles.values()), sum(r.of for r in s.singles.values()))
     rows = [
@@ -43,7 +43,8 @@ def page(summary: Summary) -> str:
     ]
     parts = [
         HEAD,
-        f"## Findings\n\n{s.cases} logs" + (f", {len(s.failures)} could not be used." if s.failures else "."),
+        f"## Findings\n\n{s.cases} of {planned} logs"
+        + (f", {len(s.failures)} could not be used." if s.failures else "."),
         table(("", "measured", "goal"), rows),
         "## Hit rate against size\n\nThe size is what a likelihood-ratio test that knows the effect sees, in standard "
         "deviations. An effect is named only when it also lowers the held-out error by 0.5 %, so that certain but "
