@@ -89,6 +89,15 @@ def test_two_hidden_effects_are_both_found():
     assert result.error < 1.05 * result.noise_floor
 
 
+def test_two_effects_that_hide_each_other_are_tried_together():
+    result = explain(
+        Model.default(), [simulated(seed=2, voltage_dead_zone__threshold=0.327, tether_spring__stiffness=0.0491)]
+    )
+    assert set(result.effects) == {"voltage_dead_zone", "tether_spring"}
+    assert result.first.verdict == "effect_missing"
+    assert result.error < 1.05 * result.noise_floor
+
+
 def test_the_shipped_log_tells_its_secret_without_nominal_values():
     data = Path(__file__).parent.parent / "data"
     truth = json.loads((data / "demo_truth.json").read_text())

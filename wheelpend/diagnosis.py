@@ -32,6 +32,7 @@ from wheelpend.study import (
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
 MOST_EFFECTS = 4  # added one after the other before the search ends
+PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
 FOLLOWED = 0.9  # share of the error that a further effect may leave for the search behind a first one to go on
 
 
@@ -55,6 +56,7 @@ class Diagnosis:
     study: Study = field(repr=False)
     missing: MissingForce | None = field(repr=False, default=None)
     screen: Screen | None = field(repr=False, default=None)
+    tried: tuple[Tried, ...] = field(repr=False, default=())  # every effect that was refitted
 
     @property
     def named(self) -> tuple[Tried, ...]:
@@ -95,10 +97,41 @@ def diagnose(
 
 def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
     """Diagnose again with the first candidate in the model."""
-    best, study = found.named[0], found.study
+    best = found.named[0]
     progress(f"added {best.effect}: error {found.error:.4g} → {best.error_after:.4g}")
+    return behind(found.study, best, progress=progress)
+
+
+def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress = lambda text: None) -> Diagnosis:
+    """Diagnose with an effect in the model."""
     larger = replace(study, model=study.model.with_effects(enlarged(study.model, best.effect)))
-    return diagnose_study(larger, best.fit.of_log(0), with_force=False, progress=progress)
+    known = {n: v for n, v in best.fit.of_log(0).items() if "." not in n or n.partition(".")[0] in larger.model.effects}
+    return diagnose_study(larger, known, with_force=False, pairs=pairs, progress=progress)
+
+
+def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
+    """A diagnosis that names an effect which explains too little alone, if a second one explains the rest with it.
+
+    Two effects can hide each other: either alone bends the other parameters so far that it does not pay. The one that
+    lowers the held-out error more alone is named, with the evidence that it has beside the other.
+    """
+    study = found.study
+    likely = sorted((t for t in found.tried if t.physical), key=lambda t: t.fit.cost)[:PARTNERED]
+    for number, one in enumerate(likely, 1):
+        progress(f"looking for a partner of {one.effect}")
+        first = behind(study, one, pairs=False, progress=progress)
+        if not (first.named and first.accounted):
+            continue
+        other = first.named[0]
+        second = behind(study, other, pairs=False, progress=progress)
+        if not (second.named and second.accounted and second.named[0].effect == one.effect):
+            continue
+        beside, alone = (other, second) if second.error < first.error else (second.named[0], first)
+        if alone.error < (1.0 - WORTHWHILE) * found.error:
+            p_value = min(1.0, number * max(beside.p_value, second.named[0].p_value))
+            best = replace(beside, p_value=p_value, error_after=alone.error, fit=alone.fit, equivalent_to=())
+            return replace(found, verdict="effect_missing", candidates=(best, *found.candidates))
+    return found
 
 
 def settled(found: Diagnosis, last: Diagnosis) -> Diagnosis:
@@ -120,9 +153,14 @@ def located(found: Diagnosis) -> Diagnosis:
 
 
 def diagnose_study(
-    study: Study, start: dict[str, float], *, with_force: bool = True, progress: Progress = lambda text: None
+    study: Study,
+    start: dict[str, float],
+    *,
+    with_force: bool = True,
+    pairs: bool = True,
+    progress: Progress = lambda text: None,
 ) -> Diagnosis:
-    """Diagnose a prepared study from a start for its parameters."""
+    """Diagnose a prepared study from a start for its parameters; with ``pairs`` by two effects where one fails."""
     present = study.model.effects
     free = free_names(study, present)
     progress("fitting the model as it is")
@@ -138,7 +176,8 @@ def diagnose_study(
     if with_force:
         progress("estimating the missing force")
         missing = find_missing_force(study, base)
-    return conclude(study, base, before, residuals, tried, far, missing)
+    found = conclude(study, base, before, residuals, tried, far, missing)
+    return with_partner(found, progress) if pairs and found.verdict == "unexplained" and not found.named else found
 
 
 def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:
@@ -170,6 +209,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         study=study,
         missing=missing,
         screen=far,
+        tried=tuple(tried),
     )
 
 
