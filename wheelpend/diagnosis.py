@@ -129,8 +129,10 @@ def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
         beside, alone = (other, second) if second.error < first.error else (second.named[0], first)
         if alone.error < (1.0 - WORTHWHILE) * found.error:
             p_value = min(1.0, number * max(beside.p_value, second.named[0].p_value))
-            best = replace(beside, p_value=p_value, error_after=alone.error, fit=alone.fit, equivalent_to=())
-            return replace(found, verdict="effect_missing", candidates=(best, *found.candidates))
+            best = replace(beside, p_value=p_value, error_after=alone.error, fit=alone.fit)
+            verdict = verdict_on(study, [best], found.error)
+            advice = experiment(study, best) if verdict == "ambiguous" else None
+            return replace(found, verdict=verdict, candidates=(best, *found.candidates), experiment=advice)
     return found
 
 
@@ -185,13 +187,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
     named = [t for t in tried if t.worth_naming(before) and stands_alone(study, t, tried)]
     impossible = [t for t in tried if not t.physical and t.error_after < (1.0 - WORTHWHILE) * before]
     named = [_with_equivalents(study, t, named, far) for t in named]
-    unexplained = before > EXPLAINED * study.floor
-    if not named:
-        verdict = "unexplained" if unexplained else "nothing_missing"
-    else:
-        verdict = "ambiguous" if named[0].equivalent_to else "effect_missing"
-    if verdict == "effect_missing" and len(study.held) == 0:
-        verdict = "ambiguous"
+    verdict = verdict_on(study, named, before)
     return Diagnosis(
         verdict=verdict,
         horizon_s=study.horizon,
@@ -211,6 +207,13 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         screen=far,
         tried=tuple(tried),
     )
+
+
+def verdict_on(study: Study, named: Sequence[Tried], before: float) -> str:
+    """Verdict on what is worth naming, best first, where the error without it is ``before``."""
+    if not named:
+        return "unexplained" if before > EXPLAINED * study.floor else "nothing_missing"
+    return "effect_missing" if study.held and not named[0].equivalent_to else "ambiguous"
 
 
 def stands_alone(study: Study, tried: Tried, others: Sequence[Tried]) -> bool:
