@@ -101,11 +101,10 @@ def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[f
     """
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
     log, segment = study.training[0].log, study.training[0].bounds
-    states, voltage = regression.measured_states(log, study.relative), regression.fill_gaps(log.t, log.voltage)
+    parameters = vector(plain, fitted.values, log)
+    states, voltage = regression.measured_states(log, study.relative), regression.acting_input(plain, log, parameters)
     tau = max(0.01, 4 * log.dt)
-    sides, regressors = plain.filter_regressor(
-        log.t, states, voltage, vector(plain, fitted.values, log), tau, 1.3 * tau, True, states[0]
-    )
+    sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
     rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     angle = (states[:, : study.module.NQ] @ port_weights(study, port))[segment[0, 0] : segment[-1, 1]]
