@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
+from scipy.special import fdtrc
 
 from wheelpend.logs import Log
 from wheelpend.regression import LinearFit
@@ -82,7 +82,7 @@ def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> flo
     scaled = difference[moving] / scale
     square = float(scaled @ np.linalg.pinv(covariance[np.ix_(moving, moving)] / np.outer(scale, scale)) @ scaled)
     size = len(scale)
-    return float(fisher.sf(square * (draws - size) / ((draws - 1) * size), size, draws - size))
+    return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
 
 
 __all__ = ["Bias", "bias_of", "hotelling"]

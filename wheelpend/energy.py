@@ -9,7 +9,6 @@ from __future__ import annotations
 from types import ModuleType
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from wheelpend import regression
 from wheelpend.logs import Log
@@ -60,6 +59,8 @@ def rates_by_spline(log: Log, relative: bool) -> np.ndarray:
 
     Central differences cost 2.1 % of X2 on ideal data of the paper's robot, the spline 1.0 %.
     """
+    from scipy.interpolate import CubicSpline  # imported late: it is slow to load, and only this method needs it
+
     states = regression.measured_states(log, relative)
     states[:, 2] = CubicSpline(log.t, states[:, 0])(log.t, 1)
     return states
