@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -127,10 +128,14 @@ def draw(guide: Guide, path: Path) -> None:
     axes[0].set_ylabel("τ2 [s]")
     bar = figure.colorbar(mesh, ax=axes, ticks=[-2, -1, 0, 1, 2], label="% of the parameters, root mean square")
     bar.ax.set_yticklabels(["0.01", "0.1", "1", "10", "100"])
+    beside = path.with_name(f".{path.stem}.{os.getpid()}.new{path.suffix}")
     try:
-        figure.savefig(path, dpi=130)
+        figure.savefig(beside, dpi=130)
+        os.replace(beside, path)
     except (OSError, ValueError) as error:
         raise Failure(f"{path} must be a picture that can be written, such as taus.png: {error}.") from None
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def _grid(guide: Guide, name: str) -> tuple[list[float], np.ndarray]:

@@ -47,10 +47,7 @@ def simulate(
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
     parameters = vector(module, machine, Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS)))
-    scatter = noise_levels(model, module.OUTPUTS) * noise
-    counts = model.sensors.encoder_counts
-    quantum = np.array([2 * np.pi / counts if counts and noise and n == "theta_w" else 0.0 for n in module.OUTPUTS])
-    normal = np.random.default_rng(seed).normal(size=(len(t), module.NY)) * scatter
+    normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
     states, measured, voltage = module.closed_loop(
         t,
         angle,
@@ -106,6 +103,17 @@ def base_names(model: Model) -> tuple[str, ...]:
     """Names of the plant's own parameters under the model's assumptions."""
     module = kernels.library_of(model)
     return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
+
+
+def sensor_errors(
+    model: Model, outputs: Sequence[str], samples: int, seed: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Noise (samples, channels) and quantisation (channels,) of the sensors; none without a seed."""
+    if seed is None:
+        return np.zeros((samples, len(outputs))), np.zeros(len(outputs))
+    counts = model.sensors.encoder_counts
+    quantum = np.array([2 * np.pi / counts if counts and n == "theta_w" else 0.0 for n in outputs])
+    return np.random.default_rng(seed).normal(size=(samples, len(outputs))) * noise_levels(model, outputs), quantum
 
 
 def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:

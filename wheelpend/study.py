@@ -134,8 +134,8 @@ def prepare(
     Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are not tried. Raises Failure where a log stands on both sides or yields no segments.
     """
+    known = [e.name for e in derive.effects.all_with(model.own)]
     for name in without:
-        known = [e.name for e in derive.effects.all_with(model.own)]
         if name not in known:
             raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, known)}")
     _no_log_twice(logs, holdout)

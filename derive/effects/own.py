@@ -12,7 +12,7 @@ import sympy as sp
 
 from derive.effects.row import INPUT, DryForce, EffectParameter, Force, InputMap, SensorMap
 from derive.functions import symbol
-from derive.grammar import GrammarError, read
+from derive.grammar import GrammarError, read, tokens
 
 DIRECTION = "direction"  # −1 or 1 while a port slips; a law that holds it may also hold the port at rest
 ARGUMENTS = {
@@ -21,9 +21,7 @@ ARGUMENTS = {
     InputMap: ("v_in", "t"),
     SensorMap: ("reading",),
 }
-POINTS = (  # speeds, angles and the like at which a law must have a finite value, standstill among them
-    0.0, 0.3, -1.7, 12.0,
-)  # fmt: skip
+POINTS = (0.0, 0.3, -1.7, 12.0)  # speeds, angles and the like where a law must be finite, standstill among them
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ def enters(on: str, text: str, parameters: Sequence[EffectParameter], plant) -> 
         return InputMap(_law(text, InputMap, parameters, plant))
     if on in channels:
         return SensorMap(on, _law(text, SensorMap, parameters, plant))
-    kind = DryForce if DIRECTION in text else Force
+    kind = DryForce if any(token.text == DIRECTION for token in tokens(text)) else Force
     return kind(on, _law(text, kind, parameters, plant))
 
 

@@ -42,7 +42,7 @@ def page(summary: Summary, planned: int) -> str:
         ("true values inside 95 % intervals", told(s.coverage), "92 to 98 %"),
     ]
     parts = [
-        HEAD,
+        HEAD.rstrip(),
         f"## Findings\n\n{s.cases} of {planned} logs"
         + (f", {len(s.failures)} could not be used." if s.failures else "."),
         table(("", "measured", "goal"), rows),

@@ -12,11 +12,12 @@ from time import monotonic
 
 import wheelpend
 from wheelpend.benchmark.cases import Case, plan
-from wheelpend.benchmark.trial import Outcome, try_case, warm
+from wheelpend.benchmark.trial import Outcome, try_case
 from wheelpend.kernels import derivation_fingerprint
 from wheelpend.model import Model
 from wheelpend.processes import as_they_end, cores
 from wheelpend.serialise import plain
+from wheelpend.warm import compile_all
 
 Progress = Callable[[str], None]
 
@@ -33,9 +34,9 @@ def run(
     book = folder / f"outcomes-{fingerprint()}.jsonl"
     known = {o.key: o for o in read(book)}
     left = [c for c in wanted if c.key not in known]
-    progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
     if left:
-        warm(Model.default())
+        compile_all(Model.default(), progress)  # once, before every process wants it
+    progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
     begin = monotonic()
     with book.open("a", encoding="utf-8") as file:
         for number, (_, outcome) in enumerate(as_they_end([partial(try_case, c) for c in left]), 1):

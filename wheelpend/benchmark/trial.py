@@ -8,7 +8,6 @@ from time import monotonic
 import numpy as np
 
 import derive
-from wheelpend import kernels
 from wheelpend.benchmark.cases import Case
 from wheelpend.benchmark.engine import TRUTH, engine_log
 from wheelpend.explanation import Explanation, explain
@@ -128,11 +127,6 @@ def strength(fitted: Fit, effects: tuple[str, ...]) -> float:
 def _value(fitted: Fit, label: str) -> float:
     name, _, log = label.partition("@")
     return float(fitted.of_log(int(log or 0))[name])
-
-
-def warm(model: Model) -> None:
-    """Load the kernels once before many processes want them."""
-    kernels.library_of(model)
 
 
 __all__ = ["Outcome", "try_case"]

@@ -16,7 +16,7 @@ from wheelpend.failures import Failure
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import vector
-from wheelpend.simulation import SAMPLE, machine_values, noise_levels
+from wheelpend.simulation import SAMPLE, machine_values, sensor_errors
 
 COMMANDS = ("simple", "aggressive")
 DURATION = 20.0  # s
@@ -95,24 +95,13 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
     log = Log(setup.command, t, np.zeros_like(t), np.zeros((t.size, module.NY)), tuple(module.OUTPUTS), angle)
     start = np.zeros(module.NX)
     start[1] = setup.tilt
-    noise, quantum = sensors(robot, t.size, seed)
+    noise, quantum = sensor_errors(robot.model, module.OUTPUTS, t.size, seed)
     assert robot.model.controller is not None
     states, measured, voltage = module.closed_loop(
         t, angle, rate * setup.rate_error, np.array(robot.model.controller.gains, dtype=float), start,
         vector(module, {**robot.values, **(values or {})}, log), noise, quantum, SAMPLE,
     )  # fmt: skip
     return Run(states, Log(setup.command, t, voltage, measured, log.channels, angle))
-
-
-def sensors(robot: Robot, samples: int, seed: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """Noise (N, channels) and quantisation (channels,) of the sensors; none without a seed."""
-    channels = robot.module.OUTPUTS
-    if seed is None:
-        return np.zeros((samples, len(channels))), np.zeros(len(channels))
-    counts = robot.model.sensors.encoder_counts
-    quantum = np.array([2 * np.pi / counts if counts and n == "theta_w" else 0.0 for n in channels])
-    normal = np.random.default_rng(seed).normal(size=(samples, len(channels)))
-    return normal * noise_levels(robot.model, channels), quantum
 
 
 def unstable_pole(robot: Robot) -> float:
