@@ -22,8 +22,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import sympy as sp
+
 from derive import effects, plants
-from derive.effects import Deformation
+from derive.effects import Deformation, InnerForce, InnerPlay
 from derive.emit import differences, equations_text, render, write
 from derive.equivalence import relations
 from derive.grouping import NotExpressibleError
@@ -41,16 +43,17 @@ def model_files(plant: str, assumptions: dict, effect_names: Sequence[str]) -> d
     }
 
 
-def library_model(plant: str, assumptions: dict, own: Sequence[str] = ()) -> Model:
+def library_model(plant: str, assumptions: dict, own: Sequence[str] = (), free: Sequence[str] = ()) -> Model:
     """The model with every effect that the plant and its assumptions allow, and a missing force on each row.
 
-    ``own`` are names of a user's registered effects.
+    ``own`` are names of a user's registered effects. Effects that free something inside the machine cannot be absent
+    while it is free: only those are in it that free what is named in ``free``.
 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
     settled = plants.settle(plant, assumptions)
     fitting = effects.possible_on(plants.find(plant).build(settled), own)
-    possible = [e for e in fitting if derivable(plant, settled, e)]
+    possible = [e for e in fitting if (not e.frees or e.frees in free) and derivable(plant, settled, e)]
     found = relations(plant, settled, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
     return replace(compose(plant, settled, chosen, missing_force=True), relations=found)
@@ -58,13 +61,14 @@ def library_model(plant: str, assumptions: dict, own: Sequence[str] = ()) -> Mod
 
 def derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
     """Whether an effect can be written with the plant's parameters and constants under these assumptions."""
-    if not isinstance(effect.enters, Deformation):
+    if not isinstance(effect.enters, Deformation | InnerForce | InnerPlay):
         return True
     try:
-        compose(plant, assumptions, [effect.name])
+        found = compose(plant, assumptions, [effect.name])
     except NotExpressibleError:
         return False
-    return True
+    accelerations = [c.ddq for c in found.plant.moving]
+    return sp.Matrix(found.residual).jacobian(accelerations).det() != 0  # a give without inertia is none
 
 
 __all__ = [

@@ -35,6 +35,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
         title=title or model.plant.name,
         equations=equations_text(model),
         code=code,
+        late=", ".join(str(n in code.late) for n in range(len(code.outputs))),
         **argument_lists(code),
     )
     return tidy(text)
@@ -42,12 +43,12 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
 
 def argument_lists(code: Code) -> dict[str, str]:
     """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
-    count, width = len(code.accelerations), len(code.states) + (code.lag >= 0)
+    count, width = len(code.accelerations), len(code.variables) + (code.lag >= 0)
     lists = {
-        "states": code.states,
         "accelerations": code.accelerations,
         "directions": code.directions,
-        "motion": (*code.states, code.input, *code.directions),
+        "variables": code.variables,
+        "motion": (*code.variables, code.input, *code.directions),
         "mobility": [f"mobility_{i}_{j}" for i in range(count) for j in range(count)],
         "by_state": [f"by_{i}_{j}" for i in range(count) for j in range(width)],
         "forces": [f"force_{n}" for n in range(len(code.slips))],
@@ -58,7 +59,7 @@ def argument_lists(code: Code) -> dict[str, str]:
 def equations_text(model: Model) -> str:
     """The equations of motion as lines of text: residual = 0 for each row."""
     lines = []
-    for coordinate, row in zip(model.plant.coordinates, model.residual, strict=True):
+    for coordinate, row in zip(model.plant.moving, model.residual, strict=True):
         terms = sp.Add.make_args(row)
         lines.append(f"{coordinate.row} row: 0 =")
         lines += [f"    {'- ' if str(t).startswith('-') else '+ '}{str(t).lstrip('-')}" for t in terms]

@@ -17,13 +17,14 @@ import sympy as sp
 
 from derive import effects as library
 from derive import plants
-from derive.effects import Deformation, Effect, InputDelay, InputLag
+from derive.effects import Deformation, Effect, InnerForce, InnerPlay, InputDelay, InputLag, PathForce, SensorDelay
 from derive.functions import TIME, symbol
 from derive.grouping import NotExpressibleError
 from derive.model import dry_surfaces, forces, group_and_deform, input_map, sensor_maps
 from derive.records import Plant, Relations
 
 ZERO = sp.Integer(0)
+UNTRACED = (InputDelay, InputLag, SensorDelay, PathForce, InnerForce, InnerPlay)  # act with a memory or a delay
 Trace = tuple[sp.Expr, ...]  # change of each reading, then of each row
 Terms = dict[tuple[int, sp.Expr], sp.Expr]  # (entry, function of the motion) → constant
 
@@ -100,7 +101,7 @@ def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
 @lru_cache(maxsize=256)
 def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
     plant, rows, *_ = _ground(plant_name, assumptions)
-    if isinstance(effect.enters, InputDelay | InputLag) or not library.fits(effect, plant):
+    if isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant):
         return ()
     if isinstance(effect.enters, Deformation):
         try:

@@ -51,6 +51,38 @@ class Ramp(sp.Function):
         return Step(self.args[0])
 
 
+class Least(sp.Function):
+    """The smaller of two arguments; either may be infinite."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative away from the corner."""
+        one, other = self.args if argindex == 1 else reversed(self.args)
+        return Step(other - one)
+
+
+class Decay(sp.Function):
+    """exp(−path/length); where the length is not positive 1 at path 0, else 0."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative; zero where the length is not positive."""
+        path, length = self.args
+        return -Inverse(length) * self if argindex == 1 else path * Inverse(length) ** 2 * self
+
+
+class Inverse(sp.Function):
+    """1/x where x is positive, else 0."""
+
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:
+        """Derivative where x is positive."""
+        return -(Inverse(self.args[0]) ** 2)
+
+
 def symbol(name: str) -> sp.Symbol:
     """A plain real symbol; a parameter may carry a dot in its name."""
     return sp.Symbol(name, real=True)

@@ -151,7 +151,7 @@ def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: 
 
 
 def _motion_symbols(plant: Plant) -> tuple[sp.Symbol, ...]:
-    states = [s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)]
+    states = [s for c in plant.moving for s in (c.q, c.dq, c.ddq)]
     return (*states, plant.input, *plant.geometry.values())
 
 

@@ -13,14 +13,14 @@ def derive_equations(plant: Plant) -> Equations:
     lagrangian = kinetic_energy(plant) - potential_energy(plant)
     return Equations(
         lagrangian,
-        inertia=tuple(lagrange_row(lagrangian, c, plant.coordinates) for c in plant.coordinates),
-        force=tuple(generalised_force(plant, c) for c in plant.coordinates),
+        inertia=tuple(lagrange_row(lagrangian, c, plant.moving) for c in plant.moving),
+        force=tuple(generalised_force(plant, c) for c in plant.moving),
     )
 
 
 def kinetic_energy(plant: Plant) -> sp.Expr:
     """Kinetic energy of all bodies, translation and rotation [J] (paper eq. 1)."""
-    return sp.Add(*(kinetic_energy_of(body, plant.coordinates) for body in plant.bodies))
+    return sp.Add(*(kinetic_energy_of(body, plant.moving) for body in plant.bodies))
 
 
 def kinetic_energy_of(body: Body, coordinates: tuple[Coordinate, ...]) -> sp.Expr:

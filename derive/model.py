@@ -9,11 +9,24 @@ import sympy as sp
 
 from derive import effects as library
 from derive import plants
-from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputLag, InputMap, SensorMap
-from derive.functions import TIME, symbol
+from derive.effects import (
+    Deformation,
+    DryForce,
+    Effect,
+    Force,
+    InnerForce,
+    InnerPlay,
+    InputDelay,
+    InputLag,
+    InputMap,
+    PathForce,
+    SensorDelay,
+    SensorMap,
+)
+from derive.functions import TIME, Magnitude, Ramp, Sign, symbol
 from derive.grouping import Grouping, columns, group, rewrite, scaled_rows
 from derive.lagrange import derive_equations
-from derive.records import DrySurface, Model, Parameter, Plant
+from derive.records import Coordinate, DrySurface, Memory, Model, Parameter, Plant, Regressor
 from derive.regressor import derive_regressor
 
 ORIGIN = Parameter("origin", "rad", "wheel angle at the log's first sample")
@@ -28,21 +41,23 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     Raises KeyError for unknown names and NotExpressibleError when an effect needs constants that the plant lacks.
     """
     settled = plants.settle(plant_name, assumptions)
-    plant = plants.find(plant_name).build(settled)
     chosen = in_library_order((*effect_names, *plants.brought(plant_name, settled)))
+    plant = plants.find(plant_name).build(settled, freed(chosen))
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
     residual = [row.subs(plant.input, acting) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    memories = memories_of(plant, chosen)
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
     fitted += [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
     absent = [0.0] * len(grouping.names) + [p.absent for e in chosen for p in e.parameters]
     if missing_force:
         absent += [0.0] * len(plant.coordinates)
-        residual = [r - symbol(f"missing.{c.row}") for r, c in zip(residual, plant.coordinates, strict=True)]
+        unknown = [symbol(f"missing.{c.row}") for c in plant.coordinates] + [0] * len(plant.free)
+        residual = [r - f for r, f in zip(residual, unknown, strict=True)]
         fitted += [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
     readings = sensor_maps(plant, chosen)
-    used = set().union(*(e.free_symbols for e in (*residual, *readings)))
+    used = set().union(*(e.free_symbols for e in (*residual, *readings, *(m.law for m in memories))))
     constants = [c for c in (*plant.constants, ORIGIN) if symbol(c.name) in used]
     return Model(
         plant=plant,
@@ -57,9 +72,27 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         delay=parameter_of(InputDelay, chosen),
         lag=lag,
         drive=voltage,
-        regressor=derive_regressor(plant, tuple(residual), dry_surfaces(plant, chosen), grouping, tuple(fitted)),
+        regressor=regressor_of(plant, settled, residual, chosen, memories, grouping, tuple(fitted)),
         absent=tuple(absent),
+        memories=memories,
+        sensor_delay=parameter_of(SensorDelay, chosen),
+        late=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
+        moments=tuple(f"{e.name}.{p.name}" for e in chosen for p in e.parameters if p.moment),
     )
+
+
+def freed(chosen: tuple[Effect, ...]) -> tuple[str, ...]:
+    """What the effects free inside the machine, in a fixed order."""
+    return tuple(sorted({e.frees for e in chosen} - {""}))
+
+
+def regressor_of(plant: Plant, settled: dict, residual, chosen, memories, grouping: Grouping, fitted) -> Regressor:
+    """The regressor, for which what moves inside the machine and what remembers stand still: no sensor reads them."""
+    inside = {s: 0 for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
+    inside |= {m.force: 0 for m in memories}
+    rows = tuple(r.subs(inside) for r in residual[: len(plant.coordinates)])
+    rigid = plants.find(plant.name).build(settled)
+    return derive_regressor(rigid, rows, dry_surfaces(rigid, chosen), grouping, fitted)
 
 
 def parameter_of(kind: type, chosen: tuple[Effect, ...]) -> str:
@@ -74,14 +107,30 @@ def in_library_order(effect_names: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def group_and_deform(plant: Plant, assumptions: dict, chosen: tuple[Effect, ...]) -> tuple[Grouping, tuple]:
-    """Find the equivalent parameters on the undeformed plant, then re-derive with the chosen deformations."""
+    """Find the equivalent parameters on the undeformed, rigid plant, then re-derive with the chosen deformations."""
     absent = {s: sp.Integer(0) for s in plant.geometry.values()}
+    rigid = plants.find(plant.name).build(assumptions)
+    grouping = group(
+        rigid, tuple(r.subs(absent) for r in scaled_rows(rigid, derive_equations(rigid))), default_columns(plant.name)
+    )
+    present = deformations(plant, chosen)
     deformed = scaled_rows(plant, derive_equations(plant))
-    grouping = group(plant, tuple(r.subs(absent) for r in deformed), default_columns(plant.name))
-    present = {plant.geometry[e.enters.symbol]: e for e in chosen if isinstance(e.enters, Deformation)}
     rows = tuple(r.subs({s: 0 for s in absent if s not in present}) for r in deformed)
     rows = rewrite(plant, rows, grouping.definitions, grouping.names)
-    return grouping, tuple(r.subs({s: symbol(e.full_names[0]) for s, e in present.items()}) for r in rows)
+    return grouping, tuple(r.subs(present) for r in rows)
+
+
+def deformations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp.Expr]:
+    """What the effects make of the plant's geometry."""
+    present: dict[sp.Symbol, sp.Expr] = {}
+    for effect in chosen:
+        if isinstance(effect.enters, Deformation):
+            law = effect.enters.law
+            value = law(TIME, **effect.symbols) if law else symbol(effect.full_names[0])
+            present[plant.geometry[effect.enters.symbol]] = value
+        elif isinstance(effect.enters, InnerForce):
+            present |= {plant.geometry[n]: law(**effect.symbols) for n, law in effect.enters.geometry}
+    return present
 
 
 @lru_cache
@@ -120,14 +169,42 @@ def input_map(plant: Plant, chosen: tuple[Effect, ...]) -> sp.Expr:
 
 def forces(plant: Plant, chosen: tuple[Effect, ...]) -> list[sp.Expr]:
     """Generalised forces of the effects on each row, by virtual work on their ports."""
-    total = [sp.Integer(0)] * len(plant.coordinates)
+    resistances = [(inner.q, inside_resistance(inner, name, chosen)) for name, inner in plant.inner.items()
+                   if name in plant.free]  # fmt: skip
     for effect in chosen:
         if isinstance(effect.enters, Force):
             angle = plant.port(effect.enters.port).coordinate
-            resistance = effect.enters.law(angle, rate_of(angle, plant), **effect.symbols)
-            for row, c in enumerate(plant.coordinates):
-                total[row] -= resistance * angle.diff(c.q)
-    return total
+            resistances.append((angle, effect.enters.law(angle, rate_of(angle, plant), **effect.symbols)))
+        elif isinstance(effect.enters, PathForce):
+            resistances.append((plant.port(effect.enters.port).coordinate, remembered(effect)))
+    return [-sp.Add(*(f * sp.diff(angle, c.q) for angle, f in resistances)) for c in plant.moving]
+
+
+def inside_resistance(inner: Coordinate, name: str, chosen: tuple[Effect, ...]) -> sp.Expr:
+    """What resists a give inside the machine: the effects' laws, outside of a play where there is one."""
+    laws = [(e.enters.law, e.symbols) for e in chosen if isinstance(e.enters, InnerForce) and e.frees == name]
+    beyond = inner.q
+    for effect in chosen:
+        if isinstance(effect.enters, InnerPlay) and effect.frees == name:
+            laws = laws or [(effect.enters.contact, {})]
+            beyond = Sign(inner.q) * Ramp(Magnitude(inner.q) - effect.enters.width(**effect.symbols) / 2)
+    return sp.Add(*(law(beyond, inner.dq, **parameters) for law, parameters in laws))
+
+
+def remembered(effect: Effect) -> sp.Symbol:
+    """Symbol of the force of an effect with a memory."""
+    return symbol(f"{effect.name}_force")
+
+
+def memories_of(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[Memory, ...]:
+    """The forces with a memory, each with its law along a path of slip."""
+    found = []
+    for effect in chosen:
+        if isinstance(effect.enters, PathForce):
+            before, path = symbol(f"{effect.name}_before"), symbol(f"{effect.name}_path")
+            law = effect.enters.law(before, path, **effect.symbols)
+            found.append(Memory(remembered(effect), before, path, law, slip_row(plant, effect.enters.port)))
+    return tuple(found)
 
 
 def dry_surfaces(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[DrySurface, ...]:
@@ -149,7 +226,7 @@ def direction_of(port: str) -> sp.Symbol:
 
 def slip_row(plant: Plant, port: str) -> tuple[float, ...]:
     """Slip speed of a port as constant weights on the coordinates' rates."""
-    weights = tuple(plant.port(port).coordinate.diff(c.q) for c in plant.coordinates)
+    weights = tuple(plant.port(port).coordinate.diff(c.q) for c in plant.moving)
     if any(w.free_symbols for w in weights):
         raise ValueError(f"Dry friction needs a port whose angle is linear in the coordinates; {port} is not")
     return tuple(float(w) for w in weights)
@@ -157,7 +234,7 @@ def slip_row(plant: Plant, port: str) -> tuple[float, ...]:
 
 def rate_of(angle: sp.Expr, plant: Plant) -> sp.Expr:
     """Time derivative of a function of the coordinates."""
-    return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
+    return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.moving))
 
 
 def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]:

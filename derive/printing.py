@@ -40,6 +40,15 @@ class KernelPrinter(PythonCodePrinter):
     def _print_Ramp(self, e: sp.Expr) -> str:
         return f"max({self._print(e.args[0])}, 0.0)"
 
+    def _print_Least(self, e: sp.Expr) -> str:
+        return f"min({self._print(e.args[0])}, {self._print(e.args[1])})"
+
+    def _print_Decay(self, e: sp.Expr) -> str:
+        return f"_decay({self._print(e.args[0])}, {self._print(e.args[1])})"
+
+    def _print_Inverse(self, e: sp.Expr) -> str:
+        return f"_inverse({self._print(e.args[0])})"
+
     def _print_Symbol(self, e: sp.Symbol) -> str:
         return local_name(e.name)
 

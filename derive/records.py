@@ -99,8 +99,15 @@ class Plant:
     substitutions: dict  # physical symbols rewritten so that the scale appears in them
     constants: tuple[Parameter, ...]  # known numbers, never identified
     geometry: dict[str, sp.Symbol] = field(default_factory=dict)  # deformations that effects may use, 0 when absent
+    inner: dict[str, Coordinate] = field(default_factory=dict)  # give inside the machine that effects may free
+    free: tuple[str, ...] = ()  # of these, those that are free; the others are rigid
     controlled: tuple[str, str] = ("", "")  # channels of the controlled angle and of its rate
     falls: str = ""  # coordinate that must stay within ±π/2 for a log to be usable, if any
+
+    @property
+    def moving(self) -> tuple[Coordinate, ...]:
+        """The coordinates, then those inside the machine that are free."""
+        return (*self.coordinates, *(self.inner[n] for n in self.free))
 
     def port(self, name: str) -> Port:
         """Return the port of that name; raises KeyError with the known ones."""
@@ -146,6 +153,16 @@ class Regressor(NamedTuple):
     energy: EnergyBalance
 
 
+class Memory(NamedTuple):
+    """A force on a port that follows from the path of slip and from itself before, whatever the speed."""
+
+    force: sp.Symbol  # [V], against the slip
+    before: sp.Symbol  # the force where the path begins
+    path: sp.Symbol  # slip since then [rad]
+    law: sp.Expr  # the force at the end of the path, in the two and the parameters
+    weights: tuple[float, ...]  # the path as a combination of the moving coordinates
+
+
 class Relations(NamedTuple):
     """What no data can tell apart, from the equations alone."""
 
@@ -175,7 +192,7 @@ class Model:
     assumptions: dict
     effects: tuple  # of derive.effects.Effect
     grouping: Grouping
-    residual: tuple[sp.Expr, ...]
+    residual: tuple[sp.Expr, ...]  # of the coordinates, then of those inside the machine that are free
     surfaces: tuple[DrySurface, ...]
     readings: tuple[sp.Expr, ...]  # what the sensors read, in the states
     fitted: tuple[Parameter, ...]  # parameters that may be identified, base first
@@ -186,11 +203,21 @@ class Model:
     regressor: Regressor
     absent: tuple[float, ...]  # value of each fitted parameter while its effect is absent
     relations: Relations | None = None  # found for the library
+    memories: tuple[Memory, ...] = ()
+    sensor_delay: str = ""  # name of the parameter that delays sensors, or ""
+    late: tuple[str, ...] = ()  # channels that it delays
+    moments: tuple[str, ...] = ()  # names of the parameters that are times at which something begins or ends
 
     @property
     def states(self) -> tuple[sp.Symbol, ...]:
         """Coordinates, then their rates."""
         return tuple(c.q for c in self.plant.coordinates) + tuple(c.dq for c in self.plant.coordinates)
+
+    @property
+    def inner(self) -> tuple[sp.Symbol, ...]:
+        """What effects add to the state: coordinates inside the machine with their rates, then forces with a memory."""
+        free = self.plant.moving[len(self.plant.coordinates) :]
+        return (*(s for c in free for s in (c.q, c.dq)), *(m.force for m in self.memories))
 
     @property
     def parameters(self) -> tuple[str, ...]:

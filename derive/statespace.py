@@ -9,7 +9,7 @@ import sympy as sp
 
 from derive.functions import symbol
 from derive.printing import Kernel, Target, kernel
-from derive.records import Model, Relations
+from derive.records import Memory, Model, Relations
 
 
 class Signal(NamedTuple):
@@ -20,13 +20,30 @@ class Signal(NamedTuple):
     held: bool  # whether it is constant between samples, as the input is
 
 
+class MemoryCode(NamedTuple):
+    """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
+
+    name: str
+    index: int
+    path: tuple[tuple[float, str, int], ...]  # weight, coordinate, its index among the variables
+    value: Kernel
+    jacobian: Kernel
+
+
 class Code(NamedTuple):
     """Everything the templates need; strings and numbers only."""
 
-    states: tuple[str, ...]
+    states: tuple[str, ...]  # coordinates and rates
+    variables: tuple[str, ...]  # the same, then what effects add
+    slopes: tuple[str, ...]  # time derivative of each variable but the forces with a memory
+    rates: tuple[int, ...]  # index of the rate of each moving coordinate among the variables
+    memories: tuple[MemoryCode, ...]
     accelerations: tuple[str, ...]
     outputs: tuple[str, ...]
     rows: tuple[str, ...]
+    late: tuple[int, ...]  # indices of the outputs that are delayed
+    sensor_delay: int  # index of their delay among the parameters, or -1
+    moments: tuple[int, ...]  # indices of the parameters that are times
     parameters: tuple[str, ...]
     units: tuple[str, ...]
     absent: tuple[str, ...]  # value of each parameter while it has no influence, as an expression
@@ -52,9 +69,17 @@ def generate_code(model: Model) -> Code:
     signals = filtered_signals(model)
     outputs = tuple(c.name for c in model.plant.channels)
     names = model.parameters
+    variables = variables_of(model)
     return Code(
         states=tuple(s.name for s in model.states),
-        accelerations=tuple(c.ddq.name for c in model.plant.coordinates),
+        variables=variables,
+        slopes=slopes_of(model),
+        rates=tuple(variables.index(c.dq.name) for c in model.plant.moving),
+        memories=tuple(memory_code(model, m) for m in model.memories),
+        late=tuple(outputs.index(name) for name in model.late),
+        sensor_delay=names.index(model.sensor_delay) if model.sensor_delay else -1,
+        moments=tuple(names.index(name) for name in model.moments),
+        accelerations=tuple(c.ddq.name for c in model.plant.moving),
         outputs=outputs,
         rows=tuple(c.row for c in model.plant.coordinates),
         parameters=names,
@@ -94,23 +119,55 @@ def generate_code(model: Model) -> Code:
     )
 
 
+def variables_of(model: Model) -> tuple[str, ...]:
+    """Names of everything that varies in time: coordinates and rates, then what effects add."""
+    return tuple(s.name for s in (*model.states, *model.inner))
+
+
+def slopes_of(model: Model) -> tuple[str, ...]:
+    """Names of the time derivatives of the variables, those of forces with a memory apart."""
+    slope = {c.q.name: c.dq.name for c in model.plant.moving} | {c.dq.name: c.ddq.name for c in model.plant.moving}
+    return tuple(slope[name] for name in variables_of(model) if name in slope)
+
+
+def memory_code(model: Model, memory: Memory) -> MemoryCode:
+    """A force with a memory as text; its derivatives are by the force before, by the path, then by the parameters."""
+    variables = variables_of(model)
+    pairs = zip(memory.weights, model.plant.moving, strict=True)
+    table = sources(model, **{s.name: s.name for s in (memory.before, memory.path)})
+    slopes = [Target("by_before", memory.law.diff(memory.before)), Target("by_path", memory.law.diff(memory.path))]
+    own = [(n, memory.law.diff(symbol(p.name))) for n, p in enumerate(model.fitted)]
+    return MemoryCode(
+        memory.force.name,
+        variables.index(memory.force.name),
+        tuple((w, c.q.name, variables.index(c.q.name)) for w, c in pairs if w),
+        kernel([Target("force", memory.law)], table),
+        kernel([*slopes, *(Target(f"by_parameter[stage, row, {n}]", s) for n, s in own if s != 0)], table),
+    )
+
+
 def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
-    """Constants in what multiplies each effect parameter, for those parameters that need any."""
+    """Constants in what multiplies each effect parameter alone, or what the effect frees, where there are any."""
     known = [c.name for c in model.constants if c.name != "origin"]
     table = {}
-    for name in (p.name for p in model.fitted if "." in p.name):
-        inside = set().union(*(row.diff(symbol(name)).free_symbols for row in model.residual))
+    for effect in model.effects:
+        own = set(effect.symbols.values())
+        others = {s: 0 for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)
+                  if p.absent == 0.0 and s not in own}  # fmt: skip
+        inner = model.plant.inner.get(effect.frees)
+        touched = (*own, *((inner.q, inner.dq, inner.ddq) if inner else ()))
+        slopes = [row.subs(others).diff(s) for row in model.residual for s in touched]
+        inside = set().union(*(slope.free_symbols for slope in slopes))
         wanted = tuple(c for c in known if symbol(c) in inside)
-        if wanted:
-            table[name] = wanted
+        table |= {name: wanted for name in effect.full_names if wanted}
     return table
 
 
 def sources(model: Model, **extra: str) -> dict[str, str]:
     """Where a kernel finds each symbol among its arguments."""
     table = {"t": "t", model.plant.input.name: "voltage"}
-    table |= {s.name: f"state[{n}]" for n, s in enumerate(model.states)}
-    table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.coordinates)}
+    table |= {name: f"state[{n}]" for n, name in enumerate(variables_of(model))}
+    table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.moving)}
     table |= {s.direction.name: f"direction[{n}]" for n, s in enumerate(model.surfaces)}
     return table | {name: f"parameters[{n}]" for n, name in enumerate(model.parameters)} | extra
 
@@ -118,13 +175,14 @@ def sources(model: Model, **extra: str) -> dict[str, str]:
 def scalar_sources(model: Model) -> dict[str, str]:
     """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
     plant, surfaces = model.plant, model.surfaces
-    scalars = (*model.states, *(c.ddq for c in plant.coordinates), plant.input, *(s.direction for s in surfaces))
+    accelerations = (c.ddq for c in plant.moving)
+    scalars = (*model.states, *model.inner, *accelerations, plant.input, *(s.direction for s in surfaces))
     return sources(model, **{s.name: s.name for s in scalars})
 
 
 def free_motion(model: Model) -> Kernel:
     """Accelerations without dry friction, and the inverse mass matrix, in closed form."""
-    accelerations = [c.ddq for c in model.plant.coordinates]
+    accelerations = [c.ddq for c in model.plant.moving]
     residual = sp.Matrix(model.residual)
     mass = residual.jacobian(accelerations)
     inverse = mass.adjugate() / mass.det()
@@ -144,7 +202,9 @@ def residual_jacobian(model: Model) -> Kernel:
     slipping = sp.Matrix(model.residual)
     for surface in model.surfaces:
         slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
-    by_state = slipping.jacobian([*model.states, *([model.plant.input] if model.lag else [])])
+    by_state = slipping.jacobian(
+        [*model.states, *model.inner, *([model.plant.input] if model.lag else [])]
+    )
     by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
     rows, columns = by_state.shape
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]
@@ -204,7 +264,7 @@ def directed(model: Model) -> dict[str, str]:
     """Sources for the regressor, in which dry friction has the sign of the slip."""
     slips = {}
     for surface in model.surfaces:
-        weights = zip(surface.slip, range(len(model.states) // 2, len(model.states)), strict=True)
+        weights = zip(surface.slip, range(len(model.states) // 2, len(model.states)), strict=False)
         slip = " + ".join(f"{w} * state[{n}]" for w, n in weights if w)
         slips[surface.direction.name] = f"_sign({slip})"
     return sources(model, **slips)

@@ -12,11 +12,16 @@ from derive.effects.row import (
     Effect,
     EffectParameter,
     Force,
+    InnerForce,
+    InnerPlay,
     InputDelay,
     InputLag,
     InputMap,
+    Onset,
+    PathForce,
     Quantiles,
     Ripple,
+    SensorDelay,
     SensorMap,
     Values,
 )
@@ -55,10 +60,14 @@ def possible_on(plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:
 def fits(effect: Effect, plant) -> bool:
     """Whether a plant has the part that an effect acts on."""
     match effect.enters:
-        case Force(port=port) | DryForce(port=port):
+        case Force(port=port) | DryForce(port=port) | PathForce(port=port):
             return any(p.name == port for p in plant.ports)
         case Deformation(symbol=name):
             return name in plant.geometry
+        case InnerForce(coordinate=name) | InnerPlay(coordinate=name):
+            return name in plant.inner
+        case SensorDelay(channels=channels):
+            return {c.name for c in plant.channels} >= set(channels)
         case SensorMap(channel=channel):
             return any(c.name == channel for c in plant.channels)
     return True
@@ -72,11 +81,16 @@ __all__ = [
     "Effect",
     "EffectParameter",
     "Force",
+    "InnerForce",
+    "InnerPlay",
     "InputDelay",
     "InputLag",
     "InputMap",
+    "Onset",
+    "PathForce",
     "Quantiles",
     "Ripple",
+    "SensorDelay",
     "SensorMap",
     "Values",
     "all_with",

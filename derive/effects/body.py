@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from derive.effects.row import Deformation, Effect, EffectParameter, Force
-from derive.functions import Magnitude, symbol
+from derive.effects.row import Deformation, Effect, EffectParameter, Force, InnerForce, Onset, Values
+from derive.functions import TIME, Magnitude, Step, symbol
 
 ROWS = (
     Effect(
@@ -26,6 +26,16 @@ ROWS = (
         means="The robot balances at a pitch that is not zero.",
     ),
     Effect(
+        "body_damping",
+        "body",
+        "Viscous damping of the body's turning, against the world.",
+        "Q_p = −c θ̇p",
+        (EffectParameter("coefficient", "V s/rad", minimum=0.0, typical=0.05),),
+        Force("body", lambda a, v, coefficient: coefficient * v),
+        dissipates=True,
+        means="The air, or something that the body drags along, resists leaning in proportion to its rate.",
+    ),
+    Effect(
         "tether_spring",
         "body",
         "A cable or spring pulls the robot back to where the log began.",
@@ -33,5 +43,62 @@ ROWS = (
         (EffectParameter("stiffness", "V/rad", minimum=0.0, typical=0.05),),
         Force("ground", lambda a, v, stiffness: stiffness * (a - symbol("origin"))),
         means="Something is attached to the robot: the cable weighs in, the more the further it goes.",
+    ),
+    Effect(
+        "slosh",
+        "body",
+        "Something hangs or sloshes in the body: a damped pendulum on its axis.",
+        "φ̈ + 2 ζ ω (φ̇ − θ̇p) + ω² sin φ = −(acceleration of its pivot), of mass r M, hung at a height above the axle",
+        (
+            EffectParameter("mass_ratio", "1", minimum=0.0, maximum=1.0, typical=0.05),
+            EffectParameter("height", "m", typical=0.5, absent=0.7),
+            EffectParameter(
+                "frequency",
+                "rad/s",
+                minimum=0.5,
+                maximum=100.0,
+                typical=8.0,
+                absent=8.0,
+                bounded=True,
+                starts=Values((3.0, 5.0, 8.0, 13.0, 20.0)),
+            ),
+            EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.05, absent=0.1, bounded=True),
+        ),
+        InnerForce(
+            "sway",
+            lambda q, dq, **parameters: 0,
+            (
+                ("sway_mass", lambda mass_ratio, height, frequency, damping: mass_ratio),
+                ("sway_height", lambda mass_ratio, height, frequency, damping: height),
+                ("sway_length", lambda mass_ratio, height, frequency, damping: symbol("g") / frequency**2),
+                ("sway_decay", lambda mass_ratio, height, frequency, damping: 2 * damping * frequency),
+            ),
+        ),
+        means="A half-full tank, a loose cable or a soft payload swings in the body, a beat of its own.",
+    ),
+    Effect(
+        "payload_step",
+        "body",
+        "The body gets heavier, or lighter, at a moment.",
+        "M becomes M (1 + r) from a moment on",
+        (
+            EffectParameter("time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True),
+            EffectParameter("ratio", "1", scope="event", minimum=-0.9, typical=0.1),
+        ),
+        Deformation("payload", lambda t, time, ratio: ratio * Step(t - time)),
+        means="Something was put on, or taken off, while the log ran; parameters before and after are not the same.",
+    ),
+    Effect(
+        "external_push",
+        "body",
+        "Somebody, or something, pushes the robot for a while.",
+        "Q_w = F from start to end",
+        (
+            EffectParameter("start", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True),
+            EffectParameter("end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), moment=True),
+            EffectParameter("torque", "V", scope="event", typical=0.5),
+        ),
+        Force("ground", lambda a, v, start, end, torque: torque * (Step(TIME - end) - Step(TIME - start))),
+        means="The model is not at fault here: leave the push out of the log, or keep it out of the fit.",
     ),
 )

@@ -2,10 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
 import sympy as sp
 
-from derive.effects.row import DryForce, Effect, EffectParameter, Force, Quantiles, Ripple
-from derive.functions import Magnitude
+from derive.effects.row import (
+    DryForce,
+    Effect,
+    EffectParameter,
+    Force,
+    InnerForce,
+    InnerPlay,
+    PathForce,
+    Quantiles,
+    Ripple,
+    Values,
+)
+from derive.functions import Decay, Least, Magnitude, Sign, Step
+
+RIGID = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
+LOSS = 1.5  # s/rad: how much of the bounce a contact takes
+
+
+def contact(q: sp.Expr, dq: sp.Expr) -> sp.Expr:
+    """Force of a contact that counts as rigid and loses energy in proportion to its force (Hunt and Crossley 1975)."""
+    return RIGID * q * (1 + LOSS * dq * Sign(q))
+
 
 ROWS = (
     Effect(
@@ -74,6 +96,83 @@ ROWS = (
         dissipates=True,
         means="It breaks loose with a jerk and then runs more easily: at small commands it moves by stick and slip.",
         ordered=("sliding", "static"),
+    ),
+    Effect(
+        "presliding_drive",
+        "drive",
+        "Dry friction in the drive that winds up like a spring before it slides, and springs back at a reversal (Dahl).",
+        "f = k z, dz/dt = s − |s| z k/F",
+        (
+            EffectParameter("torque", "V", minimum=0.0, typical=0.3),
+            EffectParameter(
+                "stiffness",
+                "V/rad",
+                minimum=0.1,
+                maximum=5000.0,
+                typical=30.0,
+                absent=30.0,
+                bounded=True,
+                starts=Values((3.0, 12.0, 50.0, 200.0)),
+            ),
+        ),
+        PathForce(  # dz/dt is s (1 − z k/F sign s): along a path of slip the force approaches ±F
+            "drive",
+            lambda before, path, torque, stiffness: (
+                torque * Sign(path)
+                + (before - torque * Sign(path)) * Decay(stiffness * Magnitude(path), torque)
+            ),
+        ),
+        dissipates=True,
+        means="Teeth, seals and grease give way before they slide: around a reversal the friction builds up with the "
+        "angle, not with the direction. With a growing stiffness it becomes dry friction.",
+    ),
+    Effect(
+        "drive_compliance",
+        "drive",
+        "The shaft between motor and wheel is elastic.",
+        "motor and wheel turn by themselves, joined by k (θ_motor − θw) + c d/dt (θ_motor − θw)",
+        (
+            EffectParameter(
+                "stiffness",
+                "V/rad",
+                minimum=1.0,
+                maximum=4000.0,
+                typical=50.0,
+                absent=math.inf,
+                bounded=True,
+                starts=Values((20.0, 60.0, 200.0, 600.0)),
+            ),
+            EffectParameter("damping", "V s/rad", minimum=0.0, typical=0.1, bounded=True),
+        ),
+        InnerForce(
+            "twist",
+            lambda q, dq, stiffness, damping: (
+                Least(stiffness, RIGID) * q
+                + damping * dq * Step(Magnitude(q))
+                + Step(stiffness - RIGID) * (contact(q, dq) - contact(q, sp.Integer(0)))
+            ),
+        ),
+        dissipates=True,
+        means="A long shaft, a belt or a coupling winds up: the wheel follows the motor late and rings after a jerk.",
+    ),
+    Effect(
+        "backlash",
+        "drive",
+        "Free play between motor and wheel.",
+        "no drive force while the motor is inside the gap",
+        (
+            EffectParameter(
+                "gap",
+                "rad",
+                minimum=0.0,
+                maximum=1.0,
+                typical=0.03,
+                bounded=True,
+                starts=Values((0.005, 0.015, 0.04, 0.1)),
+            ),
+        ),
+        InnerPlay("twist", lambda gap: gap, contact),
+        means="Worn or loose teeth: at every reversal the motor first crosses the gap, and the wheels roll on their own.",
     ),
     Effect(
         "quadratic_drive",

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import sympy as sp
 
-from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force
+from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InnerForce, Values
+from derive.functions import Least
+
+GRIPS = 300.0  # V s/rad: a grip that counts as rigid
+SLIDES = 1000.0  # V: a traction that no machine reaches
 
 ROWS = (
     Effect(
@@ -35,6 +41,33 @@ ROWS = (
         (EffectParameter("angle", "rad", scope="per log", minimum=-1.0, maximum=1.0, typical=0.02),),
         Deformation("track_slope"),
         means="The robot stands on a hill and needs a constant torque to hold its place.",
+    ),
+    Effect(
+        "wheel_slip",
+        "ground",
+        "The wheels creep and slip on the ground.",
+        "cart speed v free; traction F tanh(k (θ̇w − v/R)/F) on both",
+        (
+            EffectParameter(
+                "stiffness",
+                "V s/rad",
+                minimum=0.1,
+                maximum=300.0,
+                typical=20.0,
+                absent=math.inf,
+                bounded=True,
+                starts=Values((3.0, 10.0, 40.0)),
+            ),
+            EffectParameter("limit", "V", minimum=0.1, typical=5.0, absent=math.inf, bounded=True),
+        ),
+        InnerForce(
+            "creep",
+            lambda q, dq, stiffness, limit: (
+                Least(limit, SLIDES) * sp.tanh(Least(stiffness, GRIPS) * dq / Least(limit, SLIDES))
+            ),
+        ),
+        dissipates=True,
+        means="Dust, wet floor or hard tyres: the wheels turn further than the robot travels, most when it is pushed hard.",
     ),
     Effect(
         "wheel_runout",

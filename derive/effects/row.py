@@ -1,6 +1,6 @@
 """What an effect is: a row of data that says how a piece of physics enters a model.
 
-A row enters in one of seven ways, each a small record below. Forces act on a port that the plant offers ("drive",
+A row enters in one of eleven ways, each a small record below. Forces act on a port that the plant offers ("drive",
 "ground", ...), so the same row serves every plant that has such a port. Laws are written in volt-equivalents: a
 generalised force divided by the plant's scale. Resistances oppose the motion of their port: Q = −law · ∂port/∂q.
 """
@@ -38,19 +38,24 @@ class Ripple(NamedTuple):
     of: str  # name of a port
 
 
+class Onset(NamedTuple):
+    """Starting values from a log: when a force that the model lacks begins, and when it ends."""
+
+
 class EffectParameter(NamedTuple):
     """One number of an effect."""
 
     name: str
     unit: str  # "V rad/s" style, in the plant's units
-    scope: str = "shared"  # by all logs of one machine, or "per log"
+    scope: str = "shared"  # by all logs of one machine, "per log", or of an "event" in one log
     minimum: float = -float("inf")  # physically possible range
     maximum: float = float("inf")
     grid: tuple[float, ...] = ()  # starting values to profile, where the problem is not locally linear
     typical: float = 0.1  # a moderate size, for documentation and tests
     absent: float = 0.0  # its value while the effect is absent; a shape, which has no size, may be neither 0 nor inf
-    starts: Quantiles | Ripple | Values | None = None  # starting values that only a log can tell; every shape has them
+    starts: Quantiles | Ripple | Values | Onset | None = None  # starting values that only a log can tell; every shape has them
     bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
+    moment: bool = False  # whether it is a time at which something begins or ends
 
 
 class Force(NamedTuple):
@@ -67,10 +72,40 @@ class DryForce(NamedTuple):
     law: Callable[..., sp.Expr]
 
 
+class PathForce(NamedTuple):
+    """A resistance on a port with a memory: law(before, path, parameters).
+
+    It follows from the path of slip and from what it was where the path began, whatever the speed.
+    """
+
+    port: str
+    law: Callable[..., sp.Expr]
+
+
 class Deformation(NamedTuple):
-    """A change of the plant's geometry: re-derived, not added."""
+    """A change of the plant's geometry: re-derived, not added. It may begin at a moment: law(time, parameters)."""
 
     symbol: str  # of Plant.geometry
+    law: Callable[..., sp.Expr] | None = None
+
+
+class InnerForce(NamedTuple):
+    """A give inside the machine, free to move, and what resists it: law(coordinate, rate, parameters).
+
+    ``geometry`` are deformations that come with it, each a function of the effect's parameters and the constants.
+    """
+
+    coordinate: str  # of Plant.inner
+    law: Callable[..., sp.Expr]
+    geometry: tuple[tuple[str, Callable[..., sp.Expr]], ...] = ()
+
+
+class InnerPlay(NamedTuple):
+    """Free play at a give inside the machine: full width(parameters); what else resists it acts outside of the play."""
+
+    coordinate: str  # of Plant.inner
+    width: Callable[..., sp.Expr]
+    contact: Callable[..., sp.Expr]  # law(coordinate beyond the play, rate) where nothing else resists it
 
 
 class InputMap(NamedTuple):
@@ -85,6 +120,12 @@ class InputDelay(NamedTuple):
 
 class InputLag(NamedTuple):
     """The input reaches the motor through a first-order lag of the effect's time constant: T dU/dt = V − U."""
+
+
+class SensorDelay(NamedTuple):
+    """Sensors report what was true earlier, by any fraction of a sample."""
+
+    channels: tuple[str, ...]
 
 
 class SensorMap(NamedTuple):
@@ -103,7 +144,10 @@ class Effect:
     sentence: str
     equation: str
     parameters: tuple[EffectParameter, ...]
-    enters: Force | DryForce | Deformation | InputMap | InputDelay | InputLag | SensorMap
+    enters: (
+        Force | DryForce | PathForce | Deformation | InnerForce | InnerPlay | InputMap | InputDelay | InputLag
+        | SensorMap | SensorDelay
+    )  # fmt: skip
     dissipates: bool = False
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
@@ -122,12 +166,17 @@ class Effect:
     @property
     def linear(self) -> tuple[EffectParameter, ...]:
         """Parameters whose absence is a zero, where the equations can be linearised in them."""
-        return tuple(p for p in self.parameters if p.absent == 0.0)
+        return tuple(p for p in self.parameters if p.absent == 0.0 and not p.moment)
 
     @property
     def sizes(self) -> tuple[EffectParameter, ...]:
         """Parameters that say how large the effect is: their absence is a zero, or infinite."""
-        return tuple(p for p in self.parameters if p.absent == 0.0 or math.isinf(p.absent))
+        return tuple(p for p in self.parameters if (p.absent == 0.0 or math.isinf(p.absent)) and not p.moment)
+
+    @property
+    def frees(self) -> str:
+        """The give inside the machine that it frees, or an empty string."""
+        return self.enters.coordinate if isinstance(self.enters, InnerForce | InnerPlay) else ""
 
     @property
     def profiled(self) -> EffectParameter | None:

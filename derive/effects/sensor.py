@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derive.effects.row import Effect, EffectParameter, SensorMap
+from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
 
 ROWS = (
     Effect(
@@ -63,5 +63,14 @@ ROWS = (
         (EffectParameter("bias", "rad/s", scope="per log", typical=0.02),),
         SensorMap("dtheta_p", lambda reading, bias: reading + bias),
         means="The gyro reports a turn while the body stands still; anything that integrates it drifts.",
+    ),
+    Effect(
+        "imu_lag",
+        "sensor",
+        "Pitch and pitch rate are reported late.",
+        "measured θp, θ̇p at t are true at t − d",
+        (EffectParameter("delay", "s", minimum=0.0, maximum=0.3, grid=(0.002, 0.006, 0.02), typical=0.005, bounded=True),),
+        SensorDelay(("theta_p", "dtheta_p")),
+        means="A filter, a bus or a slow sensor: the controller acts on what was, and phase margin is lost.",
     ),
 )

@@ -58,29 +58,42 @@ REFERENCE = {
     "X6": 0.7268,
     "X7": 0.7256,
 }  # Table 1
-CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}  # paper, section 4; alpha from eq. (12)
+CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "L": 0.716}  # paper, section 4; alpha from (12)
 
 
-def build(assumptions: dict) -> Plant:
-    """State geometry, actuator and sensors of the robot under the given assumptions."""
+INNER = {
+    "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
+    "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
+    "sway": coordinate("sway", "pendulum"),  # of what hangs in the body, against the vertical
+}
+
+
+def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
+    """State geometry, actuator and sensors of the robot under the given assumptions; what is not free is rigid."""
     wheel, pitch = coordinate("theta_w", "wheel"), coordinate("theta_p", "body")
     theta_w, dtheta_w, theta_p, dtheta_p = wheel.q, wheel.dq, pitch.q, pitch.dq
     m, M, L, R, g, W = sp.symbols("m M L R g W", positive=True)
     J_w, J_b, J_m, epsilon = sp.symbols("J_w J_b J_m epsilon", positive=True)
     K_t, K_b, R_m, f_m, f_w, alpha = sp.symbols("K_t K_b R_m f_m f_w alpha", positive=True)
-    gamma, delta = sp.symbols("track_slope com_angle", real=True)
+    gamma, delta, payload = sp.symbols("track_slope com_angle payload", real=True)
+    hung, height, length, decay = sp.symbols("sway_mass sway_height sway_length sway_decay", real=True)
+    (twist, dtwist), (creep, _), (sway, dsway) = (
+        (c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in INNER.items()
+    )
     V = sp.Symbol("v_in", real=True)
 
-    slip = dtheta_w - dtheta_p  # speed of the wheels against the body
+    slip = dtheta_w + dtwist - dtheta_p  # speed of the motors' side of the drive against the body
     tilt = theta_p + delta + gamma  # body's centre of mass against the normal of the track
-    axle = sp.Matrix([R * theta_w, 0, R])
+    axle = sp.Matrix([R * (theta_w - creep), 0, R])
+    pivot = axle + height * sp.Matrix([sp.sin(theta_p + gamma), 0, sp.cos(theta_p + gamma)])
+    bob = pivot - length * sp.Matrix([sp.sin(sway + gamma), 0, sp.cos(sway + gamma)])
     rotor_rate = epsilon * slip + (dtheta_p if assumptions["rotor_speed"] == "world" else 0)
     rotor_inertia = J_m if assumptions["rotor_inertia"] else sp.Integer(0)
 
     # The motor: i R_m + K_b ω = V (paper eq. 7), torque ε K_t i on the wheel from each of two motors.
     motor_rate = slip * (epsilon if assumptions["gear_ratio_in_back_emf"] == "twice" else 1)
     current = (V - K_b * motor_rate) / R_m
-    reaction = "drive" if assumptions["ground_friction_reaction"] == "body" else "ground"
+    reaction = "axle" if assumptions["ground_friction_reaction"] == "body" else "ground"
 
     return Plant(
         name=NAME,
@@ -89,20 +102,24 @@ def build(assumptions: dict) -> Plant:
         bodies=(
             Body("left wheel", m, axle + sp.Matrix([0, W / 2, 0]), J_w, dtheta_w),
             Body("right wheel", m, axle - sp.Matrix([0, W / 2, 0]), J_w, dtheta_w),
-            Body("body", M, axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)]), J_b, dtheta_p),
+            Body("body", M * (1 + payload), axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)]), J_b, dtheta_p),
             Body("left rotor", sp.Integer(0), axle, rotor_inertia, rotor_rate),
             Body("right rotor", sp.Integer(0), axle, rotor_inertia, rotor_rate),
+            *([Body("pendulum", hung * M, bob, sp.Integer(0), dsway)] if "sway" in free else []),
         ),
         gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
         loads=(
             Load("motors", "drive", 2 * epsilon * K_t * current),
             Load("gearbox friction", "drive", -2 * f_m * slip),
             Load("ground friction", reaction, -2 * f_w * dtheta_w),
+            *([Load("pendulum", "pendulum", -decay * hung * M * length**2 * (dsway - dtheta_p))] if "sway" in free else []),
         ),
         ports=(
-            Port("drive", theta_w - theta_p, "between wheel and body, through motor and gearbox"),
+            Port("drive", theta_w + twist - theta_p, "between wheel and body, through motor and gearbox"),
+            Port("axle", theta_w - theta_p, "between wheel and body, at the axle"),
             Port("ground", theta_w, "between wheel and ground"),
             Port("body", theta_p, "between body and the world"),
+            *([Port("pendulum", sway - theta_p, "between the body and what hangs in it")] if "sway" in free else []),
         ),
         channels=(
             Channel("theta_w", theta_w - (theta_p if assumptions["encoder"] == "relative" else 0), "rad"),
@@ -118,9 +135,13 @@ def build(assumptions: dict) -> Plant:
             Parameter("g", "m/s²", "gravity"),
             Parameter("alpha", "N m/V", "torque of both motors per volt (paper eq. 12)"),
             Parameter("J_w", "kg m²", "inertia of one wheel about its axle"),
+            Parameter("L", "m", "height of the body's centre of mass above the axle"),
             Parameter("epsilon", "1", "gear ratio"),
         ),
-        geometry={"track_slope": gamma, "com_angle": delta},
+        geometry={"track_slope": gamma, "com_angle": delta, "payload": payload, "sway_mass": hung,
+                  "sway_height": height, "sway_length": length, "sway_decay": decay},
+        inner=INNER,
+        free=free,
         controlled=("theta_p", "dtheta_p"),
         falls="theta_p",
     )
