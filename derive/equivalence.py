@@ -101,7 +101,7 @@ def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
 @lru_cache(maxsize=256)
 def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
     plant, rows, *_ = _ground(plant_name, assumptions)
-    if isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant):
+    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant):
         return ()
     if isinstance(effect.enters, Deformation):
         try:

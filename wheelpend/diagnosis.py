@@ -27,6 +27,7 @@ from wheelpend.study import (
     held_residuals,
     per_log_names,
     prepare,
+    steadied,
 )
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
@@ -104,7 +105,7 @@ def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> D
 
 def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress = lambda text: None) -> Diagnosis:
     """Diagnose with an effect in the model."""
-    larger = replace(study, model=study.model.with_effects(enlarged(study.model, best.effect)))
+    larger = steadied(study.having(enlarged(study.model, best.effect)), best.fit.values)
     known = {n: v for n, v in best.fit.of_log(0).items() if "." not in n or n.partition(".")[0] in larger.model.effects}
     return diagnose_study(larger, known, with_force=False, pairs=pairs, progress=progress)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from wheelpend.study import (
     known_values,
     prepare,
     refuse_meaningless,
+    steadied,
 )
 
 
@@ -191,13 +192,14 @@ def add(
     new = tuple(e for e in old if e != effect) if remove else tuple(enlarged(model, effect))
     fewer = new if remove else old
     progress("fitting without the effect")
-    small = fit_model(replace(study, model=model.with_effects(fewer)), start, free_names(study, fewer))
+    lesser = study.having(fewer)
+    small = fit_model(lesser, start, free_names(lesser, fewer))
     progress(f"fitting with {effect}")
-    large = refit_with(replace(study, model=model.with_effects(fewer)), start, small, effect)
+    large = refit_with(lesser, start, small, effect)
     before, after = (large, small) if remove else (small, large)
-    errors = [held_residuals(study, f)[0] for f in (before, after)]
+    errors = [held_residuals(steadied(study.having(e), start), f)[0] for e, f in ((old, before), (new, after))]
     names = {n.partition(".")[2]: n for n in free_names(study, [effect]) if n not in study.base}
-    changed = replace(study, model=model.with_effects(new))
+    changed = study.having(new)
     step = Step(
         effect,
         {p: large.of_log(0)[n] for p, n in names.items()},

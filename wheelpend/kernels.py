@@ -55,7 +55,9 @@ def derived_files(model: Model) -> dict[str, str]:
     return {
         "__init__.py": '"""Kernels generated from model.toml by `wheelpend generate`."""\n',
         f"{model.plant}.py": _text(model.plant, model.assumptions, tuple(model.effects), library=False),
-        f"{model.plant}_library.py": _text(model.plant, model.assumptions, model.own, library=True),
+        f"{model.plant}_library.py": _text(
+            model.plant, model.assumptions, model.own, library=True, free=freed_by(model.effects)
+        ),
     }
 
 
@@ -64,17 +66,24 @@ def lean(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
     return load(_text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False), plant)
 
 
-def library(plant: str, assumptions: dict, own: Sequence[str] = ()) -> ModuleType:
+def library(plant: str, assumptions: dict, own: Sequence[str] = (), free: Sequence[str] = ()) -> ModuleType:
     """The plant's module with every effect at zero; it does not change when an effect is added to a model.
 
-    ``own`` are names of a user's registered effects.
+    ``own`` are names of a user's registered effects. Effects that free something inside the machine are only in it
+    where that is named in ``free``: while it is free they cannot be absent.
     """
-    return load(_text(plant, derive.plants.settle(plant, assumptions), tuple(own), library=True), f"{plant}_library")
+    text = _text(plant, derive.plants.settle(plant, assumptions), tuple(own), library=True, free=tuple(sorted(free)))
+    return load(text, "_".join((plant, "library", *sorted(free))))
 
 
-def library_of(model: Model) -> ModuleType:
-    """The library's module of a model's plant, assumptions and own effects."""
-    return library(model.plant, model.assumptions, model.own)
+def library_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
+    """The library's module of a model's plant, assumptions and own effects, with what it or further effects free."""
+    return library(model.plant, model.assumptions, model.own, freed_by((*model.effects, *effects)))
+
+
+def freed_by(effects: Sequence[str]) -> tuple[str, ...]:
+    """What these effects free inside the machine."""
+    return tuple(sorted({derive.effects.find(e).frees for e in effects} - {""}))
 
 
 def load(text: str, name: str) -> ModuleType:
@@ -110,15 +119,18 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
     return load(derived, model.plant)
 
 
-def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool) -> str:
-    """Text of a module with these effects, or of the library with these besides its own."""
+def _text(
+    plant: str, assumptions: dict, effects: tuple[str, ...], library: bool, free: tuple[str, ...] = ()
+) -> str:
+    """Text of a module with these effects, or of the library with these besides its own and with what is free."""
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, derivation_fingerprint()))
+    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, free, derivation_fingerprint()))
     path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path.exists():
         return path.read_text(encoding="utf-8")
     if library:
-        text = derive.render(derive.library_model(plant, assumptions, effects), title=f"{plant} with every effect")
+        model = derive.library_model(plant, assumptions, effects, free)
+        text = derive.render(model, title=" ".join((plant, "with every effect", *(f"and {f}" for f in free))))
     else:
         text = derive.render(derive.compose(plant, assumptions, effects))
     derive.write(path.parent, {path.name: text})

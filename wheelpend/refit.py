@@ -14,7 +14,17 @@ from wheelpend.evidence import Tried, judge
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
-from wheelpend.study import EXPLAINED, Study, enlarged, fit_model, fit_parts, free_names, per_log_names, shortened
+from wheelpend.study import (
+    EXPLAINED,
+    Study,
+    enlarged,
+    fit_model,
+    fit_parts,
+    free_names,
+    per_log_names,
+    shortened,
+    steadied,
+)
 
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
@@ -58,10 +68,10 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
     def finish(pair: tuple[str, Fit]) -> Tried:
         name, begun = pair
         progress(f"judging {name} on held-out data")
-        free = _free_with(study, base, name)
-        fitted = fit_model(study, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
-        evidence = evidence_fit(study, fitted, begun)
-        return judge(study, by_name[name], fitted, evidence, before, residuals, tests)
+        free, able = _free_with(study, base, name), steadied(study.able(name), begun.values)
+        fitted = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+        evidence = evidence_fit(able, fitted, begun)
+        return judge(able, by_name[name], fitted, evidence, before, residuals, tests)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
@@ -122,12 +132,14 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     from a grid of sizes as well.
     """
     effect = beginnings[0][1].effect
+    study = steadied(study.able(effect.name), short.values)
     free = _free_with(study, short, effect.name)
     placed = [in_place(study, effect, values, s) for n, (values, c) in enumerate(beginnings)
               for s in c.starts[: None if n == 0 else 1]]  # fmt: skip
     trials = [(values, admissible(effect, size)) for values, size in placed]
     for parameter in effect.parameters:
-        trials += [(beginnings[0][0], {f"{effect.name}.{parameter.name}": size}) for size in parameter.grid]
+        name = f"{effect.name}.{parameter.name}"
+        trials += [(trials[0][0], {**trials[0][1], name: size}) for size in parameter.grid]
     fits = []
     for values, sizes_ in trials:
         fits.append(_refit_from(study, short, sizes_, free, SHORT, values, short.per_log))
@@ -156,5 +168,5 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     shapes = shapes_of(study, short, [derive.effects.find(effect)])
     near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)
     begun = refit(study, short, starts_for(near, effect))
-    free = free_names(study, enlarged(study.model, effect))
-    return fit_model(study, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+    free, able = free_names(study, enlarged(study.model, effect)), steadied(study.able(effect), begun.values)
+    return fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)

@@ -17,7 +17,7 @@ from derive.effects import Effect
 from wheelpend.fitting import layout, reduce
 from wheelpend.shapes import Shape
 from wheelpend.shooting import Fit, Part, shoot, vector
-from wheelpend.study import Study, per_log_names
+from wheelpend.study import Study, per_log_names, steadied
 
 TWINS = 0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
 TAKEN_UP = 1e-3  # share of an effect's information left by base parameters, below which no size is claimed
@@ -56,7 +56,7 @@ def screen(study: Study, fitted: Fit, parts: Sequence[Part], shapes: Mapping[str
 
     shapes holds the settings of the effects with a parameter that has to be profiled.
     """
-    effects = study.missable()
+    effects = [e for e in study.missable() if not e.event]
     plain = [e for e in effects if e.profiled is None]
     there = linearise(study, fitted, parts, [n for e in plain for n in linear_names(e)], {})
     values = sum(p.values for p in parts)
@@ -115,7 +115,7 @@ def _plain(effect: Effect, there: Linearised, values: int) -> Candidate:
 
 def _profiled(study, fitted, parts, effect: Effect, shape: Shape, there: Linearised, values: int) -> Candidate:
     """Score an effect at every setting; where it has no other size the setting itself is what is scored."""
-    names, found = linear_names(effect), []
+    names, found, study = linear_names(effect), [], steadied(study.able(effect.name), fitted.values)
     for setting in shape.settings:
         here = linearise(study, fitted, parts, names or list(setting), setting)
         start, sigma, gain = _step(effect, names or list(setting), here)

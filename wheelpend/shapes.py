@@ -32,7 +32,7 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
     found = {}
     for effect in effects:
         parameter = effect.profiled
-        if parameter is None or parameter.starts is None:
+        if parameter is None or parameter.starts is None or effect.event:
             continue
         if isinstance(parameter.starts, Quantiles):
             values = quantile_starts(study, parameter)
@@ -51,8 +51,9 @@ def first_settings(study: Study) -> dict[str, float]:
     found: dict[str, float] = {}
     for effect in map(derive.effects.find, study.model.effects):
         parameter = effect.profiled
-        if parameter is not None and isinstance(parameter.starts, Quantiles):
-            values = quantile_starts(study, parameter)
+        if parameter is not None and isinstance(parameter.starts, Quantiles | Values):
+            quantiles = isinstance(parameter.starts, Quantiles)
+            values = quantile_starts(study, parameter) if quantiles else list(parameter.starts.at)
             found |= {f"{effect.name}.{parameter.name}": v for v in values[len(values) // 2 :][:1]}
     return found
 
@@ -83,12 +84,13 @@ def port_weights(study: Study, port: str) -> np.ndarray:
 def nothing(study: Study, effect: Effect) -> dict[str, float]:
     """Sizes at which an effect does nothing on these logs, by effect.parameter.
 
-    A limit does nothing from the largest value on that the logs reach.
+    A limit does nothing from the largest value on that the logs reach. A stiffness k does nothing at infinity, and
+    1/k is as many standard errors away from zero as k is.
     """
     table = {}
     for p in effect.sizes:
         of = p.starts.of if math.isinf(p.absent) and isinstance(p.starts, Quantiles) else None
-        reached = max(float(magnitude(study, part, of).max(initial=0.0)) for part in study.training) if of else p.absent
+        reached = max(float(magnitude(study, part, of).max(initial=0.0)) for part in study.training) if of else 0.0
         table[f"{effect.name}.{p.name}"] = reached
     return table
 

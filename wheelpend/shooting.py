@@ -8,12 +8,14 @@ Levenberg-Marquardt damping moves parameters and initial states together; the st
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
 
-from wheelpend.logs import Log
+import derive
+from derive.effects import InnerForce
+from wheelpend.logs import Log, segment_bounds
 
 EVERYWHERE = np.iinfo(np.int64).max
 
@@ -191,12 +193,26 @@ def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | fl
 
 
 def prediction_error(
-    module: ModuleType, part: Part, values: Mapping[str, float], relative: bool, max_step: float = 0.002
+    module: ModuleType, part: Part, values: Mapping[str, float], relative: bool, max_step: float = 0.002, lead: int = 0
 ) -> tuple[float, np.ndarray]:
-    """The error of a model on a part: only the initial states are fitted. Also returns the residual (N, channels)."""
-    states = initial_states(module, part, relative)
-    states, shot = fit_states(module, part, states, vector(module, values, part.log), max_step)
-    return part_error(part, shot), shot.residual
+    """The error of a model on a part: only the initial states are fitted. Also returns the residual (N, channels).
+
+    What carries on from segment to segment is followed through ``lead`` segments before the first.
+    """
+    longer, before = led_in(part, lead)
+    states = initial_states(module, longer, relative)
+    states, shot = fit_states(module, longer, states, vector(module, values, part.log), max_step)
+    residual = shot.residual.copy()
+    residual[: part.bounds[0, 0]] = np.nan
+    return part_error(part, Shot(shot.gram[before:], residual)), residual
+
+
+def led_in(part: Part, lead: int) -> tuple[Part, int]:
+    """A part with up to ``lead`` segments before its first, as many as the log has, and how many they are."""
+    first, length = int(part.bounds[0, 0]), int(part.bounds[0, 1] - part.bounds[0, 0])
+    horizon = float(part.log.t[first + length - 1] - part.log.t[first]) + part.log.dt
+    before = segment_bounds(part.log, horizon, max(first - lead * length, 0), first) if lead and first else []
+    return replace(part, bounds=np.vstack([*before, part.bounds])), len(before)
 
 
 def part_error(part: Part, shot: Shot) -> float:
@@ -206,15 +222,20 @@ def part_error(part: Part, shot: Shot) -> float:
 
 
 def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
-    """A step that the integrator resolves the model's fastest motion with [s]."""
-    parameters, size = vector(module, {n: v for n, v in values.items() if "." not in n}, log), module.NQ
-    base = module.acceleration(0.0, np.zeros(2 * size), 0.0, parameters)
+    """A step that the integrator resolves the model's fastest motion with [s]; of effects what moves inside counts."""
+    inside = {e.name for e in derive.effects.LIBRARY.values() if isinstance(e.enters, InnerForce)}
+    kept = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in inside}
+    parameters, rates = vector(module, kept, log), np.array(module.RATES)
+    angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])
+    order = np.concatenate([angles, rates])
+    still, size = np.zeros(module.NV), len(rates)
+    still[rates] = 1e-6
+    base = module.acceleration(0.0, still, 0.0, parameters)
     matrix = np.zeros((2 * size, 2 * size))
     matrix[:size, size:] = np.eye(size)
-    for k in range(2 * size):
-        moved = np.zeros(2 * size)
-        moved[k] = 1e-3
-        moved[size:] += 1e-6
+    for k, place in enumerate(order):
+        moved = still.copy()
+        moved[place] += 1e-3
         matrix[size:, k] = (module.acceleration(0.0, moved, 0.0, parameters) - base) / 1e-3
     fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else 100.0
     return float(np.clip(0.25 / max(fastest, 1e-9), 1e-4, 0.01))

@@ -12,7 +12,7 @@ from wheelpend.commands import reference
 from wheelpend.failures import Failure
 from wheelpend.logs import Log
 from wheelpend.model import Model
-from wheelpend.shooting import vector
+from wheelpend.shooting import stable_step, vector
 from wheelpend.study import known_values
 
 NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
@@ -36,7 +36,7 @@ def simulate(
     delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
     """
     machine = machine_values(model, hide or {})
-    module = kernels.library_of(model)
+    module = kernels.library_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
@@ -46,7 +46,9 @@ def simulate(
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
-    parameters = vector(module, machine, Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS)))
+    empty = Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
+    parameters = vector(module, machine, empty)
+    step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
     normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
     states, measured, voltage = module.closed_loop(
         t,
@@ -57,7 +59,7 @@ def simulate(
         parameters,
         normal,
         quantum,
-        sample,
+        step,
     )
     if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
         fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
+LEAD = 10  # segments before the first that is judged, through which what carries on is followed
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
 
 
@@ -48,6 +50,7 @@ class Study:
     warnings: tuple[str, ...]
     origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
     without: tuple[str, ...] = ()  # effects that are not tried
+    carries: bool = False  # whether something in the model carries on from one segment to the next
 
     @property
     def relative(self) -> bool:
@@ -82,9 +85,21 @@ class Study:
         """Effects of the model whose place one takes that contains them."""
         return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
 
+    def able(self, *effects: str) -> Study:
+        """The study with kernels that have these effects besides its model's, and steps that they can be taken in."""
+        module = kernels.library_of(self.model, effects)
+        carries = any(derive.effects.find(e).carries for e in (*self.model.effects, *effects))
+        return replace(self, module=module, carries=carries)
+
+    def having(self, effects: Sequence[str]) -> Study:
+        """The study of a model with these effects instead."""
+        return replace(self, model=self.model.with_effects(list(effects))).able()
+
     def lacking(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
-        return "left out on request" if effect.name in self.without else lacking(effect, self.model, self.module)
+        if effect.name in self.without:
+            return "left out on request"
+        return lacking(effect, self.model, kernels.library_of(self.model, [effect.name]) if effect.frees else self.module)
 
 
 def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
@@ -99,7 +114,7 @@ def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     """Known constants that an effect's equations contain."""
-    module = kernels.library_of(model)
+    module = kernels.library_of(model, [effect])
     names = derive.effects.find(effect).full_names
     return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
@@ -154,7 +169,9 @@ def prepare(
         rest = _part(log, own, horizon, third, len(log))
         held.append(Held(rest, None, _part(log, own, horizon, 0, third)))
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
-    return Study(model, module, tuple(training), tuple(held), noise, horizon, 0.002, warnings, without=tuple(without))
+    step = 0.002  # s, until a start tells how fast the machine is
+    found = Study(model, module, tuple(training), tuple(held), noise, horizon, step, warnings, without=tuple(without))
+    return found.able()
 
 
 def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
@@ -181,7 +198,7 @@ def enlarged(model: Model, effect: str) -> list[str]:
 
 def refuse_meaningless(effect: Effect, model: Model) -> None:
     """Raise Failure where an effect that is to be added is one that no data can tell."""
-    if why := lacking(effect, model, kernels.library_of(model)):
+    if why := lacking(effect, model, kernels.library_of(model, [effect.name])):
         raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
                       "Nothing was changed.")  # fmt: skip
 
@@ -200,9 +217,20 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
     found = []
     for part in study.training:
         bounds = segment_bounds(part.log, horizon, int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
-        thin = max(1, len(bounds) // most)
+        thin = 1 if study.carries else max(1, len(bounds) // most)
         found.append(replace(part, bounds=np.ascontiguousarray(bounds[::thin])))
     return tuple(found)
+
+
+def steadied(study: Study, values: Mapping[str, float]) -> Study:
+    """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
+    if study.module.NA == study.module.NQ:
+        return study
+    rows = [e for e in map(derive.effects.find, dict.fromkeys(n.partition(".")[0] for n in study.module.PARAMETERS if "." in n and not n.startswith("missing"))) if e.frees]
+    stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
+    within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
+    step = 6.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 1.5 over the fastest rate
+    return replace(study, max_step=min(study.max_step, step))
 
 
 def known_values(model: Model) -> dict[str, float]:
@@ -359,7 +387,8 @@ def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
     squares, count, residuals = 0.0, 0, []
     for held in study.held:
         values = _held_values(study, fitted, held)
-        _, residual = prediction_error(study.module, held.part, values, study.relative, study.max_step)
+        lead = LEAD if study.carries else 0
+        _, residual = prediction_error(study.module, held.part, values, study.relative, study.max_step, lead)
         squares += (
             float(np.nansum(residual**2))
             if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any()

@@ -179,6 +179,16 @@ class Effect:
         return self.enters.coordinate if isinstance(self.enters, InnerForce | InnerPlay) else ""
 
     @property
+    def carries(self) -> bool:
+        """Whether it adds to the state something that carries on beyond a fitted segment."""
+        return isinstance(self.enters, PathForce | InnerForce | InnerPlay)
+
+    @property
+    def event(self) -> bool:
+        """Whether it happens once, in one log."""
+        return any(p.scope == "event" for p in self.parameters)
+
+    @property
     def profiled(self) -> EffectParameter | None:
         """The parameter whose starting values only a log can tell, if there is one."""
         return next((p for p in self.parameters if p.starts is not None), None)
