@@ -91,7 +91,8 @@ def honest_sigma(fitted: Fit, name: str) -> float:
 def distance(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
     """How far coefficients are from those at which they do nothing, zero where none is given."""
     parts = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
-    return np.array([fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in parts])
+    away = [fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in parts]
+    return np.where(np.isinf(away), 0.0, away)  # what stayed infinite was not fitted
 
 
 def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarray | None = None) -> float:

@@ -45,6 +45,7 @@ def layout(free: Sequence[str], per_log: Sequence[str], parts: int) -> Layout:
     return Layout(tuple(free), tuple(places), tuple(labels))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is not kept
 def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -> Reduced:
     """Eliminate the initial states of every segment (Schur complement)."""
     size = len(plan.labels)

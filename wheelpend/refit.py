@@ -26,6 +26,7 @@ from wheelpend.study import (
     steadied,
 )
 
+STARTED = 2  # best settings of a profiled parameter from which a refit starts
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
@@ -135,7 +136,7 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     study = steadied(study.able(effect.name), short.values)
     free = _free_with(study, short, effect.name)
     placed = [in_place(study, effect, values, s) for n, (values, c) in enumerate(beginnings)
-              for s in c.starts[: None if n == 0 else 1]]  # fmt: skip
+              for s in c.starts[: STARTED if n == 0 else 1]]  # fmt: skip
     trials = [(values, admissible(effect, size)) for values, size in placed]
     for parameter in effect.parameters:
         name = f"{effect.name}.{parameter.name}"

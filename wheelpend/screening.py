@@ -66,6 +66,7 @@ def screen(study: Study, fitted: Fit, parts: Sequence[Part], shapes: Mapping[str
     return Screen(tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, there.information, there.raw))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a setting that cannot be simulated gives infinities, and is left out
 def linearise(
     study: Study, fitted: Fit, parts: Sequence[Part], names: Sequence[str], setting: Mapping[str, float]
 ) -> Linearised:
@@ -145,6 +146,7 @@ def _step(effect: Effect, names: Sequence[str], there: Linearised) -> tuple[dict
     return start, sigma, float(there.score[places] @ step)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a column without any influence
 def _solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
     inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)

@@ -23,6 +23,7 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
+RUN = 10  # short segments in a row where something carries on from one to the next
 LEAD = 10  # segments before the first that is judged, through which what carries on is followed
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
 
@@ -217,8 +218,9 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
     found = []
     for part in study.training:
         bounds = segment_bounds(part.log, horizon, int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
-        thin = 1 if study.carries else max(1, len(bounds) // most)
-        found.append(replace(part, bounds=np.ascontiguousarray(bounds[::thin])))
+        thin, run = max(1, len(bounds) // most), RUN if study.carries else 1
+        kept = np.arange(len(bounds)) // run % thin == 0
+        found.append(replace(part, bounds=np.ascontiguousarray(bounds[kept])))
     return tuple(found)
 
 
