@@ -11,6 +11,7 @@ import numpy as np
 import derive
 from derive.effects import Effect
 from wheelpend.evidence import Tried, judge
+from wheelpend.failures import Failure
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
@@ -66,18 +67,21 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         progress(f"refitting with {name}")
         return refit(study, short, starts_for(near, name))
 
-    def finish(pair: tuple[str, Fit]) -> Tried:
+    def finish(pair: tuple[str, Fit]) -> Tried | None:
         name, begun = pair
         progress(f"judging {name} on held-out data")
         free, able = _free_with(study, base, name), steadied(study.able(name), begun.values)
-        fitted = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+        try:
+            fitted = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+        except Failure:
+            return None  # with it the model cannot be simulated over the horizon, so that is not what is missing
         evidence = evidence_fit(able, fitted, begun)
         return judge(able, by_name[name], fitted, evidence, before, residuals, tests)
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
-        tried = list(pool.map(finish, hopeful))
+        tried = [t for t in pool.map(finish, hopeful) if t is not None]
     return sorted(tried, key=lambda t: t.error_after)
 
 
