@@ -14,7 +14,7 @@ from types import ModuleType
 import numpy as np
 
 import derive
-from derive.effects import InnerForce
+from derive.effects import InnerForce, PathForce
 from wheelpend.logs import Log, segment_bounds
 
 EVERYWHERE = np.iinfo(np.int64).max
@@ -155,19 +155,30 @@ def fit_states(
     """Fit only the initial states; every segment has its own damping and keeps its best."""
     states = states.copy()
     shot = shoot(module, part, states, parameters, max_step=max_step)
-    damping = np.full(len(states), 1e-4)
+    damping, chained = np.full(len(states), 1e-4), carries_on(module, parameters)
     for _ in range(rounds):
         step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
         trial = shoot(module, part, states + step, parameters, max_step=max_step)
         old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
         better = new < old
-        gain = np.where(better & np.isfinite(old), old - new, 0.0)
+        expected = np.einsum("sk,sk->s", shot.gram[:, :-1, -1], step)
+        gain = np.where(better, old - new, expected)  # one that failed is tried again, with more damping
+        gain = np.where(np.isfinite(old) & np.isfinite(gain) & (damping < 1e4), gain, 0.0)
         states[better] += step[better]
+        if chained:
+            trial = shoot(module, part, states, parameters, max_step=max_step)
         damping = np.where(better, damping * 0.1, damping * 10.0)
-        shot = _merge(shot, trial, part, better)
+        shot = trial if chained else _merge(shot, trial, part, better)
         if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
             break
     return states, shot
+
+
+def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:
+    """Whether a segment depends on the one before: something moves inside the machine, or has a memory."""
+    remembering = [e.full_names[0] for e in derive.effects.LIBRARY.values() if isinstance(e.enters, PathForce)]
+    there = [module.PARAMETERS.index(n) for n in remembering if n in module.PARAMETERS]
+    return module.NA > module.NQ or bool(np.any(parameters[there] != 0.0))
 
 
 def _merge(old: Shot, new: Shot, part: Part, better: np.ndarray) -> Shot:

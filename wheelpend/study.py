@@ -231,7 +231,7 @@ def steadied(study: Study, values: Mapping[str, float]) -> Study:
     rows = [e for e in map(derive.effects.find, dict.fromkeys(n.partition(".")[0] for n in study.module.PARAMETERS if "." in n and not n.startswith("missing"))) if e.frees]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
-    step = 6.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 1.5 over the fastest rate
+    step = 3.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.75 over the fastest rate
     return replace(study, max_step=min(study.max_step, step))
 
 

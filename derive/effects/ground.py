@@ -52,7 +52,7 @@ ROWS = (
                 "stiffness",
                 "V s/rad",
                 minimum=0.1,
-                maximum=100.0,
+                maximum=60.0,
                 typical=20.0,
                 absent=math.inf,
                 bounded=True,
