@@ -35,8 +35,8 @@ def reference(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return angle, np.gradient(angle, t)
     times, angles, rates = read_trajectory(known_file(command))
     if t[-1] > times[-1] + 0.5 * float(np.median(np.diff(times))):
-        raise Failure(f"{command} must last as long as is to be simulated, {t[-1]:g} s, but it ends at {times[-1]:g} s. "
-                      "Ask for a shorter duration.")  # fmt: skip
+        raise Failure(f"{command} must last as long as is to be simulated, {t[-1]:g} s, but it ends at "
+                      f"{times[-1]:g} s. Ask for a shorter duration.")  # fmt: skip
     return np.interp(t, times, angles), np.interp(t, times, rates)
 
 
@@ -60,8 +60,8 @@ def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     separator = "" if parquet else logs.find_separator(path)
     names = logs.parquet_names(path) if parquet else logs.csv_names(path, separator)
     if absent := [n for n in ("t", logs.REFERENCE) if n not in names]:
-        raise Failure(f"{path.name}: a command needs the columns t and theta_ref; {' and '.join(absent)} "
-                      f"{'is' if len(absent) == 1 else 'are'} not there. `wheelpend design` writes such a file.")  # fmt: skip
+        raise Failure(f"{path.name}: a command needs the columns t and theta_ref, but {' and '.join(absent)} "
+                      f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes such files.")  # fmt: skip
     wanted = [n for n in names if n in ("t", logs.REFERENCE, RATE)]
     table = logs.read_parquet(path, wanted) if parquet else logs.read_csv(path, names, wanted, separator)
     numbers = {n: logs.to_numbers(path.name, table[n]) for n in wanted}

@@ -1,8 +1,8 @@
 """Which experiment would tell effects apart, computed from the information that each of many would give.
 
-An experiment is a command, or a part that is turned round, or a better sensor. Each is rehearsed in closed loop with the
-first candidate in the model, at its fitted size, and its information is added to that of the logs at hand. The cheapest
-one that separates clearly is recommended: first a command, then a screwdriver, then a new sensor.
+An experiment is a command, or a part that is turned round, or a better sensor. Each is rehearsed in closed loop with
+the first candidate in the model, at its fitted size, and its information is added to that of the logs at hand. The
+cheapest one that separates clearly is recommended: first a command, then a screwdriver, then a new sensor.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 
 from wheelpend.design.excitation import Excitation, builtins, family
 from wheelpend.design.loop import Limits
-from wheelpend.design.question import Question, of_fit
-from wheelpend.design.turned import TURNS, Turn, sign
+from wheelpend.design.question import ALIKE, Question, of_fit
+from wheelpend.design.turned import TURNS, Turn, sign, turns
 from wheelpend.evidence import Tried
 from wheelpend.study import Study
 
@@ -49,6 +49,7 @@ class Experiment(NamedTuple):
 
     separation: float
     excitation: Excitation
+    gap: float = 1.0  # by which share the errors of the rivals would differ; large where sizes are compared instead
     turn: Turn | None = None
     sensor: Sensor | None = None
 
@@ -61,10 +62,12 @@ def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
     question = of_fit(study, first, others)
     found = recommend(question)
     text = sentence(question, found) if found else _nothing_stays_up(question)
+    if not question.with_controller:
+        text = f"{text[:-1]} ({_own_controller(question)})."
     if len(first.equivalent_to) > 3:
         logs = ", ".join(p.log.name for p in study.training)
         return f"More than three other effects fit {logs} as well, because it moves too little to tell. {text}"
-    return text if question.with_controller else f"{text} {_own_controller(question)}"
+    return text
 
 
 def recommend(question: Question) -> list[Experiment]:
@@ -103,20 +106,15 @@ def usual_limits(question: Question) -> Limits:
 
 def changes(turn: Turn, question: Question) -> bool:
     """Whether turning a part changes the sign of some effect in question, but not of all."""
-    return len({_turns(turn, e) for e in (question.first, *question.others)}) > 1
-
-
-def _turns(turn: Turn, effect: str) -> bool:
-    import derive
-
-    return any(sign(turn, n) == -1 for n in derive.effects.find(effect).full_names)
+    return len({turns(turn, e) for e in (question.first, *question.others)}) > 1
 
 
 def _commands(question: Question, excitations: Sequence[Excitation], limits: Limits) -> Iterator[Experiment]:
     for excitation in excitations:
         played = question.loop.play_within(excitation, limits)
         if played is not None:
-            yield Experiment(question.separation(question.told_by(played)), excitation)
+            apart = question.separation(question.told_by(played))
+            yield Experiment(apart, excitation, question.gap(apart, played))
 
 
 def _turned(question: Question, turn: Turn) -> Iterator[Experiment]:
@@ -127,7 +125,7 @@ def _turned(question: Question, turn: Turn) -> Iterator[Experiment]:
     for excitation in builtins():
         played = loop.play(excitation)
         if played is not None:
-            yield Experiment(question.separation(question.told_by(played), ties), excitation, turn)
+            yield Experiment(question.separation(question.told_by(played), ties), excitation, turn=turn)
 
 
 def _sensed(question: Question, sensor: Sensor, excitations: Sequence[Excitation]) -> Iterator[Experiment]:
@@ -139,8 +137,9 @@ def _sensed(question: Question, sensor: Sensor, excitations: Sequence[Excitation
     for excitation in excitations:
         played = question.loop.play(excitation)
         if played is not None:
-            told = (question.told_by(played, finer=chosen) if sensor.finer else question.told_by(played, truth=chosen))
-            yield Experiment(question.separation(told), excitation, sensor=sensor)
+            told = question.told_by(played, finer=chosen) if sensor.finer else question.told_by(played, truth=chosen)
+            apart = question.separation(told)
+            yield Experiment(apart, excitation, question.gap(apart, played), sensor=sensor)
 
 
 # ---- in words
@@ -160,12 +159,22 @@ def sentence(question: Question, found: Sequence[Experiment]) -> str:
                 f"{clearly}. {_no_command(most, effects)}.")  # fmt: skip
     if best.sensor:
         return (f"{_no_command(most, effects)}, nor does a part that is turned round. Record {record} with "
-                f"{best.sensor.words}: it would separate them by {clearly}.")  # fmt: skip
-    alone = question.separation(None) if question.pieces else 0.0
-    text = f"Record {record} as well: it would separate {effects} by {clearly} ({alone:.1f} without it)."
-    if best.excitation.builtin:
-        return text
-    return f"{text} `wheelpend design LOG --between {question.first},{question.others[0]}` writes such a command."
+                f"{best.sensor.words}: it would separate them by {clearly}{_still_listed(best)}.")  # fmt: skip
+    alone = f" ({question.separation(None):.1f} without it)" if question.pieces else ""
+    how = "" if best.excitation.builtin else f"; `wheelpend design LOG {_between(question)}` writes such a command"
+    return f"Record {record} as well: it would separate {effects} by {clearly}{alone}{_still_listed(best)}{how}."
+
+
+def _between(question: Question) -> str:
+    return f"--between {question.first},{question.others[0]}"
+
+
+def _still_listed(best: Experiment) -> str:
+    """Warn where the diagnosis will not look as clear as the statistics are."""
+    if best.gap >= ALIKE:
+        return ""
+    return (f"; the errors would differ by {100 * best.gap:.2g} % only, so that `diagnose` would still list both, and "
+            "the smaller error decides")  # fmt: skip
 
 
 def names_of(question: Question) -> str:
@@ -182,7 +191,7 @@ def _no_command(most: float, effects: str) -> str:
 def _what_turns(turn: Turn, question: Question) -> str:
     """Whose size changes its sign, and whose does not."""
     effects = (question.first, *question.others)
-    turning = [e for e in effects if _turns(turn, e)]
+    turning = [e for e in effects if turns(turn, e)]
     keeping = [e for e in effects if e not in turning]
     return f"the size of {' or '.join(turning)} would change its sign, that of {' or '.join(keeping)} would not"
 
@@ -207,5 +216,5 @@ def _nothing_stays_up(question: Question) -> str:
 
 def _own_controller(question: Question) -> str:
     gains = ", ".join(f"{g:.4g}" for g in question.loop.gains)
-    return (f"This was rehearsed with a PID on the pitch with the gains [{gains}], made for the fitted model; with a "
-            "[controller] it is your own.")  # fmt: skip
+    return (f"rehearsed with a PID on the pitch made for the fitted model, gains = [{gains}]; give your own in "
+            "[controller]")  # fmt: skip

@@ -35,7 +35,12 @@ class Joint(NamedTuple):
 
 
 def of_part(
-    module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, names: Sequence[str], max_step: float,
+    module: ModuleType,
+    part: Part,
+    states: np.ndarray,
+    parameters: np.ndarray,
+    names: Sequence[str],
+    max_step: float,
     truth: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """Information (names, names) of one log, the initial states (segments, NX) eliminated.
@@ -103,7 +108,10 @@ def _place(name: str, number: int, per_log: Collection[str], ties: Ties | None) 
 
 
 def separation(
-    known: Joint, sizes: Sequence[Mapping[str, float]], first: Collection[str], other: Collection[str],
+    known: Joint,
+    sizes: Sequence[Mapping[str, float]],
+    first: Collection[str],
+    other: Collection[str],
     base: Collection[str],
 ) -> float:
     """By how many standard errors a model with ``other`` in place of ``first`` would miss data that ``first`` made.

@@ -1,4 +1,4 @@
-"""An experiment played in advance: the model under its controller along a reference, with the sensors' noise in the loop.
+"""An experiment played in advance: the model under its controller along a reference, with noisy sensors.
 
 Noise belongs to it: at the paper's gains it shakes the voltage by more than a volt, which costs room below a limit and
 keeps dry friction from sticking.

@@ -15,6 +15,7 @@ from wheelpend.logs import segment_bounds
 from wheelpend.shooting import Part, vector
 from wheelpend.study import Study, effect_parameter, free_names, per_log_names
 
+ALIKE = 0.01  # relative difference of two errors within which a diagnosis lists both effects
 SLOWEST, FINEST = 0.02, 5e-4  # s between samples of a rehearsal, at most and at least
 
 
@@ -64,6 +65,11 @@ class Question:
         lead = columns(self.first, ())
         each = [separation(known, self.sizes, lead, columns("", [o]), self.base) for o in self.others]
         return min(each, default=np.inf)
+
+    def gap(self, separation: float, played: Played) -> float:
+        """By which share the rivals' errors over all logs would differ: √(1 + separation²/values) − 1."""
+        values = sum(p.values for p in self.study.training) + played.log.measured.size
+        return float(np.sqrt(1.0 + separation**2 / values) - 1.0)
 
     def errors(self, piece: np.ndarray | None) -> dict[str, float]:
         """Standard errors of the parameters of the model that was rehearsed."""

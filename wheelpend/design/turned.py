@@ -30,10 +30,11 @@ class Turn(NamedTuple):
     part: str
     instruction: str  # begins a sentence
 
+
 TURNS = (
     Turn("robot", "Turn the robot round on the same ground"),
-    Turn("sensor", "Turn the pitch sensor round in its holder (and set sign = -1 for its [columns])"),
-    Turn("leads", "Swap the two leads of the motors (and set sign = -1 for v_in)"),
+    Turn("sensor", "Turn the pitch sensor round in its holder, its readings negated for controller and log,"),
+    Turn("leads", "Swap the two leads of every motor, the voltage negated behind the controller but not in the log,"),
 )
 
 
@@ -45,6 +46,11 @@ def sign(turn: Turn, name: str) -> int:
     if sum(p.scope == "per log" for p in effect.parameters) > 1:
         return 0  # amplitude and phase: every log begins elsewhere
     return _mirrored(turn.part, effect)
+
+
+def turns(turn: Turn, effect: str) -> bool:
+    """Whether an effect changes its sign."""
+    return any(sign(turn, n) == -1 for n in derive.effects.find(effect).full_names)
 
 
 @lru_cache(maxsize=256)
