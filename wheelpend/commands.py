@@ -61,7 +61,7 @@ def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     names = logs.parquet_names(path) if parquet else logs.csv_names(path, separator)
     if absent := [n for n in ("t", logs.REFERENCE) if n not in names]:
         raise Failure(f"{path.name}: a command needs the columns t and theta_ref, but {' and '.join(absent)} "
-                      f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes such files.")  # fmt: skip
+                      f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes one.")  # fmt: skip
     wanted = [n for n in names if n in ("t", logs.REFERENCE, RATE)]
     table = logs.read_parquet(path, wanted) if parquet else logs.read_csv(path, names, wanted, separator)
     numbers = {n: logs.to_numbers(path.name, table[n]) for n in wanted}

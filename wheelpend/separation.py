@@ -60,6 +60,8 @@ def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
     ``others`` are the refits of other candidates, from which shapes and limits are taken.
     """
     question = of_fit(study, first, others)
+    if settled := _settled(question, first, others):
+        return settled
     found = recommend(question)
     text = sentence(question, found) if found else _nothing_stays_up(question)
     if not question.with_controller:
@@ -175,6 +177,20 @@ def _still_listed(best: Experiment) -> str:
         return ""
     return (f"; the errors would differ by {100 * best.gap:.2g} % only, so that `diagnose` would still list both, and "
             "the smaller error decides")  # fmt: skip
+
+
+def _settled(question: Question, first: Tried, others: Sequence[Tried]) -> str:
+    """That no experiment is needed, where the logs tell already; a diagnosis looks at the errors alone."""
+    rivals = [t for t in others if t.effect in first.equivalent_to]
+    if len(rivals) < len(first.equivalent_to) or question.separation(None) < CLEAR:
+        return ""
+    more = min(t.fit.cost for t in rivals) - first.fit.cost
+    if more < CLEAR**2:
+        return ""
+    return (
+        f"No further record is needed to tell {names_of(question)}: their errors differ by less than 1 %, but the "
+        f"other's sum of squares is larger by {more:.0f} noise variances, {np.sqrt(more):.0f} standard errors."
+    )
 
 
 def names_of(question: Question) -> str:

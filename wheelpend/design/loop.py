@@ -22,7 +22,7 @@ from wheelpend.shooting import vector
 
 SHRINKS = 8  # times that a trajectory is made smaller to fit the limits
 MARGIN = 0.98  # of a limit that is aimed at
-STIFF = 3.0  # how much faster than the fall a controller of our own is to be
+STIFF = 5.0  # how much faster than the fall a controller of our own is to be
 FASTEST = 0.2  # rad per sample that such a controller may be fast
 
 
