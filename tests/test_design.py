@@ -21,7 +21,7 @@ from wheelpend.design.opening import opening
 from wheelpend.design.question import of_fit
 from wheelpend.design.search import best_of
 from wheelpend.evidence import Tried
-from wheelpend.separation import CLEAR, advice, recommend
+from wheelpend.separation import CLEAR, advice, recommend, sentence
 from wheelpend.simulation import machine_values
 from wheelpend.study import fit_parts, prepare
 
@@ -151,7 +151,7 @@ def test_turning_the_sensor_separates_by_twice_the_size_over_the_error_of_both_l
     question = of_fit(*misaligned())
     best = recommend(question)[0]
     own = question.errors(None)["com_offset.angle"]
-    later = replace(question, pieces=()).errors(question.told_by(question.loop.play(best.excitation)))
+    later = replace(question, pieces=()).errors(question.told_by(question.loop.play(best.played.excitation)))
     expected = 2 * 0.02 / np.hypot(own, later["com_offset.angle"])
     assert best.turn.part == "sensor" and best.separation == pytest.approx(expected, rel=0.2)
 
@@ -177,6 +177,25 @@ def test_without_a_controller_the_experiment_is_rehearsed_with_one_made_for_the_
 def test_where_a_command_separates_it_is_recommended_with_its_figure():
     said = advice(*candidate(PAIR[0], PAIR[1:], "simple", gyro_scale__scale=0.05))
     assert "the command 'aggressive'" in said and "standard errors" in said and "would still list both" in said
+
+
+def test_what_is_too_small_for_every_record_is_given_the_time_that_it_would_take():
+    question = of_fit(*candidate("coulomb_drive", ("rolling_resistance",), coulomb_drive__torque=0.2))
+    best = recommend(question)[0]
+    said = sentence(question, [best._replace(separation=0.4 * CLEAR)])
+    assert "No record of 20 s separates coulomb_drive from rolling_resistance by 5" in said and "About 2 min of" in said
+
+
+def test_a_second_sensor_is_asked_for_where_no_command_is_enough():
+    said = advice(*candidate(PAIR[0], PAIR[1:], gyro_scale__scale=0.004))
+    assert "with a second gyro whose zero and scale are known" in said
+
+
+def test_a_record_with_fewer_samples_tells_less():
+    question = of_fit(*misaligned())
+    played = question.loop.play(builtins()[0])
+    coarse = replace(question, density=0.1)
+    assert coarse.told_by(played) == pytest.approx(0.1 * question.told_by(played))
 
 
 def test_no_experiment_is_asked_for_where_the_logs_tell_already():

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.design.excitation import Excitation, builtins, family
-from wheelpend.design.loop import Limits
+from wheelpend.design.loop import Limits, Played
 from wheelpend.design.question import ALIKE, Question, of_fit
 from wheelpend.design.turned import TURNS, Turn, sign, turns
 from wheelpend.evidence import Tried
@@ -48,10 +48,16 @@ class Experiment(NamedTuple):
     """Something to record, and by how many standard errors it would separate the effects."""
 
     separation: float
-    excitation: Excitation
+    played: Played
     gap: float = 1.0  # by which share the errors of the rivals would differ; large where sizes are compared instead
     turn: Turn | None = None
     sensor: Sensor | None = None
+
+    @property
+    def record(self) -> str:
+        """What is to be recorded, for people."""
+        smaller = "" if self.played.factor == 1.0 else f", times {self.played.factor:.2g},"
+        return f"{self.played.log.t[-1]:.0f} s of {self.played.excitation.name}{smaller}"
 
 
 def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
@@ -93,8 +99,8 @@ def experiments(question: Question) -> Iterator[list[Experiment]]:
     yield further
     yield [e for turn in TURNS if changes(turn, question) for e in _turned(question, turn)]
     best = max([*known, *further], key=lambda e: e.separation, default=None)
-    tried = [*builtins(), *([best.excitation] if best and not best.excitation.builtin else [])]
-    yield [e for sensor in SENSORS for e in _sensed(question, sensor, tried)]
+    tried = {e.played.excitation.name: e.played for e in [*known, *([best] if best else [])]}
+    yield [e for sensor in SENSORS for e in _sensed(question, sensor, list(tried.values()))]
 
 
 def usual_limits(question: Question) -> Limits:
@@ -116,7 +122,7 @@ def _commands(question: Question, excitations: Sequence[Excitation], limits: Lim
         played = question.loop.play_within(excitation, limits)
         if played is not None:
             apart = question.separation(question.told_by(played))
-            yield Experiment(apart, excitation, question.gap(apart, played))
+            yield Experiment(apart, played, question.gap(apart, played))
 
 
 def _turned(question: Question, turn: Turn) -> Iterator[Experiment]:
@@ -127,21 +133,20 @@ def _turned(question: Question, turn: Turn) -> Iterator[Experiment]:
     for excitation in builtins():
         played = loop.play(excitation)
         if played is not None:
-            yield Experiment(question.separation(question.told_by(played), ties), excitation, turn=turn)
+            yield Experiment(question.separation(question.told_by(played), ties), played, turn=turn)
 
 
-def _sensed(question: Question, sensor: Sensor, excitations: Sequence[Excitation]) -> Iterator[Experiment]:
+def _sensed(question: Question, sensor: Sensor, rehearsals: Sequence[Played]) -> Iterator[Experiment]:
+    """Rehearsed records, had they been made with a sensor."""
     channels = question.study.module.OUTPUTS
     if sensor.channel not in channels:
         return
     sigma = float(question.study.noise[0].sigma[channels.index(sensor.channel)])
     chosen: Mapping[str, float] = {sensor.channel: FINER if sensor.finer else sigma}
-    for excitation in excitations:
-        played = question.loop.play(excitation)
-        if played is not None:
-            told = question.told_by(played, finer=chosen) if sensor.finer else question.told_by(played, truth=chosen)
-            apart = question.separation(told)
-            yield Experiment(apart, excitation, question.gap(apart, played), sensor=sensor)
+    for played in rehearsals:
+        told = question.told_by(played, finer=chosen) if sensor.finer else question.told_by(played, truth=chosen)
+        apart = question.separation(told)
+        yield Experiment(apart, played, question.gap(apart, played), sensor=sensor)
 
 
 # ---- in words
@@ -154,7 +159,7 @@ def sentence(question: Question, found: Sequence[Experiment]) -> str:
     most = max((e.separation for e in commands), default=0.0)
     if best.separation < CLEAR:
         return _none_does(question, best, most)
-    record = f"{question.loop.t[-1]:.0f} s of {best.excitation.name}"
+    record = best.record
     clearly = f"{best.separation:.0f} standard errors"
     if best.turn:
         return (f"{best.turn.instruction} and record {record}: {_what_turns(best.turn, question)}, which is "
@@ -163,7 +168,7 @@ def sentence(question: Question, found: Sequence[Experiment]) -> str:
         return (f"{_no_command(most, effects)}, nor does a part that is turned round. Record {record} with "
                 f"{best.sensor.words}: it would separate them by {clearly}{_still_listed(best)}.")  # fmt: skip
     alone = f" ({question.separation(None):.1f} without it)" if question.pieces else ""
-    how = "" if best.excitation.builtin else f"; `wheelpend design LOG {_between(question)}` writes such a command"
+    how = "" if best.played.excitation.builtin else f"; `wheelpend design LOG {_between(question)}` writes the like"
     return f"Record {record} as well: it would separate {effects} by {clearly}{alone}{_still_listed(best)}{how}."
 
 
@@ -216,13 +221,15 @@ def _none_does(question: Question, best: Experiment, most: float) -> str:
     """No experiment is clear: say how long the best would have to last, if that is within reason."""
     effects, seconds = names_of(question), float(question.loop.t[-1])
     longer = (CLEAR / max(best.separation, 1e-9)) ** 2
-    if longer <= PATIENCE:
-        with_sensor = f" with {best.sensor.words}" if best.sensor else ""
-        return (f"No record of {seconds:.0f} s separates {effects} by {CLEAR:.0f} standard errors. About "
-                f"{longer * seconds / 60:.0f} min of {best.excitation.name}{with_sensor} would; {seconds:.0f} s give "
-                f"{best.separation:.1f}.")  # fmt: skip
-    return (f"{_no_command(most, effects)}, nor does a part that is turned round or a better sensor of angle, pitch or "
-            "rate. Measure one of them by other means.")  # fmt: skip
+    if longer > PATIENCE:
+        return (f"{_no_command(most, effects)}, nor does a part that is turned round or a better sensor of angle, "
+                "pitch or rate. Measure one of them by other means.")  # fmt: skip
+    how = (
+        f" with {best.sensor.words}" if best.sensor else f" with the {best.turn.part} turned round" if best.turn else ""
+    )
+    name, minutes = best.played.excitation.name, longer * seconds / 60
+    return (f"No record of {seconds:.0f} s separates {effects} by {CLEAR:.0f} standard errors. About {minutes:.0f} min "
+            f"of {name}{how} would; {seconds:.0f} s give {best.separation:.1f}.")  # fmt: skip
 
 
 def _nothing_stays_up(question: Question) -> str:

@@ -36,6 +36,7 @@ class Limits(NamedTuple):
 class Played(NamedTuple):
     """An experiment as it would go."""
 
+    excitation: Excitation
     log: Log
     states: np.ndarray  # (N, NX)
     parameters: np.ndarray  # (NP,)
@@ -98,7 +99,7 @@ class Loop:
         if not (np.isfinite(states).all() and np.isfinite(voltage).all() and np.abs(states[:, 1]).max() < np.pi / 2):
             return None
         log = Log(excitation.name, self.t, voltage, measured, channels, angle)
-        return Played(log, states, vector(module, self.values, log), factor, rate)
+        return Played(excitation, log, states, vector(module, self.values, log), factor, rate)
 
     def play_within(self, excitation: Excitation, limits: Limits) -> Played | None:
         """Follow a trajectory, made smaller until the limits are kept; None where that does not help."""

@@ -72,7 +72,9 @@ def opening(
         begun = _believed(model, first)
     if sample is None:
         sample = begun.study.training[0].log.dt if begun.study.training else SAMPLE
-    return _posed(begun, first, rivals, times(duration, sample))
+    found = _posed(begun, first, rivals, times(duration, sample))
+    step = float(found.question.loop.t[1])
+    return found._replace(question=replace(found.question, density=step / sample))
 
 
 def last_logs(model: Model) -> tuple[Path, ...]:

@@ -30,6 +30,7 @@ class Question:
     others: tuple[str, ...]  # effects that may be it instead
     sizes: tuple[Mapping[str, float], ...]  # parameter values in each log at hand, the first effect's among them
     pieces: tuple[np.ndarray, ...]  # information (names, names) of each log at hand
+    density: float = 1.0  # samples of the record to be made, per sample of its rehearsal
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -52,7 +53,8 @@ class Question:
         sigma = study.noise[0].sigma * np.array([(finer or {}).get(c, 1.0) for c in played.log.channels])
         part = Part(played.log, sigma, np.ascontiguousarray(segment_bounds(played.log, study.horizon)))
         states = played.states[part.bounds[:, 0]]
-        return of_part(study.module, part, states, played.parameters, self.names, study.max_step, truth)
+        told = of_part(study.module, part, states, played.parameters, self.names, study.max_step, truth)
+        return self.density * told
 
     def with_piece(self, piece: np.ndarray | None, ties: Ties | None = None) -> Joint:
         """What the logs at hand say, with one more log where it is given."""
@@ -68,7 +70,7 @@ class Question:
 
     def gap(self, separation: float, played: Played) -> float:
         """By which share the rivals' errors over all logs would differ: √(1 + separation²/values) − 1."""
-        values = sum(p.values for p in self.study.training) + played.log.measured.size
+        values = sum(p.values for p in self.study.training) + self.density * played.log.measured.size
         return float(np.sqrt(1.0 + separation**2 / values) - 1.0)
 
     def errors(self, piece: np.ndarray | None) -> dict[str, float]:
@@ -96,7 +98,8 @@ def of_fit(study: Study, first: Tried, others: Sequence[Tried] = ()) -> Question
     )
     log = study.training[-1].log
     t = times(20.0, log.dt)
-    return Question(study, loop_of(study, sizes[-1], t), base, first.effect, rivals, sizes, pieces)
+    loop = loop_of(study, sizes[-1], t)
+    return Question(study, loop, base, first.effect, rivals, sizes, pieces, (t[1] - t[0]) / log.dt)
 
 
 def shapes_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
@@ -107,8 +110,8 @@ def shapes_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, f
 
 
 def times(duration: float, sample: float) -> np.ndarray:
-    """Sample times (N,) of a rehearsal [s]."""
-    step = float(np.clip(sample, FINEST, SLOWEST))
+    """Sample times (N,) of a rehearsal [s]: within what a controller can balance with, and what is worth computing."""
+    step = round(float(np.clip(sample, FINEST, SLOWEST)), 9)
     return np.arange(round(duration / step) + 1) * step
 
 

@@ -58,7 +58,7 @@ def search(
 
     def cost(x: np.ndarray) -> float:
         nonlocal best
-        found = best_of([_multisine(x, limits)], loop, limits, worth)
+        found = _as_played(best_of([_multisine(x, limits)], loop, limits, worth), x, limits)
         if found is None or not np.isfinite(found.worth):
             return 1e6  # nothing is worse
         best = found if best is None or found.worth > best.worth else best
@@ -82,6 +82,15 @@ def _first(bounds: Sequence[tuple[float, float]]) -> np.ndarray:
     return low + (high - low) * (ranks + random.uniform(size=ranks.shape)) / POPULATION
 
 
-def _multisine(x: np.ndarray, limits: Limits) -> Excitation:
+def _multisine(x: np.ndarray, limits: Limits, factor: float = 1.0) -> Excitation:
     frequency, amplitude, phase = x.reshape(3, COMPONENTS)
-    return multisine(np.exp(frequency), limits.pitch * np.exp(amplitude), phase)
+    return multisine(np.exp(frequency), factor * limits.pitch * np.exp(amplitude), phase)
+
+
+def _as_played(found: Found | None, x: np.ndarray, limits: Limits) -> Found | None:
+    """A multisine with the amplitudes that the limits left it."""
+    if found is None:
+        return None
+    return found._replace(
+        excitation=_multisine(x, limits, found.played.factor), played=found.played._replace(factor=1.0)
+    )
