@@ -158,14 +158,14 @@ def sentence(question: Question, found: Sequence[Experiment]) -> str:
     commands = [e for e in found if not e.turn and not e.sensor]
     most = max((e.separation for e in commands), default=0.0)
     if best.separation < CLEAR:
-        return _none_does(question, best, most)
+        return _none_does(question, best)
     record = best.record
     clearly = f"{best.separation:.0f} standard errors"
     if best.turn:
         return (f"{best.turn.instruction} and record {record}: {_what_turns(best.turn, question)}, which is "
-                f"{clearly}. {_no_command(most, effects)}.")  # fmt: skip
+                f"{clearly}. {_no_command(most, question)}.")  # fmt: skip
     if best.sensor:
-        return (f"{_no_command(most, effects)}, nor does a part that is turned round. Record {record} with "
+        return (f"{_no_command(most, question)}. Record {record} with "
                 f"{best.sensor.words}: it would separate them by {clearly}{_still_listed(best)}.")  # fmt: skip
     alone = f" ({question.separation(None):.1f} without it)" if question.pieces else ""
     how = "" if best.played.excitation.builtin else f"; `wheelpend design LOG {_between(question)}` writes the like"
@@ -203,10 +203,17 @@ def names_of(question: Question) -> str:
     return f"{question.first} from {' and '.join(question.others)}"
 
 
-def _no_command(most: float, effects: str) -> str:
+def _no_command(most: float, question: Question) -> str:
     if most < 0.5:
-        return f"No command of these sensors separates {effects}: they change every log in the same way"
-    return f"No command alone separates {effects} by more than {most:.1f}"
+        return f"No command of these sensors separates {names_of(question)}: {_alike(question)}"
+    return f"No command alone separates {names_of(question)} by more than {most:.1f}"
+
+
+def _alike(question: Question) -> str:
+    """In what sense the rivals look the same: for all sizes, if the equations say so, else while they are small."""
+    twins = question.study.module.TWINS.get(question.first, ())
+    exactly = any(o in twins for o in question.others)
+    return "they change every log in the same way" + ("" if exactly else ", to first order in their sizes")
 
 
 def _what_turns(turn: Turn, question: Question) -> str:
@@ -217,16 +224,15 @@ def _what_turns(turn: Turn, question: Question) -> str:
     return f"the size of {' or '.join(turning)} would change its sign, that of {' or '.join(keeping)} would not"
 
 
-def _none_does(question: Question, best: Experiment, most: float) -> str:
+def _none_does(question: Question, best: Experiment) -> str:
     """No experiment is clear: say how long the best would have to last, if that is within reason."""
     effects, seconds = names_of(question), float(question.loop.t[-1])
     longer = (CLEAR / max(best.separation, 1e-9)) ** 2
     if longer > PATIENCE:
-        return (f"{_no_command(most, effects)}, nor does a part that is turned round or a better sensor of angle, "
-                "pitch or rate. Measure one of them by other means.")  # fmt: skip
-    how = (
-        f" with {best.sensor.words}" if best.sensor else f" with the {best.turn.part} turned round" if best.turn else ""
-    )
+        return (f"No command, no part turned round and no better sensor of angle, pitch or rate separates {effects}: "
+                f"{_alike(question)}. Measure one of them by other means.")  # fmt: skip
+    how = f" with {best.sensor.words}" if best.sensor else ""
+    how = f" with the {best.turn.part} turned round" if best.turn else how
     name, minutes = best.played.excitation.name, longer * seconds / 60
     return (f"No record of {seconds:.0f} s separates {effects} by {CLEAR:.0f} standard errors. About {minutes:.0f} min "
             f"of {name}{how} would; {seconds:.0f} s give {best.separation:.1f}.")  # fmt: skip
