@@ -196,7 +196,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         noise_floor=study.floor,
         fit_percent=fit_percent(study, residuals),
         candidates=(*named, *impossible),
-        experiment=experiment(study, named[0]) if verdict == "ambiguous" else None,
+        experiment=experiment(study, named[0], named[1:]) if verdict == "ambiguous" else None,
         detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
         sentences=(),
@@ -268,8 +268,8 @@ def detectable(study: Study, far: Screen) -> dict[str, dict[str, float]]:
     }
 
 
-def experiment(study: Study, first: Tried) -> str:
+def experiment(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
     """What would tell the first candidate from its equivalents."""
     from wheelpend.separation import advice
 
-    return advice(study, first)
+    return advice(study, first, others)
