@@ -108,6 +108,7 @@ class Effect:
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
+    phased: tuple[str, ...] = field(default=())  # sine and cosine: their amplitude is shared, their phase per log
 
     @property
     def symbols(self) -> dict[str, sp.Symbol]:
