@@ -454,7 +454,7 @@ summary { cursor: pointer; color: var(--soft); margin: .8rem 0 .3rem; font-size:
 .law { font-style: italic; white-space: nowrap; color: var(--ink); }
 .small { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(310px, 100%), 1fr)); gap: 14px 26px; }
 .small figure { margin: 0; min-width: 0; } .small figcaption { min-height: 3.2em; } .small .law { white-space: normal; }
-dt { color: var(--soft); } dd { margin: 0; } .chart { width: 100%; }
+dt { color: var(--soft); } dd { margin: 0; min-width: 0; overflow-wrap: anywhere; } .chart { width: 100%; }
 @media (max-width: 700px) { .two { grid-template-columns: 1fr; } section, header { padding: 16px; } }
 @media print { body { background: #fff; } section { break-inside: avoid; } }
 """
