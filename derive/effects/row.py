@@ -120,6 +120,10 @@ class Effect:
         """Names of the parameters in the parameter vector."""
         return tuple(f"{self.name}.{p.name}" for p in self.parameters)
 
+    def scope_of(self, parameter: EffectParameter) -> str:
+        """Whose a parameter is, in words."""
+        return "amplitude shared, phase per log" if parameter.name in self.phased else parameter.scope
+
     @property
     def linear(self) -> tuple[EffectParameter, ...]:
         """Parameters whose absence is a zero, where the equations can be linearised in them."""
