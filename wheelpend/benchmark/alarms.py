@@ -7,6 +7,7 @@ intervals, and how small the probabilities come out that single effects get by c
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -27,7 +28,7 @@ from wheelpend.processes import as_they_end
 from wheelpend.refit import SHORT, evidence_fit, near_screens, refit, starts_for
 from wheelpend.screening import size_names
 from wheelpend.shapes import nothing, shapes_of
-from wheelpend.simulation import machine_values
+from wheelpend.simulation import machine_values, parse_hidden
 from wheelpend.study import best_start, enlarged, fit_model, free_names, prepare
 
 FIRST_SEED = 7000
@@ -108,6 +109,15 @@ def alarm_table(alarms: Sequence[Alarm]) -> str:
     return table(head, rows)
 
 
+def named_table(alarms: Sequence[Alarm]) -> str:
+    """What is named first where something is hidden, by kind of sensors, as Markdown."""
+    rows = []
+    for kind in dict.fromkeys(a.kind for a in alarms):
+        answers = Counter(a.named[0] if a.named else a.verdict for a in alarms if a.kind == kind)
+        rows.append((kind, ", ".join(f"{n} {count}" for n, count in answers.most_common())))
+    return table(("sensors", "named first"), rows)
+
+
 def chance_table(found: Iterable[Chance]) -> str:
     """How often an effect gets a small probability by chance, alone and times its trials, as Markdown."""
     found, rows = list(found), []
@@ -125,11 +135,16 @@ def main(
     duration: Annotated[float, typer.Option(help="Length of each log [s].")] = 10.0,
     kinds: Annotated[list[str] | None, typer.Option("--kind", help="Sensors; repeat for several.")] = None,
     effects: Annotated[list[str] | None, typer.Option("--effect", help="Effect whose chances are counted.")] = None,
+    hide: Annotated[list[str] | None, typer.Option(help="Hide an effect, and say only what is named.")] = None,
     only: Annotated[str, typer.Option(help="alarms, chances or both.")] = "both",
 ) -> None:
     """Count false alarms and the chances of single effects, and print both tables."""
     with failures():
         asked = [(k, FIRST_SEED + n) for k in kinds or KINDS for n in range(logs)]
+        if hide:
+            hidden = parse_hidden(hide)
+            say(named_table(_counted([partial(try_log, *a, duration=duration, hide=hidden) for a in asked])))
+            return
         if only != "chances":
             say(alarm_table(_counted([partial(try_log, *a, duration=duration) for a in asked])) + "\n")
         if only != "alarms":

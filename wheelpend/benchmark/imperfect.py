@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -68,9 +68,15 @@ KINDS: dict[str, dict[str, Errors]] = {  # errors of the pitch and the gyro, in 
 
 
 def complete_log(
-    kind: str, seed: int, *, duration: float = 10.0, sample: float = 0.002, command: str = "aggressive"
+    kind: str,
+    seed: int,
+    *,
+    duration: float = 10.0,
+    sample: float = 0.002,
+    command: str = "aggressive",
+    hide: Mapping[str, float] | None = None,
 ) -> tuple[Model, Log]:
-    """The paper's robot with nothing hidden, measured by sensors of a kind; and the model that knows its encoder."""
+    """The paper's robot, with nothing hidden unless asked for, measured by sensors of a kind; and its model."""
     if kind not in KINDS:
         raise Failure(f"No kind of sensors named '{kind}'. Known: {', '.join(KINDS)}.{did_you_mean(kind, KINDS)}")
     model, random = Model.default(), np.random.default_rng(seed)
@@ -85,7 +91,7 @@ def complete_log(
     quantum = np.array([2 * np.pi / counts if c == "theta_w" else 0.0 for c in module.OUTPUTS])
     angle, rate = reference(command, t)
     blank = Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
-    parameters = vector(module, machine_values(model, {}), blank)
+    parameters = vector(module, machine_values(model, hide or {}), blank)
     gains = np.array(model.controller.gains, dtype=float)  # type: ignore[union-attr]
     _, measured, voltage = module.closed_loop(
         t, angle, rate, gains, np.zeros(module.NX), parameters, noise, quantum, sample
