@@ -412,7 +412,7 @@ def effects(
             raise Failure(error.args[0]) from None
         data = [
             {"effect": e.name, "family": e.family, "sentence": e.sentence, "equation": e.equation, "means": e.means,
-             "parameters": [{"name": p.name, "unit": p.unit, "scope": p.scope} for p in e.parameters]}
+             "parameters": [{"name": p.name, "unit": p.unit, "scope": e.scope_of(p)} for p in e.parameters]}
             for e in rows
         ]  # fmt: skip
 

@@ -76,7 +76,7 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         except Failure:
             return None  # with it the model cannot be simulated over the horizon, so that is not what is missing
         evidence = evidence_fit(able, fitted, begun)
-        return judge(able, by_name[name], fitted, evidence, before, residuals, tests)
+        return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
@@ -155,15 +155,17 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
 
 
 def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
-    own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in per_log]
+    first = {n: v for n, v in sizes_.items() if "@" not in n}
+    own = [{**o, **{n: sizes_.get(f"{n}@{log}", first[n]) for n in per_log_names(list(first))}}
+           for log, o in enumerate(per_log)]  # fmt: skip
     parts = shortened(study, share * study.horizon, most=80)
-    return fit_parts(study, parts, {**values, **sizes_}, free, start_per_log=own)
+    return fit_parts(study, parts, {**values, **first}, free, start_per_log=own)
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
     """A start moved into the physically possible range."""
     ranges = {f"{effect.name}.{p.name}": (p.minimum, p.maximum) for p in effect.parameters}
-    return {n: float(np.clip(v, *ranges[n])) for n, v in start.items()}
+    return {n: float(np.clip(v, *ranges[n.split("@")[0]])) for n, v in start.items()}
 
 
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:
