@@ -103,5 +103,5 @@ def test_the_engine_agrees_with_the_equations_and_shows_what_is_hidden_in_it():
 def test_what_the_engine_does_not_offer_is_refused():
     from wheelpend.benchmark.engine import engine_log
 
-    with pytest.raises(Failure, match=r"stribeck_drive\.static is not among them"):
-        engine_log({"stribeck_drive.static": 0.3})
+    with pytest.raises(Failure, match=r"viscous_drive\.coefficient is not among them"):
+        engine_log({"viscous_drive.coefficient": 0.3})
