@@ -120,10 +120,10 @@ def engine_run(
 
 
 def wanted(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Commanded pitch [rad] and its rate [rad/s]: those of the project, and "slow", 3° to and fro in 12.6 s."""
+    """Commanded pitch [rad] and its rate [rad/s]: those of the project, and "slow", which makes dry friction stick."""
     if command != "slow":
         return reference(command, t)
-    angle = np.radians(3.0) * np.sin(0.5 * t)
+    angle = np.radians(0.5) * np.sin(0.5 * t)
     return angle, np.gradient(angle, t)
 
 

@@ -1,9 +1,9 @@
 """The robot as MuJoCo reads it: bodies, joints, tendons and limits, and no equation of motion.
 
 A body on a slide and a hinge, the wheels as its child, the rotors' inertia as armature of the joint between them,
-rolling as a stiff equality. Effects that are mechanical are parts of the scene: free play is a limit on the angle between
-a rotor of its own and the wheels, an elastic shaft a spring there, slosh a pendulum. Motor, back-EMF and the plant's
-viscous friction then act on the rotor. Angles in rad, lengths in m, masses in kg, torques in N m.
+rolling as a stiff equality. Effects that are mechanical are parts of the scene: free play is a limit on the angle
+between wheels and a rotor of its own, an elastic shaft a spring there, slosh a pendulum. The motor, its back-EMF and
+the plant's viscous friction then act on the rotor. Angles in rad, lengths in m, masses in kg, torques in N m.
 """
 
 from __future__ import annotations
