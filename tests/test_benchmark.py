@@ -117,7 +117,7 @@ def test_what_happens_at_a_moment_happens_inside_the_log_whatever_its_size():
     )
     for seed, size in enumerate((0.1, 1.0, 3.0)):
         (_, start), (_, end), (_, torque) = draw(push, size, np.random.default_rng(seed))
-        assert 4.0 <= start < end <= 14.0 and abs(torque) == pytest.approx(0.1 * size, rel=0.26)
+        assert 4.0 <= start < end <= 14.0 and abs(torque) == pytest.approx(0.5 * size, rel=0.26)
 
 
 def test_a_log_in_which_the_robot_would_fall_is_made_with_less_and_says_so():

@@ -1,12 +1,18 @@
 """Every effect in the engine does what its law says: closed forms, balances, energy, and the limit without it."""
 
+import json
+import os
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from wheelpend import Model, explain, load_log
 from wheelpend.benchmark.engine import SAMPLE, TRUTH, Robot, engine_run
 from wheelpend.benchmark.laws import Laws
 from wheelpend.benchmark.scene import BODY, BODY_INERTIA, HEIGHT, RADIUS, STEP, WHEEL_INERTIA
+from wheelpend.benchmark.shipped import SHIPPED, text_of
+from wheelpend.demo import data_folder
 
 mujoco = pytest.importorskip("mujoco")
 X, PITCH, DRIVE, ROTOR = 0, 1, 2, 3
@@ -183,3 +189,35 @@ def test_a_delay_of_part_of_a_step_acts_on_average_when_it_should():
         robot.move(k * SAMPLE, commands[: k + 1])
     acted = 0.005 - 0.00237
     assert robot.data.qvel[DRIVE] == pytest.approx((1 - np.exp(-X6 / (X1 + X2) * acted)) / X6, rel=1e-3)
+
+
+SLOW = pytest.mark.skipif(not os.environ.get("WHEELPEND_SLOW"), reason="set WHEELPEND_SLOW=1 to run it")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n == "engine_inductance" else SLOW) for n in sorted(SHIPPED)]
+)
+def test_explain_finds_what_is_hidden_in_a_shipped_log_of_the_engine(name):
+    told = explain(Model.default(), [data_folder() / f"{name}.csv"])
+    assert set(told.effects) == {n.partition(".")[0] for n in SHIPPED[name]} and told.verdict == "nothing_missing"
+    assert told.error < 1.03 * told.noise_floor
+    for full, value in SHIPPED[name].items():
+        row = told.parameters[full]
+        assert abs(row["value"] - value) < 4.5 * row["sigma"]
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_a_shipped_log_can_be_read_and_its_truth_lies_beside_it(name):
+    log = load_log(data_folder() / f"{name}.csv")
+    assert len(log) == 10001 and log.warnings == () and np.isfinite(log.measured).all()
+    truth = json.loads((data_folder() / f"{name}_truth.json").read_text(encoding="utf-8"))
+    assert truth["effects"] == SHIPPED[name] and truth["parameters"]["X5"] == pytest.approx(TRUTH["X5"], rel=1e-5)
+
+
+def test_a_log_is_shipped_as_the_engine_measured_it(tmp_path):
+    log = engine_run({}, duration=0.2, seed=3).log
+    (tmp_path / "log.csv").write_text(text_of(log), encoding="utf-8")
+    again = load_log(tmp_path / "log.csv")
+    assert again.measured == pytest.approx(log.measured, abs=6e-6) and again.voltage == pytest.approx(
+        log.voltage, abs=6e-4
+    )

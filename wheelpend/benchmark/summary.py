@@ -61,7 +61,7 @@ class Summary:
     coverage: Rate  # true values inside the 95 % interval
     confusion: dict[str, Counter]  # hidden: first answer
     stick_slip: Rate  # dry friction that truly sticks: first answer right
-    sticking: float  # largest error of the true model over the floor there
+    sticking: float  # largest error of the true model there: 1 where its law of sticking is right
     spread: dict[str, float]  # of each parameter: root mean square error of the estimates in standard errors
     estimated: int  # logs behind it
     redrawn: tuple[str, ...]  # logs made with smaller effects than planned
@@ -104,7 +104,7 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         coverage=rate(d < 1.96 for d in deviations),
         confusion=confusion(costly),
         stick_slip=rate(o.first_right for o in kinds["stick_slip"] if o.cost >= COSTLY),
-        sticking=max((o.true_error / o.floor for o in kinds["stick_slip"] if o.true_error), default=float("nan")),
+        sticking=max((o.true_error for o in kinds["stick_slip"] if o.true_error), default=float("nan")),
         spread=spread(kinds["complete"]),
         estimated=sum(bool(o.estimates) for o in kinds["complete"]),
         redrawn=tuple(f"{o.key}: {o.made}" for o in good if o.made),
