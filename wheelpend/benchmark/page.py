@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from wheelpend.benchmark.summary import Rate, Summary
 
 HEAD = """# The hidden-effect benchmark
@@ -42,22 +44,22 @@ def page(summary: Summary, planned: int) -> str:
         ),
         *((f"… logs from the {source}", told(r), "") for source, r in s.singles.items()),
         ("… dry friction that engages slowly", told(s.soft), ""),
-        ("mean number of declared equivalents", f"{s.equivalents:.2f}", ""),
+        ("mean number of declared equivalents", number(s.equivalents, 2), ""),
         ("both effects of a pair found", told(s.pairs), "≥ 95 %"),
         ("all three of a triple found", told(s.triples), ""),
         ("false alarms on complete models", told(s.false_alarms), "≤ 2 of 200"),
         ("guilty effect left out: unexplained, or a stand-in that reaches the noise", told(s.left_out), "≥ 95 %"),
         ("… confident name whose error stays above 1.1 times the floor", str(s.overconfident), "0"),
         ("error after at most 1.05 times the true model's", told(s.near_truth), "all"),
-        ("… largest ratio", f"{s.worst:.3f}", "≤ 1.05"),
+        ("… largest ratio", number(s.worst, 3), "≤ 1.05"),
         ("true values inside 95 % intervals", told(s.coverage), "92 to 98 %"),
         (
-            f"complete models, {s.estimated} logs: largest spread of a parameter's estimates over the predicted one",
-            f"{max(s.spread.values(), default=float('nan')):.2f}",
+            f"largest spread of a parameter's estimates over the predicted one, complete models ({s.estimated} logs)",
+            number(max(s.spread.values(), default=float("nan")), 2),
             "≤ 1.15",
         ),
         ("dry friction that truly sticks, sampled at 1 kHz: first answer right", told(s.stick_slip), "≥ 98 %"),
-        ("… largest error of the true model", f"{s.sticking:.3f}", "≤ 1.05"),
+        ("… largest error of the true model", number(s.sticking, 3), "≤ 1.05"),
     ]
     parts = [
         HEAD.rstrip(),
@@ -101,6 +103,11 @@ def told(rate: Rate) -> str:
         return "not tried"
     low, high = rate.interval
     return f"{rate.hits} of {rate.of}, {100 * rate.share:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def number(value: float, decimals: int) -> str:
+    """A number, or that there is none."""
+    return f"{value:.{decimals}f}" if np.isfinite(value) else "not tried"
 
 
 def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
