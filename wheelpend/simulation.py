@@ -9,7 +9,7 @@ import numpy as np
 import derive
 from wheelpend import kernels
 from wheelpend.commands import length, reference
-from wheelpend.failures import Failure
+from wheelpend.failures import Failure, Fallen
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import stable_step, vector
@@ -65,7 +65,7 @@ def simulate(
     )
     if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
         fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]
-        raise Failure(
+        raise Fallen(
             f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains."
         )
     return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)
