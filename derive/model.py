@@ -47,6 +47,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
     residual = [row.subs(plant.input, acting) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    residual = [without_size(row, chosen) if n >= len(plant.coordinates) else row for n, row in enumerate(residual)]
     memories = memories_of(plant, chosen)
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
     fitted += [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
@@ -84,6 +85,14 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
 def freed(chosen: tuple[Effect, ...]) -> tuple[str, ...]:
     """What the effects free inside the machine, in a fixed order."""
     return tuple(sorted({e.frees for e in chosen} - {""}))
+
+
+def without_size(row: sp.Expr, chosen: tuple[Effect, ...]) -> sp.Expr:
+    """A row divided by the size that all of its terms share: what hangs in a machine moves, however little it weighs."""
+    for size in (e.symbols[p.name] for e in chosen if e.frees for p in e.linear):
+        if row != 0 and sp.expand(row.subs(size, 0)) == 0:
+            row = sp.expand(sp.expand(row) / size)
+    return row
 
 
 def regressor_of(plant: Plant, settled: dict, residual, chosen, memories, grouping: Grouping, fitted) -> Regressor:

@@ -24,7 +24,7 @@ class MemoryCode(NamedTuple):
     """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
 
     name: str
-    index: int
+    place: int
     path: tuple[tuple[float, str, int], ...]  # weight, coordinate, its index among the variables
     value: Kernel
     jacobian: Kernel
@@ -149,7 +149,7 @@ def memory_code(model: Model, memory: Memory) -> MemoryCode:
 def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
     """Constants in what multiplies each effect parameter alone, or what the effect frees, where there are any."""
     known = [c.name for c in model.constants if c.name != "origin"]
-    table = {}
+    table: dict[str, tuple[str, ...]] = {}
     for effect in model.effects:
         own = set(effect.symbols.values())
         others = {s: 0 for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)

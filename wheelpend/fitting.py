@@ -10,7 +10,7 @@ import numpy as np
 
 from wheelpend.blocks import block_of, has_colour, jackknife
 from wheelpend.phases import Phases
-from wheelpend.shooting import Fit, Part, Shot, fit_states, initial_states, shoot, solve_damped, vector
+from wheelpend.shooting import Fit, Part, Shot, carries_on, fit_states, in_turn, initial_states, shoot, solve_damped, vector
 
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 
@@ -131,6 +131,13 @@ def fit(
             for k, (p, x) in enumerate(zip(parts, states, strict=True))
         ]  # fmt: skip
 
+    def settle(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """What a segment hands on to the next is not in the linearisation: there the states follow in turn."""
+        places = [vector(module, _values(start, plan, theta, k, start_per_log), p.log) for k, p in enumerate(parts)]
+        if not any(carries_on(module, v) for v in places):
+            return list(states)
+        return [in_turn(module, p, x, v, max_step, 2) for p, x, v in zip(parts, states, places, strict=True)]
+
     if states is None:
         states = [
             fit_states(module, p, initial_states(module, p, relative),
@@ -150,6 +157,7 @@ def fit(
             x + own - np.einsum("skx,k->sx", answers, step[places])
             for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)
         ]
+        trial_states = settle(trial_theta, trial_states)
         trial = shots_at(trial_theta, trial_states)
         trial_cost = sum(s.cost for s in trial)
         if trial_cost <= cost:

@@ -140,7 +140,7 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     study = steadied(study.able(effect.name), short.values)
     free = _free_with(study, short, effect.name)
     placed = [in_place(study, effect, values, s) for n, (values, c) in enumerate(beginnings)
-              for s in c.starts[: STARTED if n == 0 else 1]]  # fmt: skip
+              for s in c.starts[:STARTED]]  # fmt: skip
     trials = [(values, admissible(effect, size)) for values, size in placed]
     for parameter in effect.parameters:
         name = f"{effect.name}.{parameter.name}"

@@ -155,25 +155,58 @@ def fit_states(
     module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float = 0.002, rounds: int = 8
 ) -> tuple[np.ndarray, Shot]:
     """Fit only the initial states; every segment has its own damping and keeps its best."""
+    if carries_on(module, parameters):
+        states = in_turn(module, part, states, parameters, max_step, rounds)
+        return states, shoot(module, part, states, parameters, max_step=max_step)
     states = states.copy()
     shot = shoot(module, part, states, parameters, max_step=max_step)
-    damping, chained = np.full(len(states), 1e-4), carries_on(module, parameters)
+    damping = np.full(len(states), 1e-4)
     for _ in range(rounds):
         step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
         trial = shoot(module, part, states + step, parameters, max_step=max_step)
         old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
         better = new < old
-        expected = np.einsum("sk,sk->s", shot.gram[:, :-1, -1], step)
-        gain = np.where(better, old - new, expected)  # one that failed is tried again, with more damping
-        gain = np.where(np.isfinite(old) & np.isfinite(gain) & (damping < 1e4), gain, 0.0)
+        gain = np.where(better & np.isfinite(old), old - new, 0.0)
         states[better] += step[better]
-        if chained:
-            trial = shoot(module, part, states, parameters, max_step=max_step)
         damping = np.where(better, damping * 0.1, damping * 10.0)
-        shot = trial if chained else _merge(shot, trial, part, better)
+        shot = _merge(shot, trial, part, better)
         if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
             break
     return states, shot
+
+
+def in_turn(
+    module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+) -> np.ndarray:
+    """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
+    log, found, inside = part.log, states.copy(), np.zeros(module.NV - module.NX)
+    for number, (first, last) in enumerate(part.bounds):
+        only = replace(part, bounds=part.bounds[number : number + 1])
+        found[number] = _alone(module, only, found[number], inside, parameters, max_step, rounds)
+        ahead = slice(first, min(last + 1, len(log)))
+        whole = np.concatenate([found[number], inside])
+        inside = module.simulate(log.t[ahead], log.voltage[ahead], whole, parameters, max_step)[-1, module.NX :]
+        inside = np.where(np.isfinite(inside), inside, 0.0)
+    return found
+
+
+def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> np.ndarray:
+    """Initial coordinates and rates of one segment by Levenberg and Marquardt."""
+    shot = shoot(module, only, np.concatenate([state, inside])[None], parameters, max_step=max_step)
+    damping = 1e-4
+    for _ in range(rounds):
+        step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[0, :, 0]
+        trial = shoot(module, only, np.concatenate([state + step, inside])[None], parameters, max_step=max_step)
+        gain = shot.cost - trial.cost
+        if trial.cost < shot.cost:
+            state, shot, damping = state + step, trial, damping * 0.1
+            if gain < 1e-5 * (1.0 + trial.cost):
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e3 or abs(gain) < 1e-9 * shot.cost:
+                break
+    return state
 
 
 def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:
@@ -223,8 +256,10 @@ def prediction_error(
 def led_in(part: Part, lead: int) -> tuple[Part, int]:
     """A part with up to ``lead`` segments before its first, as many as the log has, and how many they are."""
     first, length = int(part.bounds[0, 0]), int(part.bounds[0, 1] - part.bounds[0, 0])
+    if not (lead and first):
+        return part, 0
     horizon = float(part.log.t[first + length - 1] - part.log.t[first]) + part.log.dt
-    before = segment_bounds(part.log, horizon, max(first - lead * length, 0), first) if lead and first else []
+    before = segment_bounds(part.log, horizon, max(first - lead * length, 0), first)
     return replace(part, bounds=np.vstack([*before, part.bounds])), len(before)
 
 

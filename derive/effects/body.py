@@ -62,7 +62,7 @@ ROWS = (
                 bounded=True,
                 starts=Values((3.0, 5.0, 8.0, 13.0, 20.0)),
             ),
-            EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.05, absent=0.1, bounded=True),
+            EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.3, absent=0.2, bounded=True),
         ),
         InnerForce(
             "sway",
