@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import derive
-from wheelpend.evidence import WORTHWHILE, Tried
+from wheelpend.evidence import WORTHWHILE, Tried, judge
+from wheelpend.happenings import find_happenings, fit_happening
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
 from wheelpend.refit import SHORT, Progress, near_screens, refit_best
-from wheelpend.screening import Screen, screen
+from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import (
@@ -25,6 +26,7 @@ from wheelpend.study import (
     fit_model,
     free_names,
     held_residuals,
+    interleaved,
     per_log_names,
     prepare,
     steadied,
@@ -34,6 +36,7 @@ EQUIVALENT = 0.01  # relative difference of the held-out errors within which eff
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
 MOST_EFFECTS = 4  # added one after the other before the search ends
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
+SUDDEN = 40.0  # expected fall of the sum of squares, in noise variances, from which an event is looked at
 FOLLOWED = 0.9  # share of the error that a further effect may leave for the search behind a first one to go on
 
 
@@ -189,7 +192,38 @@ def diagnose_study(
         progress("estimating the missing force")
         missing = find_missing_force(study, base)
     found = conclude(study, base, before, residuals, tried, far, missing)
+    if not (found.named and found.accounted):
+        found = with_event(found, progress)
     return with_partner(found, progress) if pairs and found.verdict == "unexplained" and not found.named else found
+
+
+def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
+    """A diagnosis that names an event, if one accounts for more than the first candidate does.
+
+    Then error and evidence are those of every second segment of the log in which it happened.
+    """
+    places = [p for p in find_happenings(found.study, found.fit) if p.gain > SUDDEN]
+    if not places:
+        return found
+    progress(f"looking at what may have happened: {', '.join(p.effect.name for p in places)}")
+    study, free = interleaved(found.study), free_names(found.study, found.study.model.effects)
+    base = fit_model(study, found.fit.values, free, horizons=(1.0,), start_per_log=found.fit.per_log)
+    before, residuals = held_residuals(study, base)
+    tests = sum(p.trials for p in places) + (sum(c.trials for c in found.screen.candidates) if found.screen else 0)
+    tried = []
+    for place in places:
+        fitted = fit_happening(study, base, place, free)
+        if np.isfinite(fitted.cost):
+            candidate = Candidate(place.effect, (place.start,), place.gain, {}, place.trials)
+            tried.append(
+                judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(places))
+            )
+    tried = sorted((t for t in tried if t.worth_naming(before)), key=lambda t: t.error_after)
+    rival = found.named[0].error_after / found.error if found.named else 1.0
+    if not tried or tried[0].error_after / before >= rival:
+        return found
+    assert found.screen is not None, "a diagnosis has screened every effect"
+    return conclude(study, base, before, residuals, tried, found.screen, found.missing)
 
 
 def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:

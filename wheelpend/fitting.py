@@ -10,7 +10,18 @@ import numpy as np
 
 from wheelpend.blocks import block_of, has_colour, jackknife
 from wheelpend.phases import Phases
-from wheelpend.shooting import Fit, Part, Shot, carries_on, fit_states, in_turn, initial_states, shoot, solve_damped, vector
+from wheelpend.shooting import (
+    Fit,
+    Part,
+    Shot,
+    carries_on,
+    fit_states,
+    in_turn,
+    initial_states,
+    shoot,
+    solve_damped,
+    vector,
+)
 
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 

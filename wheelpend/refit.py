@@ -12,6 +12,7 @@ import derive
 from derive.effects import Effect
 from wheelpend.evidence import Tried, judge
 from wheelpend.failures import Failure
+from wheelpend.happenings import find_happenings, fit_happening
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
@@ -169,8 +170,11 @@ def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
 
 
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:
-    """Fit the study's model plus one effect from the sizes that the screening suggests."""
+    """Fit the study's model plus one effect from the sizes that the screening suggests, or where an event fits best."""
     present = study.model.effects
+    if derive.effects.find(effect).event:
+        place = next(p for p in find_happenings(study, base) if p.effect.name == effect)
+        return fit_happening(study, base, place, free_names(study, present))
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
     shapes = shapes_of(study, short, [derive.effects.find(effect)])
     near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.special import gammaincc
 
 import derive
-from derive.effects import INPUT, Effect, Quantiles, Values
+from derive.effects import INPUT, Effect, Quantiles, Ripple, Values
 from derive.model import slip_row
 from wheelpend import kernels, regression
 from wheelpend.shooting import Fit, Part, vector
@@ -40,9 +40,11 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
             trials = len(values)
         elif isinstance(parameter.starts, Values):
             values, trials = list(parameter.starts.at), len(parameter.starts.at)
-        else:
+        elif isinstance(parameter.starts, Ripple):
             period, trials = ripple_shape(study, fitted, parameter.starts.of)
             values = [period]
+        else:
+            continue
         found[effect.name] = Shape(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
     return found
 

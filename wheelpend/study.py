@@ -172,7 +172,7 @@ def prepare(
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
     step = 0.002  # s, until a start tells how fast the machine is
     found = Study(model, module, tuple(training), tuple(held), noise, horizon, step, warnings, without=tuple(without))
-    return found.able()
+    return (interleaved(found) if any(derive.effects.find(e).event for e in model.effects) else found).able()
 
 
 def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
@@ -217,18 +217,36 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
     """Training parts cut into shorter segments, thinned evenly to about ``most``: they only prepare."""
     found = []
     for part in study.training:
-        bounds = segment_bounds(part.log, horizon, int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
+        bounds = np.concatenate([segment_bounds(part.log, horizon, a, b) for a, b in runs(part.bounds)])
         thin, run = max(1, len(bounds) // most), RUN if study.carries else 1
         kept = np.arange(len(bounds)) // run % thin == 0
         found.append(replace(part, bounds=np.ascontiguousarray(bounds[kept])))
     return tuple(found)
 
 
+def interleaved(study: Study) -> Study:
+    """The study with every second segment of its training logs held out, over their whole length: so an event is judged."""
+    training, held = [], []
+    for number, part in enumerate(study.training):
+        bounds = segment_bounds(part.log, study.horizon)
+        training.append(replace(part, bounds=np.ascontiguousarray(bounds[::2])))
+        if len(bounds) > 1:
+            held.append(Held(replace(part, bounds=np.ascontiguousarray(bounds[1::2])), number, None))
+    return replace(study, training=tuple(training), held=tuple(held))
+
+
+def runs(bounds: np.ndarray) -> list[tuple[int, int]]:
+    """Ranges of samples that consecutive segments cover without a gap."""
+    breaks = np.flatnonzero(bounds[1:, 0] != bounds[:-1, 1])
+    begins, ends = bounds[np.r_[0, breaks + 1], 0], bounds[np.r_[breaks, len(bounds) - 1], 1]
+    return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]
+
+
 def steadied(study: Study, values: Mapping[str, float]) -> Study:
     """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
     if study.module.NA == study.module.NQ:
         return study
-    rows = [e for e in map(derive.effects.find, dict.fromkeys(n.partition(".")[0] for n in study.module.PARAMETERS if "." in n and not n.startswith("missing"))) if e.frees]
+    rows = [e for e in derive.effects.all_with(study.model.own) if e.frees and e.full_names[0] in study.module.PARAMETERS]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
     step = 3.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.75 over the fastest rate
@@ -305,8 +323,8 @@ def effect_parameter(name: str) -> EffectParameter | None:
 
 
 def per_log_names(names: Sequence[str]) -> list[str]:
-    """Those names that get a value of their own in every log."""
-    return [n for n in names if (p := effect_parameter(n)) and p.scope == "per log"]
+    """Those names that get a value of their own in every log: per-log ones, and those of an event in one of them."""
+    return [n for n in names if (p := effect_parameter(n)) and p.scope in ("per log", "event")]
 
 
 def phased_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
