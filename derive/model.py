@@ -88,7 +88,7 @@ def freed(chosen: tuple[Effect, ...]) -> tuple[str, ...]:
 
 
 def without_size(row: sp.Expr, chosen: tuple[Effect, ...]) -> sp.Expr:
-    """A row divided by the size that all of its terms share: what hangs in a machine moves, however little it weighs."""
+    """A row divided by the size that all of its terms share: what hangs in a machine moves, however light it is."""
     for size in (e.symbols[p.name] for e in chosen if e.frees for p in e.linear):
         if row != 0 and sp.expand(row.subs(size, 0)) == 0:
             row = sp.expand(sp.expand(row) / size)
@@ -134,9 +134,7 @@ def deformations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp
     present: dict[sp.Symbol, sp.Expr] = {}
     for effect in chosen:
         if isinstance(effect.enters, Deformation):
-            law = effect.enters.law
-            value = law(TIME, **effect.symbols) if law else symbol(effect.full_names[0])
-            present[plant.geometry[effect.enters.symbol]] = value
+            present[plant.geometry[effect.enters.symbol]] = effect.enters.law(TIME, **effect.symbols)
         elif isinstance(effect.enters, InnerForce):
             present |= {plant.geometry[n]: law(**effect.symbols) for n, law in effect.enters.geometry}
     return present

@@ -202,9 +202,7 @@ def residual_jacobian(model: Model) -> Kernel:
     slipping = sp.Matrix(model.residual)
     for surface in model.surfaces:
         slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
-    by_state = slipping.jacobian(
-        [*model.states, *model.inner, *([model.plant.input] if model.lag else [])]
-    )
+    by_state = slipping.jacobian([*model.states, *model.inner, *([model.plant.input] if model.lag else [])])
     by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
     rows, columns = by_state.shape
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]

@@ -215,9 +215,7 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
         fitted = fit_happening(study, base, place, free)
         if np.isfinite(fitted.cost):
             candidate = Candidate(place.effect, (place.start,), place.gain, {}, place.trials)
-            tried.append(
-                judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(places))
-            )
+            tried.append(judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(places)))
     tried = sorted((t for t in tried if t.worth_naming(before)), key=lambda t: t.error_after)
     rival = found.named[0].error_after / found.error if found.named else 1.0
     if not tried or tried[0].error_after / before >= rival:

@@ -59,7 +59,8 @@ def place_of(study: Study, fitted: Fit, effect: Effect, number: int) -> Happenin
         begin, end = np.arange(1, count), np.full(count - 1, count)
     pull, weight = total[0][end] - total[0][begin], np.maximum(total[1][end] - total[1][begin], 1e-300)
     best = int(np.argmax(pull**2 / weight))
-    times = [float(log.t[bounds[begin[best], 0]]), float(log.t[bounds[end[best] - 1, 1] - 1])]
+    middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
+    times = [float(middle[begin[best]]), float(middle[end[best] - 1])]
     start = dict(zip(moments(effect), times, strict=False))
     start |= {f"{effect.name}.{p.name}": float(pull[best] / weight[best]) for p in effect.linear}
     return Happening(effect, number, start, float(pull[best] ** 2 / weight[best]) / noise, len(begin))

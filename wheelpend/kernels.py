@@ -119,9 +119,7 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
     return load(derived, model.plant)
 
 
-def _text(
-    plant: str, assumptions: dict, effects: tuple[str, ...], library: bool, free: tuple[str, ...] = ()
-) -> str:
+def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool, free: tuple[str, ...] = ()) -> str:
     """Text of a module with these effects, or of the library with these besides its own and with what is free."""
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
     key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, free, derivation_fingerprint()))

@@ -100,7 +100,9 @@ class Study:
         """Why an effect cannot be judged, or an empty string."""
         if effect.name in self.without:
             return "left out on request"
-        return lacking(effect, self.model, kernels.library_of(self.model, [effect.name]) if effect.frees else self.module)
+        return lacking(
+            effect, self.model, kernels.library_of(self.model, [effect.name]) if effect.frees else self.module
+        )
 
 
 def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
@@ -225,7 +227,7 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
 
 
 def interleaved(study: Study) -> Study:
-    """The study with every second segment of its training logs held out, over their whole length: so an event is judged."""
+    """The study with every second segment of its training logs held out, over their whole length."""
     training, held = [], []
     for number, part in enumerate(study.training):
         bounds = segment_bounds(part.log, study.horizon)
@@ -246,7 +248,8 @@ def steadied(study: Study, values: Mapping[str, float]) -> Study:
     """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
     if study.module.NA == study.module.NQ:
         return study
-    rows = [e for e in derive.effects.all_with(study.model.own) if e.frees and e.full_names[0] in study.module.PARAMETERS]
+    known = study.module.PARAMETERS
+    rows = [e for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
     step = 3.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.75 over the fastest rate

@@ -82,7 +82,9 @@ ROWS = (
         "The body gets heavier, or lighter, at a moment.",
         "M becomes M (1 + r) from a moment on",
         (
-            EffectParameter("time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True),
+            EffectParameter(
+                "time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True
+            ),
             EffectParameter("ratio", "1", scope="event", minimum=-0.9, typical=0.1),
         ),
         Deformation("payload", lambda t, time, ratio: ratio * Step(t - time)),
@@ -94,8 +96,12 @@ ROWS = (
         "Somebody, or something, pushes the robot for a while.",
         "Q_w = F from start to end",
         (
-            EffectParameter("start", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True),
-            EffectParameter("end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), moment=True),
+            EffectParameter(
+                "start", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True
+            ),
+            EffectParameter(
+                "end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), moment=True
+            ),
             EffectParameter("torque", "V", scope="event", typical=0.5),
         ),
         Force("ground", lambda a, v, start, end, torque: torque * (Step(TIME - end) - Step(TIME - start))),

@@ -100,7 +100,7 @@ ROWS = (
     Effect(
         "presliding_drive",
         "drive",
-        "Dry friction in the drive that winds up like a spring before it slides, and springs back at a reversal (Dahl).",
+        "Dry friction in the drive that winds up like a spring before it slides (Dahl).",
         "f = k z, dz/dt = s − |s| z k/F",
         (
             EffectParameter("torque", "V", minimum=0.0, typical=0.3),
@@ -118,8 +118,7 @@ ROWS = (
         PathForce(  # dz/dt is s (1 − z k/F sign s): along a path of slip the force approaches ±F
             "drive",
             lambda before, path, torque, stiffness: (
-                torque * Sign(path)
-                + (before - torque * Sign(path)) * Decay(stiffness * Magnitude(path), torque)
+                torque * Sign(path) + (before - torque * Sign(path)) * Decay(stiffness * Magnitude(path), torque)
             ),
         ),
         dissipates=True,
@@ -172,7 +171,7 @@ ROWS = (
             ),
         ),
         InnerPlay("twist", lambda gap: gap, contact),
-        means="Worn or loose teeth: at every reversal the motor first crosses the gap, and the wheels roll on their own.",
+        means="Worn or loose teeth: at a reversal the motor first crosses the gap, and the wheels roll on their own.",
     ),
     Effect(
         "quadratic_drive",

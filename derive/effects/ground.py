@@ -67,7 +67,7 @@ ROWS = (
             ),
         ),
         dissipates=True,
-        means="Dust, wet floor or hard tyres: the wheels turn further than the robot travels, most when it is pushed hard.",
+        means="Dust, wet floor or hard tyres: the wheels turn further than the robot travels, most under hard pushes.",
     ),
     Effect(
         "wheel_runout",

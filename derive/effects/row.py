@@ -53,7 +53,9 @@ class EffectParameter(NamedTuple):
     grid: tuple[float, ...] = ()  # starting values to profile, where the problem is not locally linear
     typical: float = 0.1  # a moderate size, for documentation and tests
     absent: float = 0.0  # its value while the effect is absent; a shape, which has no size, may be neither 0 nor inf
-    starts: Quantiles | Ripple | Values | Onset | None = None  # starting values that only a log can tell; every shape has them
+    starts: Quantiles | Ripple | Values | Onset | None = (
+        None  # starting values that only a log can tell; every shape has them
+    )
     bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
     moment: bool = False  # whether it is a time at which something begins or ends
 
@@ -82,11 +84,16 @@ class PathForce(NamedTuple):
     law: Callable[..., sp.Expr]
 
 
+def by_its_size(t: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
+    """A law that is the first parameter."""
+    return next(iter(parameters.values()))
+
+
 class Deformation(NamedTuple):
-    """A change of the plant's geometry: re-derived, not added. It may begin at a moment: law(time, parameters)."""
+    """A change of the plant's geometry: re-derived, not added; by how much is law(time, parameters)."""
 
     symbol: str  # of Plant.geometry
-    law: Callable[..., sp.Expr] | None = None
+    law: Callable[..., sp.Expr] = by_its_size
 
 
 class InnerForce(NamedTuple):

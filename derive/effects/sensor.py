@@ -70,7 +70,11 @@ ROWS = (
         "sensor",
         "Pitch and pitch rate are reported late.",
         "measured θp, θ̇p at t are true at t − d",
-        (EffectParameter("delay", "s", minimum=0.0, maximum=0.3, grid=(0.002, 0.006, 0.02), typical=0.005, bounded=True),),
+        (
+            EffectParameter(
+                "delay", "s", minimum=0.0, maximum=0.3, grid=(0.002, 0.006, 0.02), typical=0.005, bounded=True
+            ),
+        ),
         SensorDelay(("theta_p", "dtheta_p")),
         means="A filter, a bus or a slow sensor: the controller acts on what was, and phase margin is lost.",
     ),

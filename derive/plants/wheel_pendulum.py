@@ -112,7 +112,11 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             Load("motors", "drive", 2 * epsilon * K_t * current),
             Load("gearbox friction", "drive", -2 * f_m * slip),
             Load("ground friction", reaction, -2 * f_w * dtheta_w),
-            *([Load("pendulum", "pendulum", -decay * hung * M * length**2 * (dsway - dtheta_p))] if "sway" in free else []),
+            *(
+                [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (dsway - dtheta_p))]
+                if "sway" in free
+                else []
+            ),
         ),
         ports=(
             Port("drive", theta_w + twist - theta_p, "between wheel and body, through motor and gearbox"),
@@ -138,8 +142,15 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             Parameter("L", "m", "height of the body's centre of mass above the axle"),
             Parameter("epsilon", "1", "gear ratio"),
         ),
-        geometry={"track_slope": gamma, "com_angle": delta, "payload": payload, "sway_mass": hung,
-                  "sway_height": height, "sway_length": length, "sway_decay": decay},
+        geometry={
+            "track_slope": gamma,
+            "com_angle": delta,
+            "payload": payload,
+            "sway_mass": hung,
+            "sway_height": height,
+            "sway_length": length,
+            "sway_decay": decay,
+        },
         inner=INNER,
         free=free,
         controlled=("theta_p", "dtheta_p"),
