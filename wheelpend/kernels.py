@@ -72,6 +72,12 @@ def library(plant: str, assumptions: dict, own: Sequence[str] = ()) -> ModuleTyp
     return load(_text(plant, derive.plants.settle(plant, assumptions), tuple(own), library=True), f"{plant}_library")
 
 
+def probing(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
+    """A module with these effects and no others, and a free force on each row."""
+    text = _text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False, forces=True)
+    return load(text, f"{plant}_probing")
+
+
 def library_of(model: Model) -> ModuleType:
     """The library's module of a model's plant, assumptions and own effects."""
     return library(model.plant, model.assumptions, model.own)
@@ -110,16 +116,18 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
     return load(derived, model.plant)
 
 
-def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool) -> str:
-    """Text of a module with these effects, or of the library with these besides its own."""
+def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool, forces: bool = False) -> str:
+    """Text of a module with these effects, on request with a force on each row; or of the library with these besides
+    its own.
+    """
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, derivation_fingerprint()))
+    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, forces, derivation_fingerprint()))
     path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path.exists():
         return path.read_text(encoding="utf-8")
     if library:
         text = derive.render(derive.library_model(plant, assumptions, effects), title=f"{plant} with every effect")
     else:
-        text = derive.render(derive.compose(plant, assumptions, effects))
+        text = derive.render(derive.compose(plant, assumptions, effects, missing_force=forces))
     derive.write(path.parent, {path.name: text})
     return text
