@@ -25,8 +25,8 @@ from wheelpend.refit import SHORT
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, fit_parts, held_residuals, per_log_names, shortened
 
-NAME = "free_law"  # unless the user gives it another
-INTERNAL = "law_in_search"  # name of its effects until then
+NAME = "free_law"  # until the user gives it another
+INTERNAL = "law_in_search"  # name of its effects while terms come and go
 MOST = 4  # terms of a law
 ROUNDS = 4  # of choosing and refitting
 FAR, NEAR = 0.2, 0.05  # share of the excess over the noise that a term must explain: at a wrong model, beside a law
@@ -54,6 +54,27 @@ class FreeLaw:
     fit: Fit = field(repr=False)
     study: Study = field(repr=False)
 
+    def called(self, name: str) -> FreeLaw:
+        """The law under another name."""
+        old = NAME
+
+        def new(full: str) -> str:
+            return name + full[len(old) :]
+
+        return replace(
+            self,
+            laws={new(e): law for e, law in self.laws.items()},
+            on={new(e): port for e, port in self.on.items()},
+            coefficients={new(n): v for n, v in self.coefficients.items()},
+            sigma={new(n): v for n, v in self.sigma.items()},
+            unit={new(n): u for n, u in self.unit.items()},
+            effects=tuple(e._replace(name=new(e.name)) for e in self.effects),
+        )
+
+    def tables(self) -> dict[str, dict]:
+        """The law as tables of effects.toml."""
+        return {e.name: e.table(self.coefficients) for e in self.effects}
+
 
 class Law(NamedTuple):
     """Terms, by their number among all that were tried, with a fit of the model that has them."""
@@ -75,7 +96,7 @@ class Law(NamedTuple):
         return self.error < SETTLED * self.study.floor or len(self.terms) >= MOST
 
 
-def find_law(study: Study, base: Fit, *, name: str = NAME, progress: Progress = lambda text: None) -> FreeLaw | None:
+def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
     """The law that explains most of what a fitted model misses; None where no term is worth having."""
     plant = derive.plants.find(study.model.plant).build(study.model.assumptions)
     law = Law({}, study, base, {}, held_residuals(study, base)[0])
@@ -98,7 +119,7 @@ def find_law(study: Study, base: Fit, *, name: str = NAME, progress: Progress = 
         if law.settled:
             break
         views, pays = [near_view(law)], NEAR
-    return concluded(study, base, law, name, len(candidates)) if law.terms else None
+    return concluded(study, base, law, len(candidates)) if law.terms else None
 
 
 def near_view(law: Law) -> View:
@@ -165,11 +186,11 @@ def without_term(law: Law, number: int) -> Law:
     return Law(terms_left, law.study, fitted, names, held_residuals(law.study, fitted)[0])
 
 
-def concluded(study: Study, base: Fit, law: Law, name: str, tried: int) -> FreeLaw:
-    """The law under the name that the user gives it, with what it does to the held-out error."""
+def concluded(study: Study, base: Fit, law: Law, tried: int) -> FreeLaw:
+    """The law with terms numbered from 1, and what it does to the held-out error."""
     before, old = held_residuals(study, base)
     after, new = held_residuals(law.study, law.fit)
-    effects = effects_of(dict(enumerate(law.terms.values(), 1)), name)
+    effects = effects_of(dict(enumerate(law.terms.values(), 1)), NAME)
     order = {number: k for k, number in enumerate(law.terms, 1)}
     renamed = {full: places(effects)[order[n], local] for (n, local), full in law.names.items()}
     units = {f"{e.name}.{p}": given["unit"] for e in effects for p, given in e.parameters.items()}

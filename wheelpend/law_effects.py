@@ -51,17 +51,25 @@ def effects_of(terms: Mapping[int, Term], name: str) -> tuple[LawEffect, ...]:
 
 
 def _effect(name: str, port: str, terms: Mapping[int, Term]) -> LawEffect:
-    texts, parameters, origin = [], {}, {}
+    texts: list[str] = []
+    parameters: dict[str, dict[str, Any]] = {}
+    origin: dict[str, tuple[int, str]] = {}
     for number, term in terms.items():
         new = {n: f"{n}_{number}" for n in (*(s for s, _ in term.sizes), *(s.name for s in term.shapes))}
-        texts.append(re.sub(r"[A-Za-z_]\w*", lambda m, new=new: new.get(m[0], m[0]), term.text))
+        texts.append(renamed(term.text, new))
         for size, unit in term.sizes:
             parameters[new[size]] = {"unit": unit, **({"scope": "per log"} if term.per_log else {})}
         for shape in term.shapes:
-            low = {} if shape.minimum is None else {"minimum": float(f"{shape.minimum:.3g}")}
-            parameters[new[shape.name]] = {"unit": shape.unit, **low, "starts": [shape.value]}
+            parameters[new[shape.name]] = {"unit": shape.unit, "starts": [shape.value]}
+            if shape.minimum is not None:
+                parameters[new[shape.name]]["minimum"] = float(f"{shape.minimum:.3g}")
         origin |= {n: (number, old) for old, n in new.items()}
     return LawEffect(name, port, " + ".join(texts), parameters, origin)
+
+
+def renamed(text: str, names: Mapping[str, str]) -> str:
+    """A law with other names."""
+    return re.sub(r"[A-Za-z_]\w*", lambda match: names.get(match[0], match[0]), text)
 
 
 def places(effects: Sequence[LawEffect]) -> dict[tuple[int, str], str]:

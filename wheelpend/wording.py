@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import derive
+from wheelpend import unexplained
 from wheelpend.bias import Bias
 from wheelpend.comparison import Comparison
 from wheelpend.console import say, table
@@ -129,7 +130,7 @@ def show_places(places: tuple[Place, ...], model: Model, result) -> None:
                 f"± {float(np.mean(missing.sigma[:, row])):.2g} V.")  # fmt: skip
 
 
-def show_diagnosis(result: Diagnosis, model: Model) -> None:
+def show_diagnosis(result: Diagnosis, model: Model, law_wanted: bool = False) -> None:
     """Print a diagnosis."""
     say(headline(result, model))
     if result.candidates:
@@ -143,6 +144,7 @@ def show_diagnosis(result: Diagnosis, model: Model) -> None:
     if result.experiment:
         say(result.experiment)
     show_places(result.where, model, result)
+    unexplained.tell(result.repeats, result.law, law_wanted, result.verdict)
     if result.detectable:
         table("It would have shown", ("effect", "from a size of"), [
             (n, ", ".join(f"{p} {v:.2g}" for p, v in sizes.items())) for n, sizes in result.detectable.items()
@@ -194,7 +196,7 @@ def show_ladder(nominal: float | None, base: float, steps: tuple[Step, ...], flo
         say(f"{name:>24} {error:9.4g} {'█' * length}{'▏' if length == 0 else ''}")
 
 
-def show_explanation(result: Explanation) -> None:
+def show_explanation(result: Explanation, law_wanted: bool = False) -> None:
     """Print an explanation."""
     show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
     for step in result.steps:
@@ -209,3 +211,4 @@ def show_explanation(result: Explanation) -> None:
         "unexplained": "Something is still missing that no effect of the library accounts for.",
     }
     say(closing[result.verdict])
+    unexplained.tell(result.repeats, result.law, law_wanted, result.verdict)
