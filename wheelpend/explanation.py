@@ -61,13 +61,13 @@ class Explanation:
     parameters: dict[str, dict[str, float]]
     experiment: str | None
     warnings: tuple[str, ...]
-    repeats: tuple[Repeats, ...]  # of what is still unexplained
-    law: FreeLaw | None
     model: Model = field(repr=False)  # with the effects and the fitted values
     first: Diagnosis = field(repr=False)
     last: Diagnosis = field(repr=False)
     fit: Fit = field(repr=False)
     study: Study = field(repr=False)
+    repeats: tuple[Repeats, ...] = ()  # of what is still unexplained: on what it depends, and how much repeats
+    law: FreeLaw | None = None  # for it, on request
 
 
 def explain(

@@ -7,7 +7,7 @@ right the next term shows more clearly.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -17,11 +17,11 @@ import derive
 from derive.records import Plant
 from wheelpend import kernels
 from wheelpend.evidence import WORTHWHILE, agreement, honest_sigma
-from wheelpend.law_choice import Start, column, covered, grown
+from wheelpend.law_choice import Start, choices, column, covered
 from wheelpend.law_effects import LawEffect, effects_of, places, register
 from wheelpend.law_terms import Term, terms
 from wheelpend.pieces import View, view_at, views_of
-from wheelpend.refit import SHORT
+from wheelpend.refit import HOPEFUL, SHORT
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, fit_parts, held_residuals, per_log_names, shortened
 
@@ -29,6 +29,7 @@ NAME = "free_law"  # until the user gives it another
 INTERNAL = "law_in_search"  # name of its effects while terms come and go
 MOST = 4  # terms of a law
 ROUNDS = 4  # of choosing and refitting
+REFITTED = 3  # laws that are fitted on full segments and judged
 FAR, NEAR = 0.2, 0.05  # share of the excess over the noise that a term must explain: at a wrong model, beside a law
 SETTLED = 1.01  # error over noise floor from which on nothing more is looked for
 
@@ -104,18 +105,16 @@ def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None)
     views, pays = views_of(study, base), FAR
     candidates = dict(enumerate(terms(plant, covered(views[0], plant)), 1))
     for _ in range(ROUNDS):
-        start = grown(
-            views, [t for n, t in candidates.items() if n not in law.terms], MOST - len(law.terms), plant, pays
-        )
-        if start is None:
+        fresh = [t for n, t in candidates.items() if n not in law.terms]
+        starts = choices(views, fresh, MOST, plant, pays)
+        if not starts:
             break
-        numbers = {n: t for n, t in candidates.items() if n in law.terms or t in start.terms}
-        progress(f"compiling and fitting a law of {len(numbers)} terms")
-        trial = pruned(refitted(law, numbers, start, plant))
+        progress(f"compiling and fitting {len(starts)} laws")
+        trial = best_of(law, candidates, starts, plant)
         if not trial.error < (1.0 - WORTHWHILE) * law.error:
             break
         law = trial
-        progress(f"held-out error {law.error:.4g}")
+        progress(f"held-out error {law.error:.4g} with {len(law.terms)} terms")
         if law.settled:
             break
         views, pays = [near_view(law)], NEAR
@@ -128,23 +127,45 @@ def near_view(law: Law) -> View:
     return view_at(law.study, short, shortened(law.study, SHORT * law.study.horizon))
 
 
-def refitted(law: Law, numbers: dict[int, Term], start: Start, plant: Plant) -> Law:
-    """Fit the model with numbered terms through the whole shooting problem, from where the linearised one puts it."""
+def best_of(law: Law, candidates: dict[int, Term], starts: Sequence[Start], plant: Plant) -> Law:
+    """The best of the laws that a law becomes with the terms of each start, without terms that do not pay.
+
+    All are fitted with the same kernels, on short segments first.
+    """
+    wanted = {t for s in starts for t in s.terms}
+    numbers = {n: t for n, t in candidates.items() if n in law.terms or t in wanted}
     effects = effects_of(numbers, INTERNAL)
     names = places(effects)
-    values = [start_values(law, numbers, names, start, log) for log in range(len(start.values))]
-    added = register(effects, values[0], plant)
+    added = register(effects, {}, plant)
     model = law.study.model
     study = replace(law.study, module=kernels.probing(model.plant, model.assumptions, (*model.effects, *added)))
+    begun = [begun_with(study, law, numbers, names, start) for start in starts]
+    begun.sort(key=lambda pair: pair[1].cost)
+    hopeful = [b for b in begun if b[1].cost < HOPEFUL * begun[0][1].cost][:REFITTED]
+    laws = [pruned(finished(study, chosen, names, fit)) for chosen, fit in hopeful]
+    lowest = min(x.error for x in laws)
+    return min((x for x in laws if x.error * (1.0 - WORTHWHILE) <= lowest), key=lambda x: len(x.names))
+
+
+def begun_with(study: Study, law: Law, numbers: dict[int, Term], names: dict, start: Start) -> tuple[dict, Fit]:
+    """Terms of a law and a start, and a fit of them on short segments from where the linearised problem puts it."""
+    chosen = {n: t for n, t in numbers.items() if n in law.terms or t in start.terms}
+    values = [start_values(law, chosen, names, start, log) for log in range(len(start.values))]
     old = [n for n in law.free if n not in law.names.values()]
-    free = [*old, *names.values()]
+    free = [*old, *(full for (n, _), full in names.items() if n in chosen)]
     alone = per_log_names(free)
     parts, own = shortened(study, SHORT * study.horizon), [{n: v[n] for n in alone} for v in values]
     points = (values[0], {**values[0], **{n: v for n, v in law.fit.values.items() if n in old}})
     fits = [fit_parts(study, parts, {**law.fit.values, **p}, free, start_per_log=own) for p in points]
-    best = min(fits, key=lambda f: f.cost)
-    fitted = fit_model(study, best.values, free, horizons=(0.3, 1.0), start_per_log=best.per_log)
-    return Law(numbers, study, fitted, names, held_residuals(study, fitted)[0])
+    return chosen, min(fits, key=lambda f: f.cost)
+
+
+def finished(study: Study, chosen: dict[int, Term], names: dict[tuple[int, str], str], begun: Fit) -> Law:
+    """A law fitted on full segments and judged."""
+    free = list(dict.fromkeys(n.split("@")[0] for n in begun.free))
+    fitted = fit_model(study, begun.values, free, horizons=(0.3, 1.0), start_per_log=begun.per_log)
+    own = {place: full for place, full in names.items() if place[0] in chosen}
+    return Law(chosen, study, fitted, own, held_residuals(study, fitted)[0])
 
 
 def start_values(
@@ -164,13 +185,18 @@ def start_values(
 
 
 def pruned(law: Law) -> Law:
-    """A law without the terms that do not lower the held-out error."""
-    for number in reversed(list(law.terms)):
-        if len(law.terms) > 1:
-            smaller = without_term(law, number)
-            if not law.error < (1.0 - WORTHWHILE) * smaller.error:
-                law = smaller
+    """A law without the terms that do not lower the held-out error by enough, the least useful gone first."""
+    while len(law.terms) > 1:
+        smaller = smallest(law)
+        if law.error < (1.0 - WORTHWHILE) * smaller.error and len(law.terms) <= MOST:
+            break
+        law = smaller
     return law
+
+
+def smallest(law: Law) -> Law:
+    """A law refitted without the term that it needs least."""
+    return min((without_term(law, number) for number in law.terms), key=lambda x: x.error)
 
 
 def without_term(law: Law, number: int) -> Law:

@@ -14,9 +14,11 @@ import numpy as np
 from derive.model import slip_row
 from derive.records import Plant
 from wheelpend.law_terms import Range, Term, directions_of, range_of, signed, values_of
-from wheelpend.pieces import Problem, View, columns_of, inside, problem
+from wheelpend.pieces import Problem, View, inside, on_rows, problem, shapes_of
 from wheelpend.screening import project
 
+SINGLES = 4  # single terms of a view that are refitted
+MOST_STARTS = 10  # sets of terms that are refitted
 TOP = 12  # terms with the largest expected gain that are judged on folds
 LEAST = 12.0  # noise variances that a term must explain
 NEW = 1e-3  # share of a term's information that must be left beside the parameters and terms that are there
@@ -31,27 +33,35 @@ class Start(NamedTuple):
     left: float  # sum of squares on folds that did not make the coefficients
 
 
-def grown(views: Sequence[View], candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> Start | None:
-    """The set of at most so many terms that predicts best, over all views; None where no term pays.
+def choices(views: Sequence[View], candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> list[Start]:
+    """Single terms, and sets of at most so many, that predict best in any view; the best first.
 
     A term pays if it explains the share ``pays`` of what is left above the noise.
     """
-    found = [s for view in views if (s := grown_at(view, candidates, most, plant, pays)).terms]
-    return min(found, key=lambda s: s.left) if found else None
+    best: dict[frozenset[Term], Start] = {}
+    for view in views:
+        for start in grown_at(view, candidates, most, plant, pays):
+            key = frozenset(start.terms)
+            if key not in best or start.left < best[key].left:
+                best[key] = start
+    return sorted(best.values(), key=lambda s: s.left)[:MOST_STARTS]
 
 
-def grown_at(view: View, candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> Start:
-    """Terms chosen one after the other in one view."""
+def grown_at(view: View, candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> list[Start]:
+    """The best single terms in one view, and the set that grows from the best, one term after the other."""
     given, columns = whole_problem(view, candidates, plant)
     chosen: list[Term] = []
-    left = given.left(view.own)
+    left, found = given.left(view.own), []
     while len(chosen) < most:
         trials = [(given.left([*view.own, *_names([*chosen, t])]), t) for t in promising(given, view, columns, chosen)]
-        best, term = min(trials, key=lambda pair: pair[0], default=(left, None))
-        if term is None or left - best < max(LEAST, pays * (left - view.noise)):
+        paying = [(x, t) for x, t in trials if left - x >= max(LEAST, pays * (left - view.noise))]
+        paying.sort(key=lambda pair: pair[0])
+        if not paying:
             break
-        left, chosen = best, [*chosen, term]
-    return start_at(given, view, chosen, left)
+        if not chosen:
+            found += [start_at(given, view, [t], x) for x, t in paying[:SINGLES]]
+        left, chosen = paying[0][0], [*chosen, paying[0][1]]
+    return [*found, start_at(given, view, chosen, left)] if len(chosen) > 1 else found
 
 
 def column(term: Term, size: str) -> str:
@@ -67,7 +77,7 @@ def whole_problem(view: View, candidates: Sequence[Term], plant: Plant) -> tuple
     """Least squares in a view's parameters and all terms, and the columns of each term."""
     directions = np.concatenate([directions_of(t, plant) for t in candidates])
     columns = [
-        columns_of(p, np.concatenate([values_of(t, p.motion, plant) for t in candidates], axis=1), directions)
+        on_rows(shapes_of(p, np.concatenate([values_of(t, p.motion, plant) for t in candidates], axis=1)), directions)
         for p in view.pieces
     ]
     of_term = {t: _names([t]) for t in candidates}
@@ -80,12 +90,9 @@ def promising(given: Problem, view: View, columns: dict[Term, list[str]], chosen
     normal, right = given.normal.sum(axis=0), given.right.sum(axis=0)
     there = given.places([*view.own, *_names(chosen)])
     information, score = project(normal, right, there)
-    place: dict[str, list[int]] = {}
-    for k, label in enumerate(given.labels):
-        place.setdefault(label.split("@")[0], []).append(k)
     gains = {}
     for term, names in columns.items():
-        own = [k for n in names for k in place[n]]
+        own = [k for n in names for k in given.index[n]]
         raw, rest = np.diag(normal)[own], np.diag(information)[own]
         if term in chosen or not np.all(rest > NEW * raw) or not np.all(raw > 0.0):
             continue

@@ -28,7 +28,8 @@ class LawEffect(NamedTuple):
         """The effect as a table of effects.toml, with the size that was found as the typical one."""
         parameters = {}
         for name, given in self.parameters.items():
-            value = float(f"{values.get(f'{self.name}.{name}', 0.1):.4g}") or 0.1
+            found = values.get(f"{self.name}.{name}", given.get("starts", [0.1])[0])
+            value = float(f"{found:.4g}") or 0.1
             shape = {"starts": [value]} if "starts" in given else {}
             parameters[name] = {**given, "typical": value, **shape}
         return {"family": FAMILY.get(self.on, "body"), "sentence": SENTENCE, "on": self.on, "law": self.law,

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -123,11 +125,15 @@ def inside(view: View, name: str) -> np.ndarray:
     return np.concatenate(found)
 
 
-def columns_of(pieces: Pieces, values: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Columns (S, pieces · rows, m) of forces: values (N, m) at the samples, directions (m, rows) on the rows."""
+def shapes_of(pieces: Pieces, values: np.ndarray) -> np.ndarray:
+    """Means (S, pieces, m) over the pieces of what is given at every sample (N, m); 0 for a piece without samples."""
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     samples = np.maximum(pieces.spans[..., 1] - pieces.spans[..., 0], 1)[..., None]
-    shapes = (total[pieces.spans[..., 1]] - total[pieces.spans[..., 0]]) / samples
+    return (total[pieces.spans[..., 1]] - total[pieces.spans[..., 0]]) / samples
+
+
+def on_rows(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Columns (S, pieces · rows, m) of forces with shapes (S, pieces, m) that act on the rows as directions (m, rows)."""
     segments, count, number = shapes.shape
     return (shapes[:, :, None, :] * directions.T).reshape(segments, count * directions.shape[1], number)
 
@@ -135,7 +141,8 @@ def columns_of(pieces: Pieces, values: np.ndarray, directions: np.ndarray) -> np
 # ---- least squares
 
 
-class Problem(NamedTuple):
+@dataclass(frozen=True)
+class Problem:
     """Least squares in parameters and columns of laws, summed over folds of the segments."""
 
     labels: tuple[str, ...]  # parameters and columns, those of one log as name@log
@@ -148,14 +155,21 @@ class Problem(NamedTuple):
 
     def places(self, names: Sequence[str]) -> list[int]:
         """Where parameters and columns stand."""
-        wanted = set(names)
-        return [k for k, label in enumerate(self.labels) if label.split("@")[0] in wanted]
+        return sorted(k for n in dict.fromkeys(names) for k in self.index.get(n, ()))
+
+    @cached_property
+    def index(self) -> dict[str, list[int]]:
+        """Where each parameter or column stands, once or once for every log."""
+        found: dict[str, list[int]] = {}
+        for k, label in enumerate(self.labels):
+            found.setdefault(label.split("@")[0], []).append(k)
+        return found
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
         """Change of the named parameters and columns, within bounds, from all folds but one."""
         chosen, kept = self.places(names), [k for k in range(FOLDS) if k != left_out]
-        normal = self.normal[kept].sum(axis=0)[np.ix_(chosen, chosen)] + np.diag(self.prior[chosen])
-        right = self.right[kept].sum(axis=0)[chosen]
+        normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior[chosen])
+        right = self.right[np.ix_(kept, chosen)].sum(axis=0)
         return bounded_step(normal, right, 0.0, self.lowest[chosen], self.highest[chosen])
 
     def gain(self, names: Sequence[str], change: np.ndarray, fold: int) -> float:
@@ -186,25 +200,26 @@ def problem(
     size = len(plan.labels)
     normal, right = np.zeros((FOLDS, size, size)), np.zeros((FOLDS, size))
     for pieces, column, places in zip(view.pieces, columns, plan.places, strict=True):
-        block, score = with_columns(pieces, column)
-        folds = folds_of(len(block))
-        for k in range(FOLDS):
-            normal[k][np.ix_(places, places)] += block[folds == k].sum(axis=0)
-            right[k][places] += score[folds == k].sum(axis=0)
+        for k, (block, score) in enumerate(folded(pieces, column)):
+            normal[k][np.ix_(places, places)] += block
+            right[k][places] += score
     lowest, highest = bounds_of(view, plan.labels)
     prior = np.array([0.0 if label.split("@")[0] in view.own else ridge for label in plan.labels])
     return Problem(plan.labels, normal, right, lowest, highest, prior, view.cost)
 
 
-def with_columns(pieces: Pieces, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Information (S, n, n) and score (S, n) of a log in its parameters and in columns (S, pieces · rows, m)."""
-    own, information = pieces.own, pieces.information
-    mixed = information[:, :own, own:] @ columns
-    inner = columns.transpose(0, 2, 1) @ information[:, own:, own:] @ columns
-    top = np.concatenate([information[:, :own, :own], mixed], axis=2)
-    normal = np.concatenate([top, np.concatenate([mixed.transpose(0, 2, 1), inner], axis=2)], axis=1)
-    along = np.einsum("spm,sp->sm", columns, pieces.score[:, own:])
-    return normal, np.concatenate([pieces.score[:, :own], along], axis=1)
+def folded(pieces: Pieces, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """For each fold information (n, n) and score (n,) in a log's parameters and in columns (S, pieces · rows, m)."""
+    own, folds, found = pieces.own, folds_of(len(columns)), []
+    pulled = pieces.information[:, :, own:] @ columns  # what parameters and forces know of the columns
+    for k in range(FOLDS):
+        inside = folds == k
+        flat = columns[inside].reshape(-1, columns.shape[2])
+        mixed, inner = pulled[inside, :own].sum(axis=0), flat.T @ pulled[inside, own:].reshape(flat.shape)
+        block = np.block([[pieces.information[inside, :own, :own].sum(axis=0), mixed], [mixed.T, inner]])
+        score = pieces.score[inside]
+        found.append((block, np.concatenate([score[:, :own].sum(axis=0), flat.T @ score[:, own:].ravel()])))
+    return found
 
 
 def bounds_of(view: View, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.law_terms import TURNS, WAVE
-from wheelpend.pieces import Problem, View, columns_of, inside, problem, views_of
+from wheelpend.pieces import Problem, View, inside, on_rows, problem, shapes_of, views_of
 from wheelpend.shooting import Fit
 from wheelpend.study import Study
 
@@ -58,11 +58,12 @@ def repeats_of(study: Study, base: Fit) -> tuple[Repeats, ...]:
     ways = {name: np.eye(len(rows))[k] for k, name in enumerate(rows)}
     if len(rows) == 2:
         ways[DRIVE] = np.array([-1.0, 1.0])
-    found = [along(views, name, way) for name, way in ways.items()]
+    prepared = [Prepared.of(view) for view in views]
+    found = [along(prepared, name, way) for name, way in ways.items()]
     return tuple(sorted((r for r in found if r is not None), key=lambda r: -r.repeatable))
 
 
-def along(views: Sequence[View], name: str, way: np.ndarray) -> Repeats | None:
+def along(views: Sequence[Prepared], name: str, way: np.ndarray) -> Repeats | None:
     """How much repeats as a force that acts on the rows as ``way``; None where there is hardly more than noise."""
     grown = [Grown.in_view(view, way) for view in views]
     start = min(g.lefts[0] for g in grown)
@@ -76,6 +77,22 @@ def along(views: Sequence[View], name: str, way: np.ndarray) -> Repeats | None:
     return Repeats(name, tuple(best.chosen), shares[1], shares[-1], tuple(curve(best, v) for v in best.chosen))
 
 
+class Prepared(NamedTuple):
+    """A view with the shapes (S, pieces, m) of all functions in each of its logs."""
+
+    view: View
+    smooth: Smooth
+    names: list[str]
+    shapes: list[np.ndarray]
+
+    @staticmethod
+    def of(view: View) -> Prepared:
+        """Evaluate all functions along the motion."""
+        smooth = Smooth.of(view)
+        names = [n for group in smooth.groups.values() for n in group]
+        return Prepared(view, smooth, names, [shapes_of(p, smooth.matrix(p.motion, names)) for p in view.pieces])
+
+
 class Grown(NamedTuple):
     """Variables chosen one after the other in one view."""
 
@@ -86,14 +103,10 @@ class Grown(NamedTuple):
     lefts: list[float]  # sum of squares on folds that did not make the function: without it, with one variable, ...
 
     @staticmethod
-    def in_view(view: View, way: np.ndarray) -> Grown:
+    def in_view(prepared: Prepared, way: np.ndarray) -> Grown:
         """Choose the variables that predict most, while each pays."""
-        smooth = Smooth.of(view)
-        names = [n for group in smooth.groups.values() for n in group]
-        columns = []
-        for pieces in view.pieces:
-            values = smooth.matrix(pieces.motion, names)
-            columns.append(columns_of(pieces, values, np.tile(way, (len(names), 1))))
+        view, smooth, names = prepared.view, prepared.smooth, prepared.names
+        columns = [on_rows(shapes, np.tile(way, (len(names), 1))) for shapes in prepared.shapes]
         given = problem(view, names, columns, ridge=RIDGE)
         chosen: list[str] = []
         lefts = [given.left(view.own)]
