@@ -56,8 +56,16 @@ def test_where_only_noise_is_left_nothing_is_missing_that_could_repeat():
     assert repeats_of(*fitted(simulated(seed=3, duration=9.0))) == ()
 
 
-def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero():
-    found = repeats_of(*fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3)))[0]
+@pytest.fixture(scope="module")
+def dry():
+    """A diagnosis of dry friction by a library without effects."""
+    study, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
+    error, residuals = held_residuals(study, base)
+    return located(conclude(study, base, error, residuals, [], Screen((), {}), None))
+
+
+def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):
+    found = dry.repeats[0]
     assert (found.row, found.depends_on[0]) == (DRIVE, "dtheta_w - dtheta_p")
     assert found.repeatable > 0.95
     curve = found.curves[0]
@@ -126,10 +134,7 @@ def test_every_term_is_a_law_of_the_grammar_and_its_unit_makes_it_a_force():
     assert unit({"rad": 1, "s": 1}) == "V/(s rad)"
 
 
-def test_a_diagnosis_that_explains_nothing_says_what_repeats():
-    study, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
-    error, residuals = held_residuals(study, base)
-    found = located(conclude(study, base, error, residuals, [], Screen((), {}), None))
-    assert found.verdict == "unexplained"
-    assert found.where
-    assert to_json(found)["missing"][0]["row"] == DRIVE
+def test_a_diagnosis_that_explains_nothing_says_where_and_what_repeats(dry):
+    assert dry.verdict == "unexplained"
+    assert dry.where
+    assert to_json(dry)["missing"][0]["row"] == DRIVE

@@ -133,7 +133,7 @@ def shapes_of(pieces: Pieces, values: np.ndarray) -> np.ndarray:
 
 
 def on_rows(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Columns (S, pieces · rows, m) of forces with shapes (S, pieces, m) that act on the rows as directions (m, rows)."""
+    """Columns (S, pieces · rows, m) of forces with shapes (S, pieces, m) along directions (m, rows)."""
     segments, count, number = shapes.shape
     return (shapes[:, :, None, :] * directions.T).reshape(segments, count * directions.shape[1], number)
 
