@@ -265,10 +265,10 @@ def diagnose(
         unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
-            wanted = law or accept is not None
-            result = run(opened, logs, holdout or [], without=without or [], law=wanted, progress=update)
+            asked = unexplained.Asked(law or accept is not None, accept is not None)
+            result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
         warn(result.warnings)
-        show(result, json, lambda: wording.show_diagnosis(result, opened, wanted))
+        show(result, json, lambda: wording.show_diagnosis(result, opened, asked))
         unexplained.accept(opened, result.law, accept)
 
 
@@ -322,12 +322,12 @@ def explain(
         unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
-            wanted, left_out = law or accept is not None, without or []
+            asked, left_out = unexplained.Asked(law or accept is not None, accept is not None), without or []
             result = run(
-                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=wanted, progress=update
+                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
             )
         warn(result.warnings)
-        show(result, json, lambda: wording.show_explanation(result, wanted))
+        show(result, json, lambda: wording.show_explanation(result, asked))
         if save:
             record(result, logs, holdout or [])
         unexplained.accept(opened, result.law, accept)

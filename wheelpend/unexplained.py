@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import derive
 from wheelpend.console import say
@@ -11,6 +12,14 @@ from wheelpend.free_law import FreeLaw
 from wheelpend.model import Model
 from wheelpend.own_effects import FILE, refuse_taken, write_own
 from wheelpend.repeatable import DRIVE, Repeats
+
+
+class Asked(NamedTuple):
+    """What the user asked for besides the diagnosis."""
+
+    law: bool = False
+    accepted: bool = False
+
 
 OFFER = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
 
@@ -88,15 +97,17 @@ def law_lines(law: FreeLaw) -> list[str]:
     return lines
 
 
-def tell(repeats: Sequence[Repeats], law: FreeLaw | None, wanted: bool, verdict: str) -> None:
-    """Print what is unexplained; ``wanted`` where a law was asked for."""
+def tell(repeats: Sequence[Repeats], law: FreeLaw | None, asked: Asked, verdict: str) -> None:
+    """Print what is unexplained."""
+    wanted, accepted = asked
     for line in repeat_sentences(repeats):
         say(line)
     if law is not None:
         say(law_sentence(law))
         for line in law_lines(law):
             say(f"  {line}")
-        say("`--accept NAME` writes it to effects.toml as an effect of your own.")
+        if not accepted:
+            say("`--accept NAME` writes it to effects.toml as an effect of your own.")
     elif wanted and verdict == "unexplained":
         say("No law was found: no term lowers the held-out error by enough.")
     elif wanted:

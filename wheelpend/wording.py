@@ -17,6 +17,8 @@ from wheelpend.identification import Identification
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
 
+NOTHING = unexplained.Asked()  # besides the diagnosis
+
 
 def number(value: float | None) -> str:
     """Four significant digits."""
@@ -130,7 +132,7 @@ def show_places(places: tuple[Place, ...], model: Model, result) -> None:
                 f"± {float(np.mean(missing.sigma[:, row])):.2g} V.")  # fmt: skip
 
 
-def show_diagnosis(result: Diagnosis, model: Model, law_wanted: bool = False) -> None:
+def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = NOTHING) -> None:
     """Print a diagnosis."""
     say(headline(result, model))
     if result.candidates:
@@ -144,7 +146,7 @@ def show_diagnosis(result: Diagnosis, model: Model, law_wanted: bool = False) ->
     if result.experiment:
         say(result.experiment)
     show_places(result.where, model, result)
-    unexplained.tell(result.repeats, result.law, law_wanted, result.verdict)
+    unexplained.tell(result.repeats, result.law, asked, result.verdict)
     if result.detectable:
         table("It would have shown", ("effect", "from a size of"), [
             (n, ", ".join(f"{p} {v:.2g}" for p, v in sizes.items())) for n, sizes in result.detectable.items()
@@ -196,7 +198,7 @@ def show_ladder(nominal: float | None, base: float, steps: tuple[Step, ...], flo
         say(f"{name:>24} {error:9.4g} {'█' * length}{'▏' if length == 0 else ''}")
 
 
-def show_explanation(result: Explanation, law_wanted: bool = False) -> None:
+def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) -> None:
     """Print an explanation."""
     show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
     for step in result.steps:
@@ -211,4 +213,4 @@ def show_explanation(result: Explanation, law_wanted: bool = False) -> None:
         "unexplained": "Something is still missing that no effect of the library accounts for.",
     }
     say(closing[result.verdict])
-    unexplained.tell(result.repeats, result.law, law_wanted, result.verdict)
+    unexplained.tell(result.repeats, result.law, asked, result.verdict)
