@@ -62,7 +62,8 @@ def repeat_sentences(repeats: Sequence[Repeats]) -> list[str]:
     first = f"{percent(best.alone)} of what the model leaves over repeats with {best.depends_on[0]}"
     if len(best.depends_on) > 1:
         first += f", {percent(best.repeatable)} with it and {' and '.join(best.depends_on[1:])}"
-    lines = [f"{first}, as a force {place(best.row)}; the rest does not repeat."]
+    rest = "" if percent(best.repeatable) == percent(1.0) else "; the rest does not repeat"
+    lines = [f"{first}, as a force {place(best.row)}{rest}."]
     if others:
         shares = ", ".join(f"{place(r.row)} {percent(r.repeatable)}" for r in others)
         lines.append(f"As a force elsewhere it would be: {shares}.")
