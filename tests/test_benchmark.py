@@ -1,15 +1,23 @@
 """The benchmark counts what it says, goes on after an interruption, and its small sample comes out right."""
 
+from collections import Counter
 from dataclasses import replace
+from functools import partial
+from itertools import product
+from time import sleep
 
 import numpy as np
 import pytest
 
+from derive.effects.row import Effect, EffectParameter, Force
 from wheelpend import Failure
 from wheelpend.benchmark import Outcome, plan, run, summarise, try_case
-from wheelpend.benchmark.cases import Case
+from wheelpend.benchmark.cases import Case, draw
 from wheelpend.benchmark.page import page
 from wheelpend.benchmark.study import outcome_of
+from wheelpend.benchmark.trial import standing
+from wheelpend.model import Model
+from wheelpend.processes import as_they_end
 from wheelpend.serialise import plain
 
 FOUND = Outcome(
@@ -54,6 +62,23 @@ def test_coverage_counts_every_parameter():
     assert summarise([FOUND]).coverage == (1, 2)
 
 
+def test_the_spread_of_estimates_is_their_root_mean_square_error_in_standard_errors():
+    outcomes = [replace(CLEAN, key=str(z), estimates=(("X1", z), ("X2", 1.0))) for z in (3.0, -4.0)]
+    found = summarise([*outcomes, CLEAN])
+    assert found.spread == {"X1": pytest.approx(np.sqrt(12.5)), "X2": 1.0} and found.estimated == 2
+
+
+def test_friction_that_sticks_is_counted_apart_from_the_rest():
+    stuck = replace(FOUND, kind="stick_slip", true_error=1.1)
+    found = summarise([stuck, replace(stuck, key="s", named=())])
+    assert found.stick_slip == (1, 2) and found.sticking == 1.1 and found.singles == {}
+
+
+def test_jobs_under_way_when_the_time_is_over_are_waited_for_and_no_other_begins():
+    done = list(as_they_end([partial(sleep, 0.1)] * 50, seconds=0.05))
+    assert 1 <= len(done) <= 8
+
+
 def test_intervals_are_those_of_clopper_and_pearson():
     low, high = summarise([CLEAN] * 200).false_alarms.interval
     assert low == 0.0 and high == pytest.approx(1 - 0.025 ** (1 / 200), rel=1e-6)
@@ -72,8 +97,34 @@ def test_the_plan_is_the_same_each_time_and_its_beginning_holds_every_kind():
     cases = plan()
     assert cases == plan()
     assert len({c.key for c in cases}) == len(cases)
-    assert {c.kind for c in cases[:30]} == {"single", "pair", "triple", "complete", "left_out"}
+    assert {c.kind for c in cases[:30]} == {"single", "pair", "triple", "complete", "left_out", "stick_slip"}
     assert sum(c.kind == "complete" for c in cases) >= 200
+    assert len(cases) < 1000
+
+
+def test_a_third_of_the_plan_comes_from_the_engine_and_so_does_every_effect_under_either_command():
+    cases = [c for c in plan() if c.kind != "stick_slip"]
+    assert sum(c.source == "engine" for c in cases) == pytest.approx(len(cases) / 3, abs=10)
+    single = Counter((c.effects[0], c.source) for c in cases if c.kind == "single")
+    assert {n for (_, source), n in single.items() if source == "engine"} == {4}
+    assert {(c.source, c.command) for c in cases} >= set(product(("engine", "simulator"), ("aggressive", "simple")))
+
+
+def test_what_happens_at_a_moment_happens_inside_the_log_whatever_its_size():
+    times = [EffectParameter("start", "s", scope="event"), EffectParameter("end", "s", scope="event")]
+    push = Effect(
+        "external_push", "body", "", "", (*times, EffectParameter("torque", "V", typical=0.5)), Force("", len)
+    )
+    for seed, size in enumerate((0.1, 1.0, 3.0)):
+        (_, start), (_, end), (_, torque) = draw(push, size, np.random.default_rng(seed))
+        assert 4.0 <= start < end <= 14.0 and abs(torque) == pytest.approx(0.5 * size, rel=0.26)
+
+
+def test_a_log_in_which_the_robot_would_fall_is_made_with_less_and_says_so():
+    case = Case("single", (("coulomb_drive.torque", 6.0), ("voltage_saturation.limit", 3.0)), 1)
+    assert case.smaller().hide == (("coulomb_drive.torque", 4.2), ("voltage_saturation.limit", 4.28571))
+    made, log = standing(replace(case, hide=case.hide[1:]), Model.default())
+    assert made.hide[0][1] > 3.0 and len(log) == 20001 and made == standing(made, Model.default())[0]
 
 
 SAMPLE = (
@@ -88,6 +139,8 @@ def test_a_small_sample_is_answered_and_an_interrupted_run_goes_on(tmp_path):
     first = run(tmp_path, cases=SAMPLE[:2], progress=said.append)
     assert [o.named for o in first] == [("coulomb_drive",), ()]
     assert all(o.failure is None for o in first)
+    assert [name for name, _ in first[1].estimates] == [f"X{k}" for k in range(1, 8)]
+    assert max(abs(error) for _, error in first[1].estimates) < 4.5
     again = run(tmp_path, cases=SAMPLE, progress=said.append)
     assert again[:2] == first and "2 of them known" in said[-2]
     assert summarise(again).overconfident == 0
@@ -103,5 +156,5 @@ def test_the_engine_agrees_with_the_equations_and_shows_what_is_hidden_in_it():
 def test_what_the_engine_does_not_offer_is_refused():
     from wheelpend.benchmark.engine import engine_log
 
-    with pytest.raises(Failure, match=r"stribeck_drive\.static is not among them"):
-        engine_log({"stribeck_drive.static": 0.3})
+    with pytest.raises(Failure, match=r"viscous_drive\.coefficient is not among them"):
+        engine_log({"viscous_drive.coefficient": 0.3})

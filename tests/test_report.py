@@ -110,7 +110,12 @@ def test_every_section_is_readable_without_scripts(page: str):
         "Where the model failed",
         "Candidates",
     ]
-    assert headings[4:] == ["How the parameters moved", "The equations before and after", "Provenance"]
+    assert headings[4:] == [
+        "The effects, drawn",
+        "How the parameters moved",
+        "The equations before and after",
+        "Provenance",
+    ]
 
 
 def test_the_page_is_small_beside_plotly(page: str):

@@ -78,13 +78,14 @@ def as_json(changed: Change) -> dict[str, Any]:
 
 def tell(changed: Change, effect: str, remove: bool) -> None:
     """Say what the change did."""
-    from wheelpend.wording import size
+    from wheelpend.wording import show_each_log, size
 
     step = changed.step
     say(f"{'Removed' if remove else 'Added'} {effect}: held-out error {step.error_before:.4g} → {step.error_after:.4g} "
         f"(noise floor {changed.study.floor:.4g}).")  # fmt: skip
     if not remove:
         say(f"{effect}: {size(step.coefficients, step.sigma, step.unit, changed.model)}.")
+        show_each_log(step)
     say(f"Saved {changed.model.path} and regenerated its kernels.")
 
 

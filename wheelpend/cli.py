@@ -141,8 +141,12 @@ def generate(
 @app.command()
 def simulate(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
-    command: Annotated[str, typer.Option(help="Reference of the pitch: simple, aggressive or upright.")] = "aggressive",
-    duration: Annotated[float, typer.Option(help="Length [s].")] = 20.0,
+    command: Annotated[
+        str, typer.Option(help="Reference of the pitch: simple, aggressive, upright, or a CSV file of `design`.")
+    ] = "aggressive",
+    duration: Annotated[
+        float | None, typer.Option(help="Length [s]; 20, or that of the file.", show_default=False)
+    ] = None,
     hide: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE or NAME=param:value,...; repeat for several.")
     ] = None,
@@ -355,6 +359,42 @@ def history(model: ModelFile = MODEL, json: Json = None) -> None:
 
 
 @app.command()
+def design(
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(help="What is known already: logs, else those of the workspace's last change."),
+    ] = None,
+    between: Annotated[
+        str | None, typer.Option(metavar="EFFECT,EFFECT", help="Two effects that it is to tell apart.")
+    ] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="CSV file to write.")] = Path(
+        "designed.csv"
+    ),
+    pitch_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest pitch of the robot [rad].")] = 0.4,
+    voltage_limit: Annotated[
+        float, typer.Option(metavar="V", help="Largest voltage [V], the answer to the sensors' noise included.")
+    ] = 24.0,
+    duration: Annotated[float, typer.Option(help="Length of the command [s].")] = 20.0,
+    sample: Annotated[
+        float | None, typer.Option(metavar="S", help="Sample interval [s]; that of the log, or 0.001.")
+    ] = None,
+    model: ModelFile = MODEL,
+    json: Json = None,
+) -> None:
+    """A command that excites what the last log left open, within limits of pitch and voltage."""
+    from wheelpend.design.words import run
+
+    effects = tuple(e.strip() for e in between.split(",")) if between is not None else ()
+    with failures(json):
+        with progress("reading") as update:
+            result = run(
+                open_model(model), logs or [], effects, output, pitch_limit=pitch_limit, voltage_limit=voltage_limit,
+                duration=duration, sample=sample, progress=update,
+            )  # fmt: skip
+        show(result.to_json(), json, result.tell)
+
+
+@app.command()
 def report(
     logs: Logs,
     holdout: Holdout = None,
@@ -394,7 +434,7 @@ def effects(
             raise Failure(error.args[0]) from None
         data = [
             {"effect": e.name, "family": e.family, "sentence": e.sentence, "equation": e.equation, "means": e.means,
-             "parameters": [{"name": p.name, "unit": p.unit, "scope": p.scope} for p in e.parameters]}
+             "parameters": [{"name": p.name, "unit": p.unit, "scope": e.scope_of(p)} for p in e.parameters]}
             for e in rows
         ]  # fmt: skip
 

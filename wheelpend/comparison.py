@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+import derive
 from wheelpend.diagnosis import VISIBLE, fit_percent
 from wheelpend.logs import Log, segment_bounds
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
@@ -23,7 +24,17 @@ from wheelpend.shooting import (
     stable_step,
     vector,
 )
-from wheelpend.study import Study, best_start, fit_model, free_names, known_values, prepare
+from wheelpend.study import (
+    Held,
+    Study,
+    best_start,
+    calibrated,
+    fit_model,
+    free_names,
+    known_values,
+    per_log_names,
+    prepare,
+)
 
 HORIZONS = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
 FALLEN = np.pi / 2  # rad, beyond which a prediction has left the plant's range
@@ -63,6 +74,7 @@ class Comparison:
     warnings: tuple[str, ...]
     missing: MissingForce | None = field(repr=False, default=None)
     study: Study | None = field(repr=False, default=None)
+    per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
 
 
 def compare(
@@ -74,7 +86,8 @@ def compare(
 ) -> Comparison:
     """Compare the model with every sample of the logs, or with the hold-out logs where some are given.
 
-    A model with neither identified nor nominal values is fitted to the logs first.
+    Parameters that each log has for itself are estimated on that log, on a hold-out log on its first third, which is
+    then not judged. A model with neither identified nor nominal values is fitted to the logs first.
     """
     study = prepare(model, logs, use_all=True)
     values = known_values(model)
@@ -85,20 +98,21 @@ def compare(
         values = fit_model(study, start, free_names(study, model.effects)).of_log(0)
     step = stable_step(study.module, values, study.training[0].log)
     study = replace(study, max_step=step)
-    judged = prepare(model, holdout, use_all=True).training if holdout else study.training
+    judged, own = own_values(study, prepare(model, logs, holdout).held if holdout else (), values)
     progress("predicting segments")
     residuals, squares, count = [], 0.0, 0
-    for part in judged:
-        _, residual = prediction_error(study.module, part, values, study.relative, step)
+    for part, mine in zip(judged, own, strict=True):
+        _, residual = prediction_error(study.module, part, mine, study.relative, step)
         residuals.append(residual)
         squares += float(np.nansum(residual**2))
         count += part.values - study.module.NX * len(part.bounds)
     error = float(np.sqrt(squares / max(count, 1)))
     seen = replace(study, training=judged)
     progress("predicting further ahead")
-    horizons = tuple(error_at(study, judged[0], values, h) for h in horizons_of(judged[0].log))
+    shortest = min((p.log for p in judged), key=lambda log: log.duration)
+    horizons = tuple(errors_at(study, judged, own, h) for h in horizons_of(shortest))
     progress("estimating the missing force")
-    missing = find_missing_force(study, _as_fit(study, values)) if error > VISIBLE * study.floor else None
+    missing = find_missing_force(seen, _as_fit(seen, own)) if error > VISIBLE * study.floor else None
     return Comparison(
         error=error,
         noise_floor=study.floor,
@@ -106,22 +120,38 @@ def compare(
         fit_percent=fit_percent(seen, residuals),
         rmse=rmse_of(judged, residuals),
         horizons=horizons,
-        closed_loop=replay(study, judged[0], values),
-        where=concentrations(study, missing) if missing else (),
+        closed_loop=replay(study, judged[0], own[0]),
+        where=concentrations(seen, missing) if missing else (),
         fitted_first=fitted_first,
         warnings=study.warnings,
         missing=missing,
         study=study,
+        per_log=per_log_table(model, judged, own),
     )
 
 
-def _as_fit(study: Study, values: dict[str, float]) -> Fit:
+def own_values(study: Study, held: Sequence[Held], values: dict[str, float]) -> tuple[tuple[Part, ...], list[dict]]:
+    """The parts that are judged, and the values of each log: of the hold-out logs where there are some."""
+    names = free_names(study, study.model.effects)
+    if not held:
+        return study.training, [calibrated(study, part, values, names) for part in study.training]
+    parts = tuple(h.part for h in held)
+    return parts, [calibrated(study, h.calibration or h.part, values, names) for h in held]
+
+
+def per_log_table(model: Model, parts: Sequence[Part], own: Sequence[dict]) -> list[dict]:
+    """Parameters that each log has for itself, as estimated on it."""
+    names = per_log_names([n for e in model.effects for n in derive.effects.find(e).full_names])
+    return [{"log": p.log.name, **{n: v[n] for n in names}} for p, v in zip(parts, own, strict=True)] if names else []
+
+
+def _as_fit(study: Study, own: Sequence[dict[str, float]]) -> Fit:
     states = []
-    for part in study.training:
+    for part, values in zip(study.training, own, strict=True):
         first = initial_states(study.module, part, study.relative)
         states.append(fit_states(study.module, part, first, vector(study.module, values, part.log), study.max_step)[0])
     empty = np.zeros((0, 0))
-    return Fit(values, (), (), empty, empty, tuple(states), 0.0, 0, 1.0, (), True)
+    return Fit(own[0], tuple(own), (), empty, empty, tuple(states), 0.0, 0, 1.0, (), True)
 
 
 def horizons_of(log: Log) -> tuple[float, ...]:
@@ -130,8 +160,17 @@ def horizons_of(log: Log) -> tuple[float, ...]:
     return (5 * log.dt, *inner, log.duration)
 
 
+def errors_at(study: Study, parts: Sequence[Part], own: Sequence[dict[str, float]], horizon: float) -> Horizon:
+    """Error of the model over all parts when it predicts so far ahead."""
+    found = [(error_at(study, p, v, horizon), p.values) for p, v in zip(parts, own, strict=True)]
+    if any(h.error is None for h, _ in found):
+        return Horizon(horizon, None, True)
+    squares = np.average([(h.error or 0.0) ** 2 for h, _ in found], weights=[float(count) for _, count in found])
+    return Horizon(horizon, float(np.sqrt(squares)), False)
+
+
 def error_at(study: Study, part: Part, values: dict[str, float], horizon: float) -> Horizon:
-    """Error of the model when it predicts so far ahead."""
+    """Error of the model when it predicts so far ahead in one part."""
     first, last = int(part.bounds[0, 0]), int(part.bounds[-1, 1])
     bounds = np.ascontiguousarray(segment_bounds(part.log, horizon, first, last))
     if not len(bounds):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -111,8 +111,13 @@ def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> D
 def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress = lambda text: None) -> Diagnosis:
     """Diagnose with an effect in the model."""
     larger = replace(study, model=study.model.with_effects(enlarged(study.model, best.effect)))
-    known = {n: v for n, v in best.fit.of_log(0).items() if "." not in n or n.partition(".")[0] in larger.model.effects}
-    return diagnose_study(larger, known, with_force=False, pairs=pairs, progress=progress)
+
+    def known(values: Mapping[str, float]) -> dict[str, float]:
+        present = (*larger.model.effects, "")
+        return {n: v for n, v in values.items() if n.rpartition(".")[0] in present}
+
+    own = [known(values) for values in best.fit.per_log]
+    return diagnose_study(larger, known(best.fit.of_log(0)), own=own, with_force=False, pairs=pairs, progress=progress)
 
 
 def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
@@ -174,15 +179,19 @@ def diagnose_study(
     study: Study,
     start: dict[str, float],
     *,
+    own: Sequence[Mapping[str, float]] = (),
     with_force: bool = True,
     pairs: bool = True,
     progress: Progress = lambda text: None,
 ) -> Diagnosis:
-    """Diagnose a prepared study from a start for its parameters; with ``pairs`` by two effects where one fails."""
+    """Diagnose a prepared study from a start for its parameters, and for those that each log has for itself.
+
+    With ``pairs`` by two effects where one fails.
+    """
     present = study.model.effects
     free = free_names(study, present)
     progress("fitting the model as it is")
-    short = fit_model(study, start, free, horizons=(SHORT,))
+    short = fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
     base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
@@ -211,7 +220,7 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         noise_floor=study.floor,
         fit_percent=fit_percent(study, residuals),
         candidates=(*named, *impossible),
-        experiment=experiment(study, named[0]) if verdict == "ambiguous" else None,
+        experiment=experiment(study, named[0], named[1:]) if verdict == "ambiguous" else None,
         detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
         not_judged={e.name: why for e in derive.effects.all_with(study.model.own) if (why := study.lacking(e))},
@@ -282,8 +291,8 @@ def detectable(study: Study, far: Screen) -> dict[str, dict[str, float]]:
     }
 
 
-def experiment(study: Study, first: Tried) -> str:
+def experiment(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
     """What would tell the first candidate from its equivalents."""
     from wheelpend.separation import advice
 
-    return advice(study, first)
+    return advice(study, first, others)

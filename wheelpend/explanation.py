@@ -10,7 +10,7 @@ import numpy as np
 
 import derive
 from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located, next_round, settled, with_law
-from wheelpend.evidence import Tried, honest_sigma
+from wheelpend.evidence import OfLog, Tried, honest_sigma, sizes_per_log
 from wheelpend.free_law import FreeLaw
 from wheelpend.logs import Log
 from wheelpend.model import Model
@@ -26,6 +26,7 @@ from wheelpend.study import (
     free_names,
     held_residuals,
     known_values,
+    per_log_names,
     prepare,
     refuse_meaningless,
 )
@@ -44,6 +45,8 @@ class Step:
     error_before: float
     error_after: float
     parameters: dict[str, float] = field(default_factory=dict)  # base parameters after the step
+    per_log: tuple[OfLog, ...] = ()  # of several logs, where the effect has a size in each
+    blocks_agree: str | None = None
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Explanation:
     error: float
     noise_floor: float
     horizon_s: float
-    parameters: dict[str, dict[str, float]]
+    parameters: dict[str, dict]
     experiment: str | None
     warnings: tuple[str, ...]
     model: Model = field(repr=False)  # with the effects and the fitted values
@@ -146,19 +149,28 @@ def step_of(study: Study, tried: Tried, before: float) -> Step:
     """A ladder's step from a refitted candidate."""
     return Step(
         tried.effect, tried.coefficients, tried.sigma, tried.unit, tried.p_value, tried.equivalent_to,
-        before, tried.error_after, {n: tried.fit.values[n] for n in study.base},
+        before, tried.error_after, {n: tried.fit.values[n] for n in study.base}, tried.per_log, tried.blocks_agree,
     )  # fmt: skip
 
 
-def parameter_table(study: Study, fitted: Fit) -> dict[str, dict[str, float]]:
-    """Every fitted parameter with its standard error; per-log ones of the first log."""
+def parameter_table(study: Study, fitted: Fit) -> dict[str, dict]:
+    """Every fitted parameter with its standard error; of several logs' own ones the first log's, and all in per_log."""
     names = free_names(study, study.model.effects)
-    return {n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n)} for n in names}
+    table: dict[str, dict] = {
+        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n)} for n in names
+    }
+    for n in per_log_names(names) if len(study.logs) > 1 else ():
+        table[n]["per_log"] = [
+            {"log": log.name, "value": fitted.of_log(k)[n], "sigma": standard_error(study, fitted, n, k)}
+            for k, log in enumerate(study.logs)
+        ]
+    return table
 
 
-def standard_error(study: Study, fitted: Fit, name: str) -> float:
-    """From the information matrix where the residual is at noise level, else the more cautious of two."""
-    return fitted.sigma(name) if fitted.error < 1.05 * study.floor else honest_sigma(fitted, name)
+def standard_error(study: Study, fitted: Fit, name: str, log: int = 0) -> float:
+    """From the information matrix where the residual is white and at noise level, else the more cautious of two."""
+    ideal = fitted.error < 1.05 * study.floor and not fitted.coloured
+    return fitted.sigma(name, log=log) if ideal else honest_sigma(fitted, name, log)
 
 
 def fitted_model(study: Study, fitted: Fit) -> Model:
@@ -213,6 +225,7 @@ def add(
         {p: standard_error(study, large, n) for p, n in names.items()},
         {p: _unit(effect, p) for p in names},
         None, (), errors[0], errors[1], {n: after.values[n] for n in study.base},
+        sizes_per_log(study, large, derive.effects.find(effect)),
     )  # fmt: skip
     return Change(step, fitted_model(changed, after), changed, before, after)
 

@@ -10,6 +10,10 @@ class Failure(ValueError):
     """The data or the model cannot be used; the message says what must hold, what came and what to do."""
 
 
+class Fallen(Failure):
+    """The simulated robot does not stay up."""
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """A closing sentence that names the closest known word, or nothing where none is close."""
     close = difflib.get_close_matches(name, list(known), 1)

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.blocks import block_of, has_colour, jackknife
+from wheelpend.phases import Phases
 from wheelpend.shooting import Fit, Part, Shot, fit_states, initial_states, shoot, solve_damped, vector
 
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
@@ -102,12 +104,15 @@ def fit(
     limits: Mapping[str, tuple[float, float]] | None = None,
     start_per_log: Sequence[Mapping[str, float]] = (),
     states: Sequence[np.ndarray] | None = None,
+    phased: Sequence[tuple[str, str]] = (),
+    amplitude_known: bool = False,
     max_step: float = 0.002,
     rounds: int = 40,
 ) -> Fit:
     """Fit the free parameters of a module to all parts; per-log ones get a value for every part.
 
-    Stops when a step lowers the sum of squares by less than 0.01 and a millionth of it, or can no longer lower it.
+    Pairs in ``phased`` are the sine and cosine of one amplitude for all parts and a phase for each. Stops when a
+    step lowers the sum of squares by less than 0.01 and a millionth of it, or can no longer lower it.
     """
     plan = layout(free, [n for n in per_log if n in free], len(parts))
     columns = [module.PARAMETERS.index(n) for n in free]
@@ -115,6 +120,8 @@ def fit(
     bounds = _limits_of(plan, limits or {})
     theta = np.array([_start_of(label, start, start_per_log) for label in plan.labels])
     theta = np.clip(theta, bounds[0], bounds[1])
+    tied = Phases.of(plan.labels, phased, amplitude_known) if phased else None
+    theta = tied.onto(theta) if tied else theta
 
     def shots_at(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[Shot]:
         return [
@@ -136,8 +143,8 @@ def fit(
         reduced = reduce(shots, module.NX, plan, damping)
         if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
             break  # the start cannot be simulated: nothing to go by
-        step = bounded_step(reduced.information, reduced.score, damping, bounds[0] - theta, bounds[1] - theta)
-        trial_theta = theta + step
+        trial_theta = _stepped(reduced, damping, bounds, theta, tied)
+        step = trial_theta - theta
         trial_states = [
             x + own - np.einsum("skx,k->sx", answers, step[places])
             for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)
@@ -158,17 +165,30 @@ def fit(
             damping = max(damping * 10.0, 1e-8)
             if damping > 1e6:
                 break
-    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged)
+    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied)
 
 
-def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged) -> Fit:
+def _stepped(reduced: Reduced, damping: float, limits, theta: np.ndarray, tied: Phases | None) -> np.ndarray:
+    """Parameters after a damped Gauss-Newton step within limits; tied ones stay tied."""
+    information, score = reduced.information, reduced.score
+    if tied is None:
+        return theta + bounded_step(information, score, damping, limits[0] - theta, limits[1] - theta)
+    along = tied.basis(theta)
+    step = bounded_step(along.T @ information @ along, along.T @ score, damping, *tied.bounds(limits, theta))
+    return tied.moved(theta, step)
+
+
+def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied) -> Fit:
     reduced = reduce(shots, module.NX, plan)
     information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
-    covariance, condition, flat = covariance_of(information, plan.labels)
-    segments = len(reduced.scores)
+    along = tied.basis(theta) if tied else np.eye(len(theta))
+    labels = tied.labels(plan.labels) if tied else plan.labels
+    covariance, condition, flat = covariance_of(along.T @ information @ along, labels)
+    covariance = along @ covariance @ along.T
+    pieces = np.nan_to_num(informations(shots, module.NX, plan, reduced), posinf=0.0, neginf=0.0)
     scores = np.nan_to_num(reduced.scores, posinf=0.0, neginf=0.0)
-    meat = scores.T @ scores * segments / max(segments - len(plan.labels), 1)
-    robust = np.nan_to_num(covariance @ meat @ covariance, nan=np.inf)
+    block = block_of([len(s) for s in states])
+    robust = jackknife(covariance, pieces, scores, block) if len(theta) else covariance
     return Fit(
         values={**{k: float(v) for k, v in start.items()}, **_shared(plan, theta)},
         per_log=tuple(_own(plan, theta, k, start_per_log) for k in range(len(parts))),
@@ -181,7 +201,20 @@ def _result(module, parts, plan, theta, states, shots, start, start_per_log, con
         condition=condition,
         unidentifiable=flat,
         converged=converged,
+        blocks=int(block.max(initial=-1)) + 1,
+        coloured=any(has_colour(s.residual, p.bounds) for s, p in zip(shots, parts, strict=True)),
     )
+
+
+def informations(shots: Sequence[Shot], nx: int, plan: Layout, reduced: Reduced) -> np.ndarray:
+    """Information of each segment of all parts about the free parameters (segments, free, free)."""
+    found = []
+    for shot, places, (_, answers) in zip(shots, plan.places, reduced.steps, strict=True):
+        piece = np.zeros((len(shot.gram), len(plan.labels), len(plan.labels)))
+        own = shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", shot.gram[:, nx:-1, :nx], answers)
+        piece[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
+        found.append(piece)
+    return np.concatenate(found)
 
 
 def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:

@@ -166,15 +166,11 @@ def _unused(method: str, tau, hold: str | None, forgetting: float | None) -> tup
 
 
 def _shoot(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
-    from wheelpend.explanation import standard_error
+    from wheelpend.explanation import parameter_table
 
     study, fitted = shooting_fit(model, logs, progress)
     lost = {n.split("@")[0] for n in fitted.unidentifiable}
-    names = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
-    table = {
-        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n), "identifiable": n not in lost}
-        for n in names
-    }
+    table = {n: {**row, "identifiable": n not in lost} for n, row in parameter_table(study, fitted).items()}
     return Identification(
         "shooting", table, fitted.condition, sum(len(p.log) for p in study.training), fitted.error, study.floor,
         (*study.warnings, *_unexcited(lost), *unused), _updated(model, table), _units(study.module),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from itertools import islice
 from multiprocessing import get_context
 from time import monotonic
 from typing import TypeVar
@@ -24,19 +25,20 @@ def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], No
     return [found[number] for number in range(len(jobs))]
 
 
-def as_they_end(jobs: Sequence[Callable[[], T]]) -> Iterator[tuple[int, T]]:
-    """Number and result of each job as it ends; jobs that have not begun are dropped when no more are asked for."""
-    workers = min(cores(), len(jobs))
+def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) -> Iterator[tuple[int, T]]:
+    """Number and result of each job as it ends; after so many seconds none begins, and those begun are waited for."""
+    workers, deadline, waiting = min(cores(), len(jobs)), monotonic() + seconds, iter(enumerate(jobs))
     if cores() == 1 or not jobs:
-        yield from ((number, job()) for number, job in enumerate(jobs))
+        yield from ((number, job()) for number, job in waiting if monotonic() < deadline)
         return
     with single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(job): number for number, job in enumerate(jobs)}
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+        running = {pool.submit(job): number for number, job in islice(waiting, workers)}
+        while running:
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                number = running.pop(future)
+                if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
+                    running.update((pool.submit(job), place) for place, job in islice(waiting, 1))
+                yield number, future.result()
 
 
 def cores() -> int:

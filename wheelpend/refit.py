@@ -61,7 +61,7 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         free = _free_with(study, base, name)
         fitted = fit_model(study, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
         evidence = evidence_fit(study, fitted, begun)
-        return judge(study, by_name[name], fitted, evidence, before, residuals, tests)
+        return judge(study, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
         begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
@@ -138,15 +138,17 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
 
 
 def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
-    own = [{**o, **{k: v for k, v in sizes_.items() if k in per_log_names(free)}} for o in per_log]
+    first = {n: v for n, v in sizes_.items() if "@" not in n}
+    own = [{**o, **{n: sizes_.get(f"{n}@{log}", first[n]) for n in per_log_names(list(first))}}
+           for log, o in enumerate(per_log)]  # fmt: skip
     parts = shortened(study, share * study.horizon, most=80)
-    return fit_parts(study, parts, {**values, **sizes_}, free, start_per_log=own)
+    return fit_parts(study, parts, {**values, **first}, free, start_per_log=own)
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
     """A start moved into the physically possible range."""
     ranges = {f"{effect.name}.{p.name}": (p.minimum, p.maximum) for p in effect.parameters}
-    return {n: float(np.clip(v, *ranges[n])) for n, v in start.items()}
+    return {n: float(np.clip(v, *ranges[n.split("@")[0]])) for n, v in start.items()}
 
 
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:

@@ -22,6 +22,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 import derive
+from wheelpend import reporting_effects
 from wheelpend import reporting_figures as figures
 from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
@@ -127,11 +128,18 @@ def sized(step: Step, explanation: Explanation, alpha: float | None) -> str:
         own = {"value": step.coefficients[name], "sigma": step.sigma[name]}
         value, sigma = (explanation.parameters.get(f"{step.effect}.{name}", own)[k] for k in ("value", "sigma"))
         text = f"{name} {uncertain(value, sigma)} {shown_unit(unit)}".rstrip()
+        own = explanation.parameters.get(f"{step.effect}.{name}", {}).get("per_log", [])
+        text = f"{name} {in_each_log(own, unit)}" if own else text
         extra = [in_torque(value, unit, alpha)] if in_torque(value, unit, alpha) else []
         if unit == "V":
             extra.append(f"{100 * abs(value) / rms_voltage(explanation.study):.3g} % of the rms drive voltage")
         sizes.append(text + (f" ({', '.join(extra)})" if extra else ""))
     return f"{derive.effects.find(step.effect).sentence.rstrip('.')} ({step.effect}): {', '.join(sizes)}."
+
+
+def in_each_log(rows: list[dict], unit: str) -> str:
+    """A parameter that several logs have each for themselves."""
+    return ", ".join(f"{uncertain(r['value'], r['sigma'])} {shown_unit(unit)} in {r['log']}" for r in rows)
 
 
 def in_torque(value: float, unit: str, alpha: float | None) -> str:
@@ -249,6 +257,8 @@ def candidate_row(tried: Tried, alpha: float | None) -> CandidateRow:
         torque = in_torque(value, unit, alpha)
         text = f"{name} = {uncertain(value, tried.sigma[name])} {shown_unit(unit)}"
         sizes.append(text.rstrip() + (f" ({torque})" if torque else ""))
+        further = [o for o in tried.per_log[1:] if name in o.coefficients]
+        sizes += [f"… in {o.log}: {uncertain(o.coefficients[name], o.sigma[name])}" for o in further]
     return CandidateRow(tried, effect.sentence, effect.means, effect.equation, sizes)
 
 
@@ -416,6 +426,10 @@ def charts(explanation: Explanation, alpha: float | None) -> dict:
         "repeats": chart("repeats", repeating(explanation.repeats, alpha)),
         "dotted": state is not None and any(t.line.dash == "dot" for t in state.data),
         "parameters": chart("parameters", figures.parameter_figure(explanation)),
+        "effects": [
+            (drawn, chart(f"effect{k}", drawn.figure))
+            for k, drawn in enumerate(reporting_effects.drawn_effects(explanation))
+        ],
     }
 
 
@@ -470,7 +484,9 @@ code { font: .88em ui-monospace, "DejaVu Sans Mono", Menlo, monospace; overflow-
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 4px 20px; margin: .6rem 0 0; font-size: .92rem; }
 summary { cursor: pointer; color: var(--soft); margin: .8rem 0 .3rem; font-size: .92rem; } ul { margin: .4rem 0; }
 .law { font-style: italic; white-space: nowrap; color: var(--ink); }
-dt { color: var(--soft); } dd { margin: 0; } .chart { width: 100%; }
+.small { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(310px, 100%), 1fr)); gap: 14px 26px; }
+.small figure { margin: 0; min-width: 0; } .small figcaption { min-height: 3.2em; } .small .law { white-space: normal; }
+dt { color: var(--soft); } dd { margin: 0; min-width: 0; overflow-wrap: anywhere; } .chart { width: 100%; }
 @media (max-width: 700px) { .two { grid-template-columns: 1fr; } section, header { padding: 16px; } }
 @media print { body { background: #fff; } section { break-inside: avoid; } }
 """
@@ -523,11 +539,15 @@ style-src 'unsafe-inline'; img-src data: blob:">
 1.0 is the sensors' own noise.</p>
 {{ charts.ladder }}
 <div class="wide"><table>
-<tr><th>model</th><th class="n">error</th><th class="n">of the step before</th></tr>
+<tr><th>model</th><th class="n">error</th><th class="n">of the step before</th><th class="n">p-value</th>
+<th class="n">blocks agree</th></tr>
 {% for label, error, colour in rungs %}
 <tr><td>{{ label }}</td><td class="n">{{ error | error_text }}</td>
 {% set last = loop.previtem[1] if loop.previtem is defined else 0 %}
-<td class="n">{% if last %}{{ (100 * error / last) | number(3) }} %{% else %}–{% endif %}</td></tr>
+<td class="n">{% if last %}{{ (100 * error / last) | number(3) }} %{% else %}–{% endif %}</td>
+{% set step = e.steps[-loop.revindex] if loop.revindex <= e.steps | length else none %}
+<td class="n">{{ step.p_value | probability if step else "–" }}</td>
+<td class="n">{{ step.blocks_agree or "–" if step else "–" }}</td></tr>
 {% endfor %}
 </table></div>
 </section>
@@ -618,8 +638,9 @@ effect of your own.</p>
 {% endfor %}
 </table></div>
 <p class="soft">Each was added alone to the first model, whose error is {{ e.base_error | error_text }}, and \
-everything refitted. p-values are corrected for the size of the library; blocks are fifths of the held-out data in \
-which the error falls.</p>
+everything refitted. p-values are the larger of two: that of the data of the fit, corrected for the size of the \
+library, and that of the held-out data, corrected for how many were judged on them; blocks are fifths of the held-out \
+data in which the error falls.</p>
 {% else %}
 <p>No effect of the library lowers the error by enough to be named.</p>
 {% endif %}
@@ -640,6 +661,22 @@ which the error falls.</p>
 {% endif %}
 </section>
 
+{% if charts.effects %}
+<section>
+<h2>The effects, drawn</h2>
+<p class="soft">Each law with its fitted coefficients, over what the logs of the fit cover; the band holds 95 %. \
+Dashed: without the effect.</p>
+<div class="small">
+{% for d, drawn in charts.effects %}
+<figure>
+<figcaption><b>{{ d.name }}</b> ({{ d.role }}): <span class="law">{{ d.law }}</span></figcaption>
+{{ drawn }}
+</figure>
+{% endfor %}
+</div>
+</section>
+{% endif %}
+
 <section>
 <h2>How the parameters moved</h2>
 {{ charts.parameters }}
@@ -657,6 +694,10 @@ which the error falls.</p>
 {% for name, row in e.parameters.items() if "." in name %}
 <tr><td>{{ name }}</td><td class="n">–</td><td class="n">–</td>\
 {% for s in e.steps %}<td></td>{% endfor %}<td class="n">{{ row.value | uncertain(row.sigma) }}</td></tr>
+{% for own in row.get("per_log", [])[1:] %}
+<tr><td class="soft">… in {{ own.log }}</td><td class="n">–</td><td class="n">–</td>\
+{% for s in e.steps %}<td></td>{% endfor %}<td class="n">{{ own.value | uncertain(own.sigma) }}</td></tr>
+{% endfor %}
 {% endfor %}
 </table></div>
 </section>

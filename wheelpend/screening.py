@@ -27,7 +27,7 @@ class Candidate(NamedTuple):
     """An effect with the size that the linearisation gives it."""
 
     effect: Effect
-    starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first
+    starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first; by name@log
     gain: float  # expected fall of the sum of squares with the first
     sigma: dict[str, float]  # of each coefficient, if nothing else were missing; empty where it is not believed
     trials: int  # how many independent shapes were tried for it
@@ -133,14 +133,17 @@ def noise_of(there: Linearised, values: int) -> float:
 
 
 def _step(effect: Effect, names: Sequence[str], there: Linearised) -> tuple[dict[str, float], dict[str, float], float]:
-    """Size and standard error of an effect's parameters, of per-log ones the first log's, and the expected gain."""
+    """Size and standard error of an effect's parameters and the expected gain.
+
+    Sizes of further logs, where they have their own, come as name@log; a standard error is that of the first.
+    """
     places = _places(there.labels, names)
     step, inverse = _solve(there.information[np.ix_(places, places)], there.score[places])
     start: dict[str, float] = {}
     sigma: dict[str, float] = {}
     for k, place in enumerate(places):
-        name = there.labels[place].split("@")[0]
-        start.setdefault(name, float(step[k]))
+        name, _, log = there.labels[place].partition("@")
+        start[f"{name}@{log}" if int(log or 0) else name] = float(step[k])
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
     return start, sigma, float(there.score[places] @ step)
 

@@ -13,7 +13,12 @@ import numpy as np
 from wheelpend.logs import Log
 
 ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
-COLOURED = 0.008  # s, time over which the motion is taken to be smooth when a filter is looked for
+FAR = 4  # samples over which the scatter is compared with that from sample to sample, when colour is looked for
+MOST = 1.9  # growth of the scatter that is believed: at √FAR the noise would be a random walk, without a size
+COLOURED = {False: (0.021, 1.25), True: (0.0085, 1.6)}  # for an angle, for a rate, in which the controller shows: the
+# time [s] over which the motion is taken to be smooth, and the growth of the scatter above which the noise has colour
+FAR_OFF = 5.0  # standard deviations from its neighbours beyond which a reading is a spike
+RARE = 0.02  # share of readings above which they are no spikes but motion
 WINDOW = 50  # samples over which a variance is taken
 
 
@@ -37,10 +42,10 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
     for index, channel in enumerate(log.channels):
         signal = log.measured[:, index]
         stated = quanta.get(channel)
-        step = stated if stated and on_grid(signal, stated) else find_quantum(signal)
+        step = quantum_of(signal, stated)
         scatter = rounding_only(step) if step and step == stated else difference_noise(signal)
-        if not step and not given.get(channel) and is_filtered(signal, log.dt):
-            scatter = max(scatter, inconsistency(log, channel))
+        if not step and not given.get(channel):
+            scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spikes(signal, scatter)))
         known = given.get(channel)
         rounding = rounding_only(step)
         fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
@@ -49,6 +54,14 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
         is_rounding = bool(step) and not known and fine == rounding
         squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
     return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(squares))))
+
+
+def quantum_of(signal: np.ndarray, stated: float | None) -> float:
+    """Step of a signal [its unit]: the stated one unless the signal moves in others."""
+    if not (stated and on_grid(signal, stated)):
+        return find_quantum(signal)
+    seen = find_quantum(signal)
+    return seen if seen > 1.5 * stated else stated
 
 
 def find_quantum(signal: np.ndarray) -> float:
@@ -74,16 +87,38 @@ def rounding_only(step: float) -> float:
     return step / np.sqrt(12.0)
 
 
-def is_filtered(signal: np.ndarray, dt: float) -> bool:
-    """Whether the scatter grows with the distance of the samples, as a low-pass filter makes it; white noise does not.
+def coloured_noise(log: Log, channel: str) -> float:
+    """Standard deviation of noise with colour, such as a low-pass filter gives it [unit of the channel]; 0 where white.
 
-    Asked only of logs fast enough that the motion itself does not grow over four samples.
+    Its scatter grows with the distance of the samples. Asked only of logs fast enough that the motion itself does not
+    grow over so short a time. What an angle and its rate contradict each other tells the angle's noise whatever its
+    colour; for a rate it is an upper limit only, and a first-order filter is assumed.
     """
-    if 4 * dt > COLOURED or len(signal) < 1000:
-        return False
+    signal, is_rate = log.measured[:, log.channels.index(channel)], f"{channel[1:]}" in log.channels
+    longest, growth = COLOURED[is_rate]
+    if FAR * log.dt > longest or len(signal) < 1000:
+        return 0.0
     near = difference_noise(signal)
-    far = float(np.median([difference_noise(signal[k::4]) for k in range(4)]))
-    return far > 1.5 * near
+    far = float(np.median([difference_noise(signal[k::FAR]) for k in range(FAR)]))
+    if not far > growth * near:
+        return 0.0
+    limit, filtered = inconsistency(log, channel), near * first_order(min(far / near, MOST))
+    return min(limit or np.inf, filtered) if is_rate else (limit or filtered)
+
+
+def first_order(growth: float) -> float:
+    """Standard deviation of noise behind a first-order filter over the scatter, which grows so over FAR samples."""
+    rows = np.array([comb(ORDERS[-1], k) * (-1) ** k for k in range(ORDERS[-1] + 1)], dtype=float)
+    lags = np.abs(np.subtract.outer(np.arange(rows.size), np.arange(rows.size)))
+
+    def scatter(share: float) -> float:
+        return float(np.sqrt(rows @ share**lags @ rows / (rows @ rows)))
+
+    low, high = 0.0, 1.0 - 1e-6
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if scatter(middle**FAR) < growth * scatter(middle) else (low, middle)
+    return 1.0 / scatter(low)
 
 
 def inconsistency(log: Log, channel: str) -> float:
@@ -132,6 +167,20 @@ def difference_noise(signal: np.ndarray) -> float:
         means = whole.mean(axis=1)
         estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
     return min(estimates) if estimates else float(np.nanstd(signal))
+
+
+def spikes(signal: np.ndarray, scatter: float) -> float:
+    """What single readings far off add to the standard deviation, of a signal with that scatter otherwise [its unit].
+
+    A reading is compared with the median of its four neighbours: motion, however sudden, moves some of those along.
+    """
+    known = signal[np.isfinite(signal)]
+    if known.size < 5:
+        return 0.0
+    around = np.stack([known[:-4], known[1:-3], known[3:-1], known[4:]])
+    off = known[2:-2] - np.median(around, axis=0)
+    far = np.abs(off) > FAR_OFF * scatter
+    return float(np.sqrt(np.mean(np.where(far, off**2, 0.0)))) if np.mean(far) < RARE else 0.0
 
 
 def rounding_error(signal: np.ndarray, step: float) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import gammaincc
 
 import derive
 from derive.effects import INPUT, Effect, Quantiles, Values
@@ -28,7 +29,7 @@ class Shape(NamedTuple):
 
 
 def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str, Shape]:
-    """Settings of every effect that has a parameter to be profiled, from the first log and a fit to it."""
+    """Settings of every effect that has a parameter to be profiled, from the logs and a fit to them."""
     found = {}
     for effect in effects:
         parameter = effect.profiled
@@ -99,25 +100,34 @@ def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[f
     The residual of the filtered equations is compared with sines of the port's angle over a fine grid of periods. How
     many independent trials that grid amounts to is calibrated by surrogates whose segments have random signs.
     """
+    records = [ripple_record(study, fitted, port, k) for k in range(len(study.training))]
+    span = max(1.0, *(float(np.ptp(angle)) for _, angle in records))
+    grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(40, 200))
+    power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
+    for missing, angle in records:
+        waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
+        block = np.arange(len(missing)) * 40 // len(missing)
+        amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
+        power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(missing @ missing), 1e-300)
+        surrogate += np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
+    typical = float(np.median(surrogate.max(axis=0)))
+    single = float(gammaincc(len(records), typical))  # of one period; a sum of as many exponentials as there are logs
+    trials = int(np.clip(np.log(0.5) / np.log1p(-single), 1, len(grid)))
+    return float(grid[np.argmax(power)]), trials
+
+
+def ripple_record(study: Study, fitted: Fit, port: str, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """What the filtered equations of a training log leave over, in units of its noise, and the port's angle [rad]."""
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
-    log, segment = study.training[0].log, study.training[0].bounds
-    parameters = vector(plain, fitted.values, log)
+    log, segment = study.training[number].log, study.training[number].bounds
+    values = fitted.of_log(number)
+    parameters = vector(plain, values, log)
     states, voltage = regression.measured_states(log, study.relative), regression.acting_input(plain, log, parameters)
     tau = max(0.01, 4 * log.dt)
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
-    rows = (sides - regressors @ np.array([fitted.values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
+    rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     angle = (states[:, : study.module.NQ] @ port_weights(study, port))[segment[0, 0] : segment[-1, 1]]
     thin = max(1, len(missing) // 4000)
-    missing, angle = missing[::thin], angle[::thin]
-    span = max(float(np.ptp(angle)), 1.0)
-    grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
-    waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
-    block = np.arange(len(missing)) * 40 // len(missing)
-    amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
-    power = np.abs(amplitudes.sum(axis=1)) ** 2
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(40, 200))
-    surrogate = np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
-    typical = float(np.median(surrogate.max(axis=0)))
-    trials = int(np.clip(np.log(0.5) / np.log1p(-np.exp(-typical)), 1, len(grid)))
-    return float(grid[np.argmax(power)]), trials
+    return missing[::thin], angle[::thin]

@@ -8,8 +8,8 @@ import numpy as np
 
 import derive
 from wheelpend import kernels
-from wheelpend.commands import reference
-from wheelpend.failures import Failure
+from wheelpend.commands import length, reference
+from wheelpend.failures import Failure, Fallen
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import vector
@@ -23,7 +23,7 @@ def simulate(
     model: Model,
     *,
     command: str = "aggressive",
-    duration: float = 20.0,
+    duration: float | None = None,
     hide: Mapping[str, float] | None = None,
     seed: int = 0,
     noise: bool = True,
@@ -32,6 +32,7 @@ def simulate(
     """Simulate the model's machine under its PID controller and measure it with its sensors.
 
     The machine is that of [simulation] where the model has one, else the model as identified, its effects included;
+    ``command`` is a built-in one or a file, which lasts as long as it is unless ``duration`` [s] is shorter.
     ``hide`` adds effects as {"effect.parameter": value}. RK4 with steps of at most ``sample`` seconds, stick-slip and
     delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
     """
@@ -42,6 +43,7 @@ def simulate(
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
     if model.controller is None:
         raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
+    duration = length(command) if duration is None else duration
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     t = np.arange(round(duration / sample) + 1) * sample
@@ -61,7 +63,7 @@ def simulate(
     )
     if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
         fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]
-        raise Failure(
+        raise Fallen(
             f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains."
         )
     return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -279,6 +280,14 @@ def per_log_names(names: Sequence[str]) -> list[str]:
     return [n for n in names if (p := effect_parameter(n)) and p.scope == "per log"]
 
 
+def phased_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Sines and cosines among names whose amplitude is the machine's and whose phase is each log's own."""
+    effects = dict.fromkeys(n.partition(".")[0] for n in names if "." in n and not n.startswith("missing"))
+    rows = [(e, derive.effects.find(e).phased) for e in effects]
+    pairs = [(f"{e}.{row[0]}", f"{e}.{row[1]}") for e, row in rows if row]
+    return [p for p in pairs if set(p) <= set(names)]
+
+
 def fit_parts(
     study: Study,
     parts: Sequence[Part],
@@ -288,7 +297,18 @@ def fit_parts(
     start_per_log: Sequence[Mapping[str, float]] = (),
     rounds: int = 15,
 ) -> Fit:
-    """Fit free parameters to some parts with the study's kernels, scopes and bounds."""
+    """Fit free parameters to some parts with the study's kernels, scopes and bounds.
+
+    Ripples are first fitted in every log by itself, which finds the phases; then their amplitudes are made one.
+    """
+    found = _fitted(study, parts, start, free, start_per_log, rounds)
+    pairs = phased_pairs(free)
+    if len(parts) == 1 or not pairs or not rounds:
+        return found
+    return _fitted(study, parts, found.values, free, found.per_log, rounds, states=found.states, phased=pairs)
+
+
+def _fitted(study: Study, parts, start, free, start_per_log, rounds: int, **ties) -> Fit:
     return fit(
         study.module,
         parts,
@@ -300,7 +320,34 @@ def fit_parts(
         start_per_log=start_per_log,
         max_step=study.max_step,
         rounds=rounds,
+        **ties,
     )
+
+
+def calibrated(study: Study, part: Part, values: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Values with a log's own parameters among the names estimated on a part of it, the machine's as they are.
+
+    Of a ripple the phase is the log's own, the amplitude the machine's.
+    """
+    own = per_log_names(list(dict.fromkeys(names)))
+    if not own:
+        return dict(values)
+    found = _fitted(study, [part], values, own, (), 10)
+    turned = found.of_log(0)
+    if pairs := phased_pairs(own):
+        turned = with_amplitude(turned, values, pairs)
+        turned = _fitted(study, [part], turned, own, (), 10, phased=pairs, amplitude_known=True).of_log(0)
+    return turned
+
+
+def with_amplitude(turned: Mapping[str, float], values: Mapping[str, float], pairs) -> dict[str, float]:
+    """The phases of some values with the amplitudes of others."""
+    found = dict(turned)
+    for pair in pairs:
+        length = math.hypot(turned[pair[0]], turned[pair[1]])
+        wanted = math.hypot(values[pair[0]], values[pair[1]])
+        found |= {n: float(turned[n] * wanted / length) if length else values[n] for n in pair}
+    return found
 
 
 def fit_model(
@@ -376,13 +423,10 @@ def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
 def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
     if held.training is not None:
         return fitted.of_log(held.training)
-    own = per_log_names([n.split("@")[0] for n in fitted.free])
-    if not own or held.calibration is None:
+    if held.calibration is None:
         return dict(fitted.values)
-    start = {**fitted.values, **(fitted.per_log[0] if fitted.per_log else {})}
-    shapes = list(dict.fromkeys(own))
-    calibrated = fit_parts(study, [held.calibration], start, shapes, rounds=10)
-    return calibrated.of_log(0)
+    names = [*(n.split("@")[0] for n in fitted.free), *free_names(study, study.model.effects)]
+    return calibrated(study, held.calibration, fitted.of_log(0), names)
 
 
 def free_names(study: Study, effects: Sequence[str]) -> list[str]:

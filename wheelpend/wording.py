@@ -68,6 +68,9 @@ def show_identification(result: Identification) -> None:
         for n, r in result.parameters.items()
     ]
     table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
+    for n, r in result.parameters.items():
+        for own in r.get("per_log", ()):
+            say(f"  {n} in {own['log']}: {with_sigma(own['value'], own['sigma'], result.unit.get(n, ''))}")
     say(f"{result.samples} samples; condition number {result.condition_number:.3g}"
         + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "")
         + ("; τ = " + ", ".join(f"{t:g}" for t in result.tau) + " s" if result.tau else "")
@@ -112,6 +115,8 @@ def show_comparison(result: Comparison, model: Model) -> None:
         say("Closed loop replayed with the model: " + ("it falls over." if loop.diverged else
             ", ".join(f"{c} off by {number(v)} rms" for c, v in loop.rmse.items())
             + f", control input off by {number(loop.rmse_input)} V rms."))  # fmt: skip
+    for row in result.per_log:
+        say(f"Of its own in {row['log']}: " + ", ".join(f"{n} {v:.4g}" for n, v in row.items() if n != "log") + ".")
     show_places(result.where, model, result)
 
 
@@ -143,6 +148,8 @@ def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = N
         ]  # fmt: skip
         table(f"Candidates (held-out error now {result.error:.4g})",
               ("effect", "size", "p", "blocks", "error after", "equivalent to", "physical"), rows)  # fmt: skip
+        for tried in result.candidates:
+            show_each_log(tried)
     if result.experiment:
         say(result.experiment)
     show_places(result.where, model, result)
@@ -198,6 +205,21 @@ def show_ladder(nominal: float | None, base: float, steps: tuple[Step, ...], flo
         say(f"{name:>24} {error:9.4g} {'█' * length}{'▏' if length == 0 else ''}")
 
 
+def evidence(step: Step) -> str:
+    """How sure an effect is, and how much it matters."""
+    fall = f"the held-out error falls by {100 * (1 - step.error_after / step.error_before):.3g} %"
+    sure = "" if step.p_value is None else f"p = {step.p_value:.1e}"
+    agree = "" if step.blocks_agree is None else f"lower in {step.blocks_agree} blocks"
+    return "; ".join(filter(None, (sure, fall, agree))) + "."
+
+
+def show_each_log(found: Tried | Step) -> None:
+    """Print what an effect is in each of several logs, where they have their own sizes."""
+    for own in found.per_log:
+        sizes = ", ".join(f"{n} {with_sigma(v, own.sigma[n], found.unit[n])}" for n, v in own.coefficients.items())
+        say(f"  {found.effect} in {own.log}: {sizes}")
+
+
 def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) -> None:
     """Print an explanation."""
     show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
@@ -205,6 +227,8 @@ def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) ->
         effect = derive.effects.find(step.effect)
         amount = size(step.coefficients, step.sigma, step.unit, result.model, drive_voltage(result.study))
         say(f"{step.effect}: {effect.sentence} {amount[:1].upper()}{amount[1:]}. {effect.means}")
+        say(f"  {evidence(step)}")
+        show_each_log(step)
         if step.equivalent_to:
             say(f"  These data cannot tell it from {', '.join(step.equivalent_to)}. {result.experiment or ''}")
     closing = {

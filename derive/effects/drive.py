@@ -102,5 +102,6 @@ ROWS = (
             lambda a, s, sine, cosine, periods: -(sine * sp.sin(periods * a) + cosine * sp.cos(periods * a)),
         ),
         means="The drive pulls towards preferred positions: magnets, brushes, or a damaged tooth.",
+        phased=("sine", "cosine"),
     ),
 )

@@ -47,5 +47,6 @@ ROWS = (
         ),
         Force("ground", lambda a, v, sine, cosine: -(sine * sp.sin(a) + cosine * sp.cos(a))),
         means="The robot prefers one position of its wheels and needs torque, once per turn, to roll out of it.",
+        phased=("sine", "cosine"),
     ),
 )

@@ -108,6 +108,7 @@ class Effect:
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
+    phased: tuple[str, ...] = field(default=())  # sine and cosine: their amplitude is shared, their phase per log
 
     @property
     def symbols(self) -> dict[str, sp.Symbol]:
@@ -118,6 +119,10 @@ class Effect:
     def full_names(self) -> tuple[str, ...]:
         """Names of the parameters in the parameter vector."""
         return tuple(f"{self.name}.{p.name}" for p in self.parameters)
+
+    def scope_of(self, parameter: EffectParameter) -> str:
+        """Whose a parameter is, in words."""
+        return "amplitude shared, phase per log" if parameter.name in self.phased else parameter.scope
 
     @property
     def linear(self) -> tuple[EffectParameter, ...]:

@@ -18,6 +18,7 @@ ROWS = (
         ),
         SensorMap("theta_w", lambda reading, sine, cosine: reading + sine * sp.sin(reading) + cosine * sp.cos(reading)),
         means="The angle runs ahead and falls back once a turn; at a steady speed the speed seems to swing.",
+        phased=("sine", "cosine"),
     ),
     Effect(
         "encoder_scale",

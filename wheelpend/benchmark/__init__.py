@@ -2,6 +2,9 @@
 
 cases    which logs
 engine   logs from MuJoCo, which shares no code with this project
+scene    the robot as MuJoCo's bodies, joints and tendons
+laws     forces, voltage and sensors around it
+shipped  the engine's logs in data/
 trial    one log: hide, explain, compare with the truth
 study    all of them, on all cores, to be resumed after an interruption
 summary  rates with their confidence intervals

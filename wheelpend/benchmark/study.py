@@ -27,6 +27,7 @@ def run(
 ) -> list[Outcome]:
     """Try the cases that have no outcome yet, for so many minutes or all of them; returns every outcome there is.
 
+    When the minutes are over no further case is begun, and those under way are finished and kept.
     Outcomes are kept per state of the code, so that none of another state is mixed in.
     """
     wanted = list(plan() if cases is None else cases)
@@ -37,9 +38,9 @@ def run(
     if left:
         compile_all(Model.default(), progress)  # once, before every process wants it
     progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
-    begin = monotonic()
+    begin, seconds = monotonic(), float("inf") if minutes is None else 60 * minutes
     with book.open("a", encoding="utf-8") as file:
-        for number, (_, outcome) in enumerate(as_they_end([partial(try_case, c) for c in left]), 1):
+        for number, (_, outcome) in enumerate(as_they_end([partial(try_case, c) for c in left], seconds), 1):
             file.write(json.dumps(plain(outcome), allow_nan=False) + "\n")
             file.flush()
             known[outcome.key] = outcome
@@ -47,8 +48,6 @@ def run(
             whole = spent / number * len(left) / 60
             progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
                      f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
-            if minutes is not None and spent > 60 * minutes:
-                break
     return [known[c.key] for c in wanted if c.key in known]
 
 

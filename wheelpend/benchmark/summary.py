@@ -13,6 +13,7 @@ from scipy.stats import binomtest
 
 from wheelpend.benchmark.trial import Outcome
 
+KINDS = ("complete", "single", "pair", "triple", "left_out", "stick_slip")
 COSTLY = 0.05  # share by which a hidden effect must raise the error to count as one that should be found
 NEAR = 1.05  # times the true model's error: as good as the true model
 EXPLAINS = 1.1  # times the floor: above it something is still missing
@@ -59,6 +60,11 @@ class Summary:
     worst: float  # largest of these ratios
     coverage: Rate  # true values inside the 95 % interval
     confusion: dict[str, Counter]  # hidden: first answer
+    stick_slip: Rate  # dry friction that truly sticks: first answer right
+    sticking: float  # largest error of the true model there: 1 where its law of sticking is right
+    spread: dict[str, float]  # of each parameter: root mean square error of the estimates in standard errors
+    estimated: int  # logs behind it
+    redrawn: tuple[str, ...]  # logs made with smaller effects than planned
 
 
 def rate(hits: Iterable[bool]) -> Rate:
@@ -70,7 +76,7 @@ def rate(hits: Iterable[bool]) -> Rate:
 def summarise(outcomes: Sequence[Outcome]) -> Summary:
     """Rates over all outcomes."""
     good = [o for o in outcomes if o.failure is None]
-    kinds = {k: [o for o in good if o.kind == k] for k in ("complete", "single", "pair", "triple", "left_out")}
+    kinds = {k: [o for o in good if o.kind == k] for k in KINDS}
     single = [o for o in kinds["single"] if not o.soft]
     costly = [o for o in single if o.cost >= COSTLY]
     right = [o for o in costly if o.first_right]
@@ -97,7 +103,20 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         worst=max(ratios, default=float("nan")),
         coverage=rate(d < 1.96 for d in deviations),
         confusion=confusion(costly),
+        stick_slip=rate(o.first_right for o in kinds["stick_slip"] if o.cost >= COSTLY),
+        sticking=max((o.true_error for o in kinds["stick_slip"] if o.true_error), default=float("nan")),
+        spread=spread(kinds["complete"]),
+        estimated=sum(bool(o.estimates) for o in kinds["complete"]),
+        redrawn=tuple(f"{o.key}: {o.made}" for o in good if o.made),
     )
+
+
+def spread(outcomes: Sequence[Outcome]) -> dict[str, float]:
+    """Root mean square of each parameter's errors in standard errors: 1 where these say how far estimates are off."""
+    errors: dict[str, list[float]] = {}
+    for name, error in (entry for o in outcomes for entry in o.estimates):
+        errors.setdefault(name, []).append(error)
+    return {name: float(np.sqrt(np.mean(np.square(found)))) for name, found in errors.items()}
 
 
 def explained_or_open(outcome: Outcome) -> bool:

@@ -1,4 +1,4 @@
-"""One log of the benchmark: hide, explain, and compare with the truth."""
+"""One log of the benchmark: hide, explain, and compare with the truth; where nothing is hidden, identify too."""
 
 from __future__ import annotations
 
@@ -11,19 +11,22 @@ import derive
 from wheelpend.benchmark.cases import Case
 from wheelpend.benchmark.engine import TRUTH, engine_log
 from wheelpend.explanation import Explanation, explain
-from wheelpend.failures import Failure
+from wheelpend.failures import Failure, Fallen
+from wheelpend.identification import identify
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import Fit
 from wheelpend.simulation import machine_values, simulate
 from wheelpend.study import fit_model, free_names, held_residuals
 
+REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
+
 
 @dataclass(frozen=True)
 class Outcome:
     """What came of a case; errors are held out."""
 
-    key: str
+    key: str  # of the case as planned
     kind: str
     source: str
     size: float
@@ -40,6 +43,8 @@ class Outcome:
     floor: float = 1.0
     strength: float = 0.0  # hidden sizes in standard deviations of the true model's fit
     deviations: tuple[float, ...] = ()  # of every parameter in standard errors, where the right effects were named
+    estimates: tuple[tuple[str, float], ...] = ()  # nothing hidden: name, error in standard errors
+    made: str = ""  # key of the log that was made where the robot would have fallen with the one planned
     seconds: float = 0.0
 
     @property
@@ -64,21 +69,33 @@ def try_case(case: Case, model: Model | None = None) -> Outcome:
     model, begin = model or Model.default(), monotonic()
     outcome = Outcome(case.key, case.kind, case.source, case.size, case.effects, case.engage > 0.0)
     try:
-        log = log_of(case, model)
-        told = explain(model, [log], without=case.without)
-        outcome = compare_with_truth(replace(outcome, **told_of(told)), case, told, model)
+        made, log = standing(case, model)
+        outcome = replace(outcome, made=made.key if made != case else "")
+        told = explain(model, [log], without=made.without)
+        outcome = compare_with_truth(replace(outcome, **told_of(told)), made, told, model)
+        if made.kind == "complete":
+            outcome = replace(outcome, estimates=estimates(made, log, model))
     except Failure as failure:
         outcome = replace(outcome, failure=str(failure))
     return replace(outcome, seconds=monotonic() - begin)
+
+
+def standing(case: Case, model: Model) -> tuple[Case, Log]:
+    """The log, and the case it shows: with smaller effects than planned where the robot would fall."""
+    for _ in range(REDRAWS):
+        try:
+            return case, log_of(case, model)
+        except Fallen:
+            case = case.smaller()
+    return case, log_of(case, model)
 
 
 def log_of(case: Case, model: Model) -> Log:
     """The measured log."""
     hide = dict(case.hide)
     if case.source == "engine":
-        return engine_log(
-            hide, command=case.command, seed=case.seed, **({"engage": case.engage} if case.engage else {})
-        )
+        soft = {"engage": case.engage} if case.engage else {}
+        return engine_log(hide, command=case.command, seed=case.seed, noise=case.noise, **soft)
     return simulate(model, command=case.command, hide=hide, seed=case.seed)
 
 
@@ -105,6 +122,13 @@ def compare_with_truth(outcome: Outcome, case: Case, told: Explanation, model: M
     if set(told.effects) == set(case.effects):
         deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in told.parameters.items())
     return replace(outcome, true_error=error, strength=strength(fitted, case.effects), deviations=deviations)
+
+
+def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ...]:
+    """How far each of the model's own parameters is off in its standard errors, identified from the whole log."""
+    truth = true_values(case, model)
+    found = identify(model, [log]).parameters
+    return tuple((name, (row["value"] - truth[name]) / row["sigma"]) for name, row in found.items())
 
 
 def true_values(case: Case, model: Model) -> dict[str, float]:

@@ -1,0 +1,97 @@
+"""Ripples of several logs: one amplitude, which is the machine's, and a phase in every log, which is where it began.
+
+A pair of sine and cosine (a, b) has the amplitude √(a² + b²). A fit moves along the directions that keep the amplitudes
+of all logs equal, and turns and stretches the pairs exactly, so that every point it reaches has equal amplitudes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+TURN = 1.0  # rad, the most that a phase turns in one step
+
+
+@dataclass(frozen=True)
+class Phases:
+    """Which of all free parameters are tied, and how: coordinates are the others, then amplitude and turns per pair."""
+
+    pairs: tuple[np.ndarray, ...]  # per effect: (logs, 2) places of sine and cosine
+    size: int  # number of free parameters
+    kept: bool  # whether the amplitude is known, so that only the phases move
+
+    @classmethod
+    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], kept: bool = False) -> Phases:
+        """Tie the pairs of names among labels, which carry @ and the number of their log."""
+        logs = {n: sum(label.split("@")[0] == n for label in labels) for n, _ in pairs}
+        places = [[[labels.index(f"{n}@{k}") for n in pair] for k in range(logs[pair[0]])] for pair in pairs]
+        return cls(tuple(np.array(p, dtype=np.int64) for p in places), len(labels), kept)
+
+    @property
+    def others(self) -> np.ndarray:
+        """Places of the parameters that are not tied."""
+        tied = np.concatenate([p.ravel() for p in self.pairs])
+        return np.setdiff1d(np.arange(self.size), tied)
+
+    def basis(self, theta: np.ndarray) -> np.ndarray:
+        """Directions (free, coordinates) of all free parameters that keep the amplitudes equal."""
+        columns = list(np.eye(self.size)[self.others])
+        for places in self.pairs:
+            radial, across = _frame(theta[places])
+            stretch = np.zeros(self.size)
+            stretch[places] = radial
+            columns += [] if self.kept else [stretch]
+            for log, place in enumerate(places):
+                turn = np.zeros(self.size)
+                turn[place] = across[log]
+                columns.append(turn)
+        return np.column_stack(columns)
+
+    def moved(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Parameters after a step (coordinates,) along the basis at theta."""
+        new, k = theta.copy(), len(self.others)
+        new[self.others] += step[:k]
+        for places in self.pairs:
+            amplitude, phase = _amplitude(theta[places]), _phase(theta[places])
+            grown = amplitude if self.kept else amplitude + step[k]
+            k += not self.kept
+            turn = step[k : k + len(places)] / max(amplitude, 1e-300)
+            k += len(places)
+            phase = phase + np.clip(turn, -TURN, TURN)
+            new[places] = grown * np.column_stack([np.cos(phase), np.sin(phase)])
+        return new
+
+    def onto(self, theta: np.ndarray) -> np.ndarray:
+        """The parameters with all amplitudes made equal."""
+        return self.moved(theta, np.zeros(len(self.others) + sum(len(p) + (not self.kept) for p in self.pairs)))
+
+    def bounds(self, limits: tuple[np.ndarray, np.ndarray], theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of a step along the basis, from those of the free parameters."""
+        more = self.basis(theta).shape[1] - len(self.others)
+        low, high = ((limit - theta)[self.others] for limit in limits)
+        return np.append(low, np.full(more, -np.inf)), np.append(high, np.full(more, np.inf))
+
+    def labels(self, labels: Sequence[str]) -> tuple[str, ...]:
+        """A name for every coordinate: the sine of the first log for the amplitude, the cosines for the phases."""
+        names = [labels[k] for k in self.others]
+        for places in self.pairs:
+            names += [] if self.kept else [labels[places[0, 0]]]
+            names += [labels[p] for p in places[:, 1]]
+        return tuple(names)
+
+
+def _amplitude(pairs: np.ndarray) -> float:
+    return float(np.sqrt(np.mean((pairs**2).sum(axis=1))))
+
+
+def _phase(pairs: np.ndarray) -> np.ndarray:
+    return np.arctan2(pairs[:, 1], pairs[:, 0])
+
+
+def _frame(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (logs, 2) along each pair and across it."""
+    phase = _phase(pairs)
+    cosine, sine = np.cos(phase), np.sin(phase)
+    return np.column_stack([cosine, sine]), np.column_stack([-sine, cosine])
