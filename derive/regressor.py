@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derive.functions import symbol
+from derive.functions import TIME, symbol
 from derive.records import DrySurface, EnergyBalance, Grouping, Parameter, Plant, Regressor
 
 
@@ -54,10 +54,22 @@ def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
     potential = sp.Integer(0)
     for c in plant.coordinates:
         pull = left.coeff(c.dq, 1)
-        if not pull.has(*(s for k in plant.coordinates for s in (k.dq, k.ddq)), plant.input):
+        moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), plant.input, TIME)
+        if not pull.has(*moving) and has_potential(pull, c.q):
             potential += sp.integrate(pull, c.q)
             left = sp.expand(left - pull * c.dq)
     return sp.expand(kinetic) + potential
+
+
+def has_potential(pull: sp.Expr, angle: sp.Symbol) -> bool:
+    """Whether a force's potential is one that kernels can evaluate: of sines and powers of its angle.
+
+    The work of any other force is counted as power taken, which is as true.
+    """
+    waves = pull.atoms(sp.Function)
+    plain = pull.subs({w: sp.Dummy() for w in waves})
+    known = all(isinstance(w, sp.sin | sp.cos) for w in waves)
+    return known and bool(plain.is_polynomial(angle))
 
 
 def total_rate(plant: Plant, expression: sp.Expr) -> sp.Expr:

@@ -54,7 +54,7 @@ def explanation() -> Explanation:
     tried = Tried("coulomb_drive", "drive", torque, sigma, unit, 0.0, "5/5", errors[1], (), True, new)
     missing = find_missing_force(study, old)
     where = (Place("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
-    first = Diagnosis("effect_missing", 0.5, errors[0], study.floor, {}, (tried,), None, {}, where, (), {}, (), old,
+    first = Diagnosis("effect_missing", 0.5, errors[0], study.floor, {}, (tried,), None, {}, where, {}, (), old,
                       study, missing)  # fmt: skip
     last = replace(first, verdict="nothing_missing", candidates=(), detectable={"slope": {"angle": 0.01}}, fit=new)
     step = Step("coulomb_drive", torque, sigma, unit, 0.0, (), *errors, {n: new.values[n] for n in study.base})

@@ -21,6 +21,10 @@ app = typer.Typer(
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
 Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
+Law = Annotated[bool, typer.Option("--law", help="Fit a free-form law to what no effect explains; takes a minute.")]
+Accept = Annotated[
+    str | None, typer.Option("--accept", metavar="NAME", help="Write that law to effects.toml as an effect of yours.")
+]
 Data = Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
 Json = Annotated[
@@ -248,19 +252,28 @@ def check_logs(logs: list[Path], model) -> None:
 
 @app.command()
 def diagnose(
-    logs: Logs, holdout: Holdout = None, without: Without = None, model: ModelFile = MODEL, json: Json = None
+    logs: Logs,
+    holdout: Holdout = None,
+    without: Without = None,
+    law: Law = False,
+    accept: Accept = None,
+    model: ModelFile = MODEL,
+    json: Json = None,
 ) -> None:
-    """Which physical effect is missing, ranked, with evidence. Changes nothing."""
-    from wheelpend import wording
+    """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
+    from wheelpend import unexplained, wording
     from wheelpend.diagnosis import diagnose as run
 
     with failures(json):
         opened = open_model(model)
+        unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
-            result = run(opened, logs, holdout or [], without=without or [], progress=update)
+            asked = unexplained.Asked(law or accept is not None, accept is not None)
+            result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
         warn(result.warnings)
-        show(result, json, lambda: wording.show_diagnosis(result, opened))
+        show(result, json, lambda: wording.show_diagnosis(result, opened, asked))
+        unexplained.accept(opened, result.law, accept)
 
 
 @app.command()
@@ -297,24 +310,31 @@ def explain(
     holdout: Holdout = None,
     max_effects: Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)] = 4,
     without: Without = None,
+    law: Law = False,
+    accept: Accept = None,
     save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
     model: ModelFile = MODEL,
     json: Json = None,
 ) -> None:
     """Diagnose and add in turn until nothing is missing; the error ladder."""
-    from wheelpend import wording
+    from wheelpend import unexplained, wording
     from wheelpend.change import record
     from wheelpend.explanation import explain as run
 
     with failures(json):
         opened = open_model(model)
+        unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
-            result = run(opened, logs, holdout or [], max_effects=max_effects, without=without or [], progress=update)
+            asked, left_out = unexplained.Asked(law or accept is not None, accept is not None), without or []
+            result = run(
+                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
+            )
         warn(result.warnings)
-        show(result, json, lambda: wording.show_explanation(result))
+        show(result, json, lambda: wording.show_explanation(result, asked))
         if save:
             record(result, logs, holdout or [])
+        unexplained.accept(opened, result.law, accept)
 
 
 @app.command()
@@ -379,6 +399,7 @@ def report(
     logs: Logs,
     holdout: Holdout = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
+    law: Law = False,
     model: ModelFile = MODEL,
 ) -> None:
     """One self-contained HTML page with everything above."""
@@ -389,8 +410,9 @@ def report(
         from wheelpend.explanation import explain as run
 
         with progress("reading") as update:
-            result = run(open_model(model), logs, holdout or [], progress=update)
-        command = " ".join(["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or [])])
+            result = run(open_model(model), logs, holdout or [], law=law, progress=update)
+        parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
+        command = " ".join(parts)
         say(f"Wrote {write_report(result, output, version=version(), command=command)}.")
 
 

@@ -10,11 +10,13 @@ import numpy as np
 
 import derive
 from wheelpend.evidence import WORTHWHILE, Tried, judge
+from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, fit_happening
 from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
 from wheelpend.refit import SHORT, Progress, near_screens, refit_best
+from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
@@ -53,7 +55,6 @@ class Diagnosis:
     experiment: str | None
     detectable: dict[str, dict[str, float]]
     where: tuple[Place, ...]
-    sentences: tuple[str, ...]  # for people
     not_judged: dict[str, str]  # effects left out, and why
     warnings: tuple[str, ...]
     fit: Fit = field(repr=False)
@@ -61,6 +62,8 @@ class Diagnosis:
     missing: MissingForce | None = field(repr=False, default=None)
     screen: Screen | None = field(repr=False, default=None)
     tried: tuple[Tried, ...] = field(repr=False, default=())  # every effect that was refitted
+    repeats: tuple[Repeats, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
+    law: FreeLaw | None = None  # for what is unexplained, on request
 
     @property
     def named(self) -> tuple[Tried, ...]:
@@ -80,10 +83,12 @@ def diagnose(
     holdout: Sequence[str | Path | Log] = (),
     *,
     without: Sequence[str] = (),
+    law: bool = False,
     progress: Progress = lambda text: None,
 ) -> Diagnosis:
     """Find which effect of the library is missing, those named in ``without`` apart. Changes nothing.
 
+    With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
     Raises Failure where the logs or the model cannot be used.
     """
     study = prepare(model, logs, holdout, without=without)
@@ -96,7 +101,8 @@ def diagnose(
         if last is not found and last.named[0].error_after > FOLLOWED * last.error:
             break  # at this pace the rest will not be explained
         last = next_round(last, progress=progress)
-    return settled(found, last)
+    result = located(settled(found, last), progress=progress)
+    return with_law(result, progress=progress) if law else result
 
 
 def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
@@ -155,12 +161,22 @@ def settled(found: Diagnosis, last: Diagnosis) -> Diagnosis:
     return replace(found, verdict="unexplained", experiment=None)
 
 
-def located(found: Diagnosis) -> Diagnosis:
-    """A diagnosis that says where the model fails, if something is unexplained."""
-    if found.verdict != "unexplained" or found.missing:
+def located(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+    """A diagnosis that says where the model fails and how much of it repeats, if something is unexplained."""
+    if found.verdict != "unexplained":
         return found
-    missing = find_missing_force(found.study, found.fit)
-    return replace(found, missing=missing, where=concentrations(found.study, missing))
+    progress("looking for what the missing force depends on")
+    if not found.missing:
+        missing = find_missing_force(found.study, found.fit)
+        found = replace(found, missing=missing, where=concentrations(found.study, missing))
+    return replace(found, repeats=repeats_of(found.study, found.fit))
+
+
+def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+    """A diagnosis with a free-form law for what is unexplained, if there is such a thing."""
+    if found.verdict != "unexplained":
+        return found
+    return replace(found, law=find_law(found.study, found.fit, progress=progress))
 
 
 def diagnose_study(
@@ -240,7 +256,6 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         experiment=experiment(study, named[0], named[1:]) if verdict == "ambiguous" else None,
         detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
-        sentences=(),
         not_judged={e.name: why for e in derive.effects.all_with(study.model.own) if (why := study.lacking(e))},
         warnings=study.warnings,
         fit=base,

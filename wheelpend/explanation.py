@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 
 import derive
-from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located, next_round, settled
+from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located, next_round, settled, with_law
 from wheelpend.evidence import OfLog, Tried, honest_sigma, sizes_per_log
+from wheelpend.free_law import FreeLaw
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.refit import refit_with
+from wheelpend.repeatable import Repeats
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     EXPLAINED,
@@ -69,6 +71,8 @@ class Explanation:
     last: Diagnosis = field(repr=False)
     fit: Fit = field(repr=False)
     study: Study = field(repr=False)
+    repeats: tuple[Repeats, ...] = ()  # of what is still unexplained: on what it depends, and how much repeats
+    law: FreeLaw | None = None  # for it, on request
 
 
 def explain(
@@ -78,11 +82,12 @@ def explain(
     *,
     max_effects: int = MOST_EFFECTS,
     without: Sequence[str] = (),
+    law: bool = False,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Explanation:
     """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
 
-    Effects named in ``without`` are not tried.
+    Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     """
     study = prepare(model, logs, holdout, without=without)
     nominal = nominal_error(study)
@@ -94,7 +99,9 @@ def explain(
         steps.append(step_of(study, diagnosis.named[0], diagnosis.error))
         diagnosis = next_round(diagnosis, progress=progress)
         study = diagnosis.study
-    first, diagnosis = settled(first, diagnosis), located(settled(diagnosis, diagnosis))
+    first, diagnosis = settled(first, diagnosis), located(settled(diagnosis, diagnosis), progress=progress)
+    if law:
+        diagnosis = with_law(diagnosis, progress=progress)
     return Explanation(
         verdict=overall(steps, diagnosis),
         nominal_error=nominal,
@@ -107,6 +114,8 @@ def explain(
         parameters=parameter_table(study, diagnosis.fit),
         experiment=first.experiment or diagnosis.experiment,
         warnings=study.warnings,
+        repeats=diagnosis.repeats,
+        law=diagnosis.law,
         model=fitted_model(study, diagnosis.fit),
         first=first,
         last=diagnosis,

@@ -76,6 +76,12 @@ def library(plant: str, assumptions: dict, own: Sequence[str] = (), free: Sequen
     return load(text, "_".join((plant, "library", *sorted(free))))
 
 
+def probing(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
+    """A module with these effects and no others, and a free force on each row."""
+    text = _text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False, forces=True)
+    return load(text, f"{plant}_probing")
+
+
 def library_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
     """The library's module of a model's plant, assumptions and own effects, with what it or further effects free."""
     return library(model.plant, model.assumptions, model.own, freed_by((*model.effects, *effects)))
@@ -119,10 +125,20 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
     return load(derived, model.plant)
 
 
-def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool, free: tuple[str, ...] = ()) -> str:
-    """Text of a module with these effects, or of the library with these besides its own and with what is free."""
+def _text(
+    plant: str,
+    assumptions: dict,
+    effects: tuple[str, ...],
+    library: bool,
+    free: tuple[str, ...] = (),
+    forces: bool = False,
+) -> str:
+    """Text of a module with these effects, on request with a force on each row; or of the library with these besides
+    its own, and with what is free.
+    """
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    key = repr((plant, sorted(assumptions.items()), sorted(effects), own, library, free, derivation_fingerprint()))
+    decides = (plant, sorted(assumptions.items()), sorted(effects), own, library, free, forces)
+    key = repr((*decides, derivation_fingerprint()))
     path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path.exists():
         return path.read_text(encoding="utf-8")
@@ -130,6 +146,6 @@ def _text(plant: str, assumptions: dict, effects: tuple[str, ...], library: bool
         model = derive.library_model(plant, assumptions, effects, free)
         text = derive.render(model, title=" ".join((plant, "with every effect", *(f"and {f}" for f in free))))
     else:
-        text = derive.render(derive.compose(plant, assumptions, effects))
+        text = derive.render(derive.compose(plant, assumptions, effects, missing_force=forces))
     derive.write(path.parent, {path.name: text})
     return text

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+import tomlkit
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from derive import effects as library
@@ -63,6 +66,51 @@ def read_own(workspace: Path, plant: Plant) -> tuple[Effect, ...]:
         return rows_of(text, plant)
     except Failure as failure:
         raise Failure(f"{path}: {failure}") from None
+
+
+def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Plant) -> Path:
+    """Add tables to a workspace's effects.toml, whose text stays as it is; complete or not at all.
+
+    Raises Failure where a name is taken or a table is no effect, and then changes nothing.
+    """
+    path = workspace / FILE
+    taken = [row.name for row in read_own(workspace, plant)]
+    for name in tables:
+        refuse_taken(name, taken, path)
+    old = path.read_bytes().decode("utf-8-sig") if path.exists() else ""
+    end = "\r\n" if "\r\n" in old else "\n"
+    added = (end * 2).join(text_of(name, table).replace("\n", end) for name, table in tables.items())
+    gap = "" if not old else end if old.endswith(end) else end * 2
+    text = old + gap + added + end
+    rows_of(text, plant)
+    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        beside.write_bytes(text.encode())
+        os.replace(beside, path.resolve())
+    except OSError as error:
+        raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
+    finally:
+        beside.unlink(missing_ok=True)
+    return path
+
+
+def refuse_taken(name: str, taken: Sequence[str], path: Path) -> None:
+    """Raise Failure unless a name can be that of a new effect."""
+    if not NAME.fullmatch(name) or name.startswith("missing"):
+        raise Failure(f"An effect must have a name of small letters, digits and _, not '{name}'. Choose another.")
+    if name in taken or name in library.LIBRARY:
+        where = "the library" if name in library.LIBRARY else str(path)
+        raise Failure(f"A new effect needs a name that is free, but {name} is in {where} already. Choose another.")
+
+
+def text_of(name: str, table: Mapping[str, Any]) -> str:
+    """A table of effects.toml as text, each parameter on a line of its own."""
+    lines = [f"[{name}]", *(f"{k} = {tomlkit.item(v).as_string()}" for k, v in table.items() if k != "parameters")]
+    lines.append(f"[{name}.parameters]")
+    for parameter, numbers in table["parameters"].items():
+        entries = ", ".join(f"{k} = {tomlkit.item(v).as_string()}" for k, v in numbers.items())
+        lines.append(f"{parameter} = {{ {entries} }}")
+    return "\n".join(lines)
 
 
 def rows_of(text: str, plant: Plant) -> tuple[Effect, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -27,8 +28,11 @@ from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
+from wheelpend.free_law import FreeLaw
+from wheelpend.repeatable import Repeats
 from wheelpend.reporting_figures import pretty
 from wheelpend.study import Study
+from wheelpend.unexplained import law_sentence, repeat_sentences
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SOFTWARE = ("sympy", "numpy", "scipy", "numba", "plotly")
@@ -69,6 +73,8 @@ def render(explanation: Explanation, *, version: str = "", command: str = "") ->
         verdict=verdict(explanation),
         doubts=doubts(explanation),
         remains=places(explanation.last, alpha) if explanation.verdict == "unexplained" else [],
+        repeats=[pretty(line) for line in repeat_sentences(explanation.repeats)],
+        law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
         charts=charts(explanation, alpha),
         places=places(explanation.first, alpha),
@@ -165,6 +171,26 @@ def places(diagnosis: Diagnosis, alpha: float | None) -> list[str]:
         f"{number(p.low, 3)} and {number(p.high, 3)} {figures.unit_of(p.state)}."
         for p in diagnosis.where
     ]
+
+
+class LawTable(NamedTuple):
+    """A free-form law as the page shows it."""
+
+    sentence: str
+    laws: list[tuple[str, str, str]]  # effect, where it acts, law
+    numbers: list[tuple[str, str, str]]  # effect.parameter, value with standard error, unit
+
+
+def law_table(law: FreeLaw) -> LawTable:
+    """Texts of a free-form law."""
+    laws = [(effect, law.on[effect], _typeset(text.replace("^", "**"))) for effect, text in law.laws.items()]
+    numbers = [(n, uncertain_size(v, law.sigma[n]), shown_unit(law.unit[n])) for n, v in law.coefficients.items()]
+    return LawTable(law_sentence(law), laws, numbers)
+
+
+def uncertain_size(value: float, sigma: float) -> str:
+    """Value ± standard error; small ones in powers of ten."""
+    return uncertain(value, sigma) if abs(value) >= 1e-3 else f"{number(value, 5)} ± {number(sigma, 2)}"
 
 
 # ---- numbers
@@ -397,6 +423,7 @@ def charts(explanation: Explanation, alpha: float | None) -> dict:
         "left_out": len(compared) - figures.MOST_LOGS,
         "force": chart("force", force),
         "state": chart("state", state),
+        "repeats": chart("repeats", repeating(explanation.repeats, alpha)),
         "dotted": state is not None and any(t.line.dash == "dot" for t in state.data),
         "parameters": chart("parameters", figures.parameter_figure(explanation)),
         "effects": [
@@ -404,6 +431,11 @@ def charts(explanation: Explanation, alpha: float | None) -> dict:
             for k, drawn in enumerate(reporting_effects.drawn_effects(explanation))
         ],
     }
+
+
+def repeating(repeats: Sequence[Repeats], alpha: float | None) -> go.Figure | None:
+    """The missing force over what it depends on, where it repeats most."""
+    return figures.repeats_figure(repeats[0], alpha) if repeats and repeats[0].curves else None
 
 
 def chart(name: str, figure: go.Figure | None) -> Markup:
@@ -552,6 +584,39 @@ it follows {{ e.first.missing.log }}, in volts at the motor.</p>
 candidate runs through the means.{% if charts.dotted %} Dotted: the candidate's law alone, of which the parameters \
 refitted without it had already taken on a part.{% endif %}</p>
 {% endif %}
+{% endif %}
+</section>
+{% endif %}
+
+{% if repeats %}
+<section>
+<h2>What is unexplained{{ " behind the last step" if e.steps else "" }}</h2>
+{% for line in repeats %}
+<p>{{ line }}</p>
+{% endfor %}
+{% if charts.repeats %}
+{{ charts.repeats }}
+<p class="soft">The smooth function that predicts most, with the model's own parameters refitted beside it; what these \
+could do as well is left to them. Less its mean; each variable with the others at their medians.</p>
+{% endif %}
+{% if law %}
+<h3>A law for it</h3>
+<p>{{ law.sentence }}</p>
+<div class="wide"><table>
+<tr><th>effect</th><th>resistance at</th><th>law [V]</th></tr>
+{% for effect, port, text in law.laws %}
+<tr><td>{{ effect }}</td><td>{{ port }}</td><td>{{ text }}</td></tr>
+{% endfor %}
+</table></div>
+<div class="wide"><table>
+<tr><th>number</th><th class="n">value ± standard error</th><th>unit</th></tr>
+{% for name, value, unit in law.numbers %}
+<tr><td>{{ name }}</td><td class="n">{{ value }}</td><td>{{ unit }}</td></tr>
+{% endfor %}
+</table></div>
+{% else %}
+<p class="soft"><code>wheelpend diagnose LOG --law</code> fits a free-form law to it, which you may accept as an \
+effect of your own.</p>
 {% endif %}
 </section>
 {% endif %}

@@ -21,6 +21,7 @@ from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation
 from wheelpend.missing_force import MissingForce
+from wheelpend.repeatable import Repeats
 from wheelpend.shooting import Fit, Part, prediction_error, vector
 from wheelpend.study import Study, held_residuals
 
@@ -338,6 +339,30 @@ def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: n
         values = sp.lambdify(names, residual, NUMERIC)(*(known[s.name] for s in names))
         columns.append(np.broadcast_to(values, table["t"].shape))
     return np.column_stack(columns)
+
+
+# ---- what is unexplained
+
+
+def repeats_figure(found: Repeats, alpha: float | None) -> go.Figure:
+    """The missing force over each variable it depends on, the others at their medians, with a band of two σ."""
+    figure = make_subplots(rows=1, cols=len(found.curves), shared_yaxes=True, horizontal_spacing=0.04)
+    for number, c in enumerate(found.curves, 1):
+        band = 2.0 * c.sigma
+        figure.add_trace(go.Scatter(
+            x=np.concatenate([c.x, c.x[::-1]]), y=np.concatenate([c.force + band, (c.force - band)[::-1]]),
+            fill="toself", mode="none", fillcolor="rgba(209,89,42,0.25)", hoverinfo="skip",
+            name="± 2 standard deviations", showlegend=number == 1,
+        ), row=1, col=number)  # fmt: skip
+        figure.add_trace(go.Scatter(
+            x=c.x, y=c.force, mode="lines", line={"color": BEFORE, "width": 2}, name="missing force",
+            showlegend=number == 1, **in_torque(c.force, alpha),
+        ), row=1, col=number)  # fmt: skip
+        base, _, within = c.variable.partition(" within")
+        figure.update_xaxes(title=f"{quantity(base)}{' within' + within if within else ''} [{unit_of(base)}]",
+                            row=1, col=number)  # fmt: skip
+    figure.update_yaxes(title="missing force [V]", row=1, col=1)
+    return styled(figure, 380)
 
 
 # ---- parameters

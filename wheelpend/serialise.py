@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-RENAMED = {"low": "from", "high": "to"}
+RENAMED = {"low": "from", "high": "to", "repeats": "missing"}
 
 
 def to_json(result: Any) -> dict:

@@ -112,10 +112,13 @@ def shoot(
     size = module.NX + chosen.size + 1
     gram = np.zeros((len(part.bounds), size, size))
     residual = np.full(part.log.measured.shape, np.nan)
-    module.shoot(
-        part.log.t, part.log.voltage, part.log.measured, 1.0 / part.sigma, part.bounds, states, parameters,
-        chosen, window, max_step, gram, residual,
-    )  # fmt: skip
+    try:
+        module.shoot(
+            part.log.t, part.log.voltage, part.log.measured, 1.0 / part.sigma, part.bounds, states, parameters,
+            chosen, window, max_step, gram, residual,
+        )  # fmt: skip
+    except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
+        gram[:] = np.nan
     return Shot(gram, residual)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import derive
+from wheelpend import unexplained
 from wheelpend.bias import Bias
 from wheelpend.comparison import Comparison
 from wheelpend.console import say, table
@@ -15,6 +16,8 @@ from wheelpend.filter_choice import Guide
 from wheelpend.identification import Identification
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
+
+NOTHING = unexplained.Asked()  # besides the diagnosis
 
 
 def number(value: float | None) -> str:
@@ -134,7 +137,7 @@ def show_places(places: tuple[Place, ...], model: Model, result) -> None:
                 f"± {float(np.mean(missing.sigma[:, row])):.2g} V.")  # fmt: skip
 
 
-def show_diagnosis(result: Diagnosis, model: Model) -> None:
+def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = NOTHING) -> None:
     """Print a diagnosis."""
     say(headline(result, model))
     if result.candidates:
@@ -150,6 +153,7 @@ def show_diagnosis(result: Diagnosis, model: Model) -> None:
     if result.experiment:
         say(result.experiment)
     show_places(result.where, model, result)
+    unexplained.tell(result.repeats, result.law, asked, result.verdict)
     if result.detectable:
         table("It would have shown", ("effect", "from a size of"), [
             (n, ", ".join(f"{p} {v:.2g}" for p, v in sizes.items())) for n, sizes in result.detectable.items()
@@ -216,7 +220,7 @@ def show_each_log(found: Tried | Step) -> None:
         say(f"  {found.effect} in {own.log}: {sizes}")
 
 
-def show_explanation(result: Explanation) -> None:
+def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) -> None:
     """Print an explanation."""
     show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
     for step in result.steps:
@@ -233,3 +237,4 @@ def show_explanation(result: Explanation) -> None:
         "unexplained": "Something is still missing that no effect of the library accounts for.",
     }
     say(closing[result.verdict])
+    unexplained.tell(result.repeats, result.law, asked, result.verdict)

@@ -59,8 +59,8 @@ UNCHANGED: Mapping[type, str] = {InputMap: "v_in", SensorMap: "reading"}  # what
 
 
 def _law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> Law:
-    own, around = ARGUMENTS[kind], known_motion(plant) if kind is not InputMap else ()
-    names = [*own, *(n for n in around if n not in own)]
+    own = ARGUMENTS[kind]
+    names = list(dict.fromkeys((*own, *known_around(kind, plant))))
     for p in parameters:
         if p.name in names:
             raise GrammarError(f"A parameter must not be called {p.name}, which the law already knows. Rename it.")
@@ -69,9 +69,13 @@ def _law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) ->
     return law
 
 
-def known_motion(plant) -> tuple[str, ...]:
-    """Names of the coordinates and rates, and of time, which every law may use."""
-    return (*(str(s) for c in plant.coordinates for s in (c.q, c.dq)), "t")
+def known_around(kind: type, plant) -> tuple[str, ...]:
+    """Names that a law may use besides its own: coordinates and rates, time, and the voltage that reaches the motor.
+
+    Dry friction depends on the motion alone, so that its limits at rest are known, and the input on nothing else.
+    """
+    motion = tuple(str(s) for c in plant.coordinates for s in (c.q, c.dq))
+    return {InputMap: (), DryForce: motion, SensorMap: (*motion, "t"), Force: (*motion, "t", str(plant.input))}[kind]
 
 
 def _check(law: Law, parameters: Sequence[EffectParameter], wanted: sp.Expr) -> None:
