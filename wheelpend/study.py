@@ -100,6 +100,9 @@ class Study:
         """Why an effect cannot be judged, or an empty string."""
         if effect.name in self.without:
             return "left out on request"
+        free = kernels.freed_by(self.model.effects)
+        if effect.frees and free and effect.frees not in free:
+            return f"frees a second give inside the machine, beside {', '.join(free)}"
         return lacking(
             effect, self.model, kernels.library_of(self.model, [effect.name]) if effect.frees else self.module
         )

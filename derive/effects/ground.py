@@ -10,7 +10,6 @@ from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, F
 from derive.functions import Least
 
 GRIPS = 300.0  # V s/rad: a grip that counts as rigid
-SLIDES = 1000.0  # V: a traction that no machine reaches
 
 ROWS = (
     Effect(
@@ -58,13 +57,11 @@ ROWS = (
                 bounded=True,
                 starts=Values((3.0, 10.0, 40.0)),
             ),
-            EffectParameter("limit", "V", minimum=0.1, typical=5.0, absent=math.inf, bounded=True, grid=(2.0, 6.0)),
+            EffectParameter("limit", "V", minimum=0.1, maximum=1000.0, typical=5.0, absent=10.0, bounded=True, grid=(3.0,)),
         ),
         InnerForce(
             "creep",
-            lambda q, dq, stiffness, limit: (
-                Least(limit, SLIDES) * sp.tanh(Least(stiffness, GRIPS) * dq / Least(limit, SLIDES))
-            ),
+            lambda q, dq, stiffness, limit: limit * sp.tanh(Least(stiffness, GRIPS) * dq / limit),
         ),
         dissipates=True,
         means="Dust, wet floor or hard tyres: the wheels turn further than the robot travels, most under hard pushes.",
