@@ -32,6 +32,7 @@ import numpy as np
 from numba import njit
 
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
+VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')  # the states, then what effects add to them
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')
@@ -47,13 +48,20 @@ DELAY = -1  # index of the input delay among PARAMETERS, or -1
 LAG = -1  # index of the time constant of the input's lag, or -1
 ORIGIN = -1  # index of the wheel's angle at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 7
-NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
+NA, NV = 2, 4  # moving coordinates; variables: the states, then what effects add to them
+NS = NV + (LAG >= 0)  # a lagging input is the last
+RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
+LATE = (False, False, False,)  # whether each output is that of an earlier time
+SENSOR_DELAY = -1  # index of that delay among PARAMETERS, or -1
 DRY = 0  # surfaces with dry friction
 SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights on the rates
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
-START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 4 * NQ, 3 * NS + 4 * NQ + 1))
-MOBILITY, SHARE, DRIVE = NQ * NS, NQ * NS + NQ * NQ, 4  # where the coefficients of a stage, and the driven input's, begin
+REMEMBERED = 0  # forces with a memory
+GIVEN = NA + REMEMBERED  # rows of the derivatives in the parameters
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * GIVEN, 3 * NS + 5 * GIVEN + 1))
+MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
+MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
 FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
@@ -173,8 +181,8 @@ def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
 def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
-    for k in range(NQ):
-        speed += SLIPS[surface, k] * state[NQ + k]
+    for k in range(NA):
+        speed += SLIPS[surface, k] * state[RATES[k]]
     return speed
 
 
@@ -202,7 +210,7 @@ def _rate(t, state, voltage, parameters, dry):
 @inlined
 def _keep(dry):
     """Keep the accelerations dry[RATE] in dry[BEFORE]."""
-    for k in range(NQ):
+    for k in range(NA):
         dry[BEFORE, k] = dry[RATE, k]
 
 
@@ -300,45 +308,45 @@ def _acting(t, h, state, voltage, parameters):
         return voltage
     begin, slope = _lag(h, parameters[LAG])[:2]
     driven = _driven(t, voltage, parameters)
-    return driven + (begin + 0.5 * slope * h) * (state[NX] - driven)
+    return driven + (begin + 0.5 * slope * h) * (state[NV] - driven)
 
 
 @internal
-def _begin(t, voltage, k, start, parameters, columns, state, sens):
-    """State (NS,) and sensitivities (NS, n) at sample k, from coordinates and rates (NX,).
+def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+    """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
+    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
     as one that has acted for long.
     """
-    for i in range(NX):
+    for i in range(start.size):
         state[i] = start[i]
-        for c in range(sens.shape[1]):
+    for i in range(NV):
+        for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
     if LAG < 0:
         return
     time_constant, delay = parameters[LAG], _delay(parameters)
-    acting = _acting_at(t, k, parameters)
     first = acting
-    while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
+    while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
         first -= 1
     driven_by = np.zeros(FITTED + 1)
-    _drive_jacobian(t[k], voltage[first], parameters, driven_by)
-    state[NX] = _driven(t[k], voltage[first], parameters)
+    _drive_jacobian(when, voltage[first], parameters, driven_by)
+    state[NV] = _driven(when, voltage[first], parameters)
     for c in range(sens.shape[1]):
-        sens[NX, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
+        sens[NV, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
     for j in range(first + 1, acting + 1):
-        until = t[k] if j == acting else t[j + 1] + delay
+        until = when if j == acting else t[j + 1] + delay
         _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
         _drive_jacobian(until, voltage[j], parameters, driven_by)
         driven = _driven(until, voltage[j], parameters)
-        excess = state[NX] - driven
-        state[NX] = driven + left * excess
+        excess = state[NV] - driven
+        state[NV] = driven + left * excess
         for c in range(sens.shape[1]):
             column = columns[c - NX] if c >= NX else FITTED
-            sens[NX, c] = _lagged(left, left_by, sens[NX, c], excess if column == LAG else 0.0, driven_by[column])
+            sens[NV, c] = _lagged(left, left_by, sens[NV, c], excess if column == LAG else 0.0, driven_by[column])
     for c in range(NX, sens.shape[1]):
         if columns[c - NX] == DELAY and time_constant > 0.0:
-            sens[NX, c] = (state[NX] - _driven(t[k], voltage[acting], parameters)) / time_constant
+            sens[NV, c] = (state[NV] - _driven(when, voltage[acting], parameters)) / time_constant
 
 
 @compiled
@@ -347,8 +355,8 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _begin(t, voltage, k, start, parameters, columns, state, sens)
-        acting[k] = state[NX] if LAG >= 0 else voltage[k]
+        _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
+        acting[k] = state[NV] if LAG >= 0 else voltage[k]
     return acting
 
 
@@ -382,12 +390,12 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stage
             stages[stage, MOBILITY + 2] = mobility_1_0
             stages[stage, MOBILITY + 3] = mobility_1_1
         theta_w_new += weight * dtheta_w
-        dtheta_w_new += weight * ddtheta_w
         theta_p_new += weight * dtheta_p
+        dtheta_w_new += weight * ddtheta_w
         dtheta_p_new += weight * ddtheta_p
         theta_w = theta_w_old + ahead * dtheta_w
-        dtheta_w = dtheta_w_old + ahead * ddtheta_w
         theta_p = theta_p_old + ahead * dtheta_p
+        dtheta_w = dtheta_w_old + ahead * ddtheta_w
         dtheta_p = dtheta_p_old + ahead * ddtheta_p
     new_state[0] = theta_w_new
     new_state[1] = theta_p_new
@@ -414,14 +422,17 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
             column = columns[first + c - NX] if first + c >= NX else FITTED
             for i in range(NS):
                 lanes[START + i * LANES + c] = sens[i, first + c]
-            for i in range(NX):
+            for i in range(4):
                 lanes[STAGE + i * LANES + c] = lanes[END + i * LANES + c] = lanes[START + i * LANES + c]
             for stage in range(4):
-                for k in range(NQ):
+                for k in range(NA):
                     own = 0.0
-                    for m in range(NQ):
-                        own -= stages[stage, MOBILITY + k * NQ + m] * by_parameter[stage, m, column]
-                    lanes[OWN + (NQ * stage + k) * LANES + c] = own
+                    for m in range(NA):
+                        own -= stages[stage, MOBILITY + k * NA + m] * by_parameter[stage, m, column]
+                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = own
+            for stage in range(5 if REMEMBERED else 0):
+                for k in range(NA, GIVEN):
+                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = by_parameter[stage, k, column]
         for stage in range(4):
             ahead, weight = _weights(stage, h)
             by_0_0, by_0_1, by_0_2, by_0_3 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3]
@@ -431,8 +442,8 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 theta_p = lanes[STAGE + 1 * LANES + c]
                 dtheta_w = lanes[STAGE + 2 * LANES + c]
                 dtheta_p = lanes[STAGE + 3 * LANES + c]
-                ddtheta_w = lanes[OWN + (NQ * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
-                ddtheta_p = lanes[OWN + (NQ * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
+                ddtheta_w = lanes[OWN + (GIVEN * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
+                ddtheta_p = lanes[OWN + (GIVEN * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
                 lanes[END + 0 * LANES + c] += weight * dtheta_w
                 lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
                 lanes[END + 1 * LANES + c] += weight * dtheta_p
@@ -442,7 +453,7 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 lanes[END + 3 * LANES + c] += weight * ddtheta_p
                 lanes[STAGE + 3 * LANES + c] = lanes[START + 3 * LANES + c] + ahead * ddtheta_p
         for c in range(count):
-            for i in range(NX):
+            for i in range(4):
                 sens[i, first + c] = lanes[END + i * LANES + c]
 
 
@@ -454,8 +465,8 @@ def _workspace():
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((5, SHARE + 3)), np.zeros((5, NQ, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((6, max(NQ, DRY))),
+        np.zeros(NS), np.zeros((5, MEMORY + 2 * REMEMBERED)), np.zeros((5, GIVEN, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, DRY))),
     )  # fmt: skip
 
 
@@ -482,7 +493,7 @@ def _landing(h, start, start_rate, end, end_rate):
 def _slip_rate(dry, row, surface):
     """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
-    for k in range(NQ):
+    for k in range(NA):
         total += SLIPS[surface, k] * dry[row, k]
     return total
 
@@ -495,10 +506,10 @@ def _jump(sens, dry, surface):
         return
     for c in range(sens.shape[1]):
         slip = 0.0
-        for k in range(NQ):
-            slip += SLIPS[surface, k] * sens[NQ + k, c]
-        for k in range(NQ):
-            sens[NQ + k, c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
+        for k in range(NA):
+            slip += SLIPS[surface, k] * sens[RATES[k], c]
+        for k in range(NA):
+            sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
 
 @internal
@@ -536,7 +547,7 @@ def _stick_and_slip(
                 _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
                 stepped = landing
                 if LAG >= 0:
-                    acting = new_state[NX]
+                    acting = new_state[NV]
                 _rate(t + landing, new_state, acting, parameters, dry)
                 _keep(dry)
                 approach = _slip_rate(dry, RATE, first)
@@ -561,12 +572,20 @@ def _stick_and_slip(
 
 @compiled
 def acceleration(t, state, voltage, parameters):
-    """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
-    dry = np.zeros((6, max(NQ, DRY)))
+    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where what effects add is given too; friction sticks."""
+    dry, now = np.zeros((6, max(NA, DRY))), np.zeros(NS)
+    now[: state.size] = state
     acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
-    _settle(t, state, acting, parameters, dry)
-    _rate(t, state, acting, parameters, dry)
-    return dry[RATE, :NQ].copy()
+    _settle(t, now, acting, parameters, dry)
+    _rate(t, now, acting, parameters, dry)
+    return dry[RATE, : NQ if state.size <= NX else NA].copy()
+
+
+@internal
+def _settled_rate(t, state, voltage, parameters, dry):
+    """Accelerations once it is decided what sticks, into dry[RATE]."""
+    _settle(t, state, voltage, parameters, dry)
+    _rate(t, state, voltage, parameters, dry)
 
 
 @internal
@@ -576,15 +595,13 @@ def _switch(sens, state, old, new, t, parameters, columns, dry):
         old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     for c in range(columns.size):
         if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
-            sens[NX, NX + c] += (old - new) / parameters[LAG]
+            sens[NV, NX + c] += (old - new) / parameters[LAG]
         elif columns[c] == DELAY:
-            _settle(t, state, old, parameters, dry)
-            _rate(t, state, old, parameters, dry)
+            _settled_rate(t, state, old, parameters, dry)
             _keep(dry)
-            _settle(t, state, new, parameters, dry)
-            _rate(t, state, new, parameters, dry)
-            for k in range(NQ):
-                sens[NQ + k, NX + c] += dry[BEFORE, k] - dry[RATE, k]
+            _settled_rate(t, state, new, parameters, dry)
+            for k in range(NA):
+                sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
 @inlined
@@ -593,35 +610,54 @@ def _delay(parameters):
     return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
+@inlined
+def _lateness(parameters):
+    """How much earlier than reported that is true which late sensors report."""
+    return parameters[SENSOR_DELAY] if SENSOR_DELAY >= 0 else 0.0
+
+
 @internal
-def _acting_at(t, k, parameters):
-    """The sample whose command still acts just before sample k."""
+def _acting_at(t, k, when, parameters):
+    """The sample whose command still acts just before a time not after sample k."""
     delay = _delay(parameters)
     acting = max(k - 1, 0)
-    while acting > 0 and t[acting] + delay > t[k]:
+    while acting > 0 and t[acting] + delay > when:
         acting -= 1
     return acting
 
 
+@internal
+def _slope(t, state, voltage, parameters, dry, slope):
+    """Time derivative of the coordinates and rates, into slope (NX,)."""
+    acting = _acting(t, 0.0, state, voltage, parameters) if LAG < 0 else state[NV]
+    _settled_rate(t, state, acting, parameters, dry)
+    for k in range(NQ):
+        slope[k], slope[NQ + k] = state[NQ + k], dry[RATE, k]
+
+
 @compiled
 def simulate(t, voltage, state, parameters, max_step):
-    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
-    states = np.empty((t.size, NX))
+    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,).
+
+    What effects add to the state begins at rest. Where the initial state gives it too, (NV,), it is returned: (N, NV).
+    """
+    states = np.empty((t.size, state.size))
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-    states[0] = now[:NX]
-    acting = _acting_at(t, FIRST, parameters)
+    acting = _acting_at(t, FIRST, t[0], parameters)
+    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    states[0] = now[: state.size]
     delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
+    now_t = t[0]
     for k in range(t.size - 1):
-        now_t, end = t[k], t[k + 1]
-        while now_t < end:
-            while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+        goal = t[k + 1]
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
                     _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
-            until = min(end, t[acting + 1] + delay) if acting < k else end
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
@@ -636,7 +672,7 @@ def simulate(t, voltage, state, parameters, max_step):
                         lanes, dry,
                     )  # fmt: skip
             now_t = until
-        for i in range(NX):
+        for i in range(state.size):
             states[k + 1, i] = now[i]
     return states
 
@@ -645,53 +681,59 @@ def simulate(t, voltage, state, parameters, max_step):
 def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
     """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
 
-    At each sample the sensors read the state, noise (N, NY) is added, channels with a quantum > 0 are rounded to it, and
-    the controller computes kp e + ki ∫e + kd ė from gains (3,), with e = reference − measured angle and
-    ė = reference rate − measured rate; the voltage is held until the next sample.
+    At each sample the sensors read the state, late ones that of an earlier time; noise (N, NY) is added, channels with a
+    quantum > 0 are rounded to it, and the controller computes kp e + ki ∫e + kd ė from gains (3,), with
+    e = reference − measured angle and ė = reference rate − measured rate; the voltage is held until the next sample.
     """
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
-    integral, acting = 0.0, _acting_at(t, FIRST, parameters)
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
-    for k in range(t.size):
-        for i in range(NX):
-            states[k, i] = now[i]
-        read_sensors(t[k], now, parameters, output)
-        for y in range(NY):
-            reading = output[y] + noise[k, y]
-            measured[k, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
-        error = reference[k] - measured[k, CONTROLLED[0]]
-        if k > 0:
-            integral += error * (t[k] - t[k - 1])
-        slope = reference_rate[k] - measured[k, CONTROLLED[1]]
-        voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
-        if k == 0:
-            _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-        if k + 1 < t.size:
-            now_t, end = t[k], t[k + 1]
-            while now_t < end:
-                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+    integral, acting = 0.0, _acting_at(t, FIRST, t[0], parameters)
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), False
+    now_t, k, early = t[0], 0, 0
+    while k < t.size:
+        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
                     if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
-                    acting += 1
-                until = min(end, t[acting + 1] + delay) if acting < k else end
-                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                h = (until - now_t) / steps
-                for step in range(steps):
-                    if smooth:
-                        _follow(now, dry)
-                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                        if linearise:
-                            _propagate(h, sens, columns, stages, by_parameter, lanes)
-                    else:
-                        _stick_and_slip(
-                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
-                            lanes, dry,
-                        )  # fmt: skip
-                now_t = until
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        read_sensors(now_t, now, parameters, output)
+        for y in range(NY):
+            if ahead if LATE[y] else on_time:
+                sample = early if LATE[y] else k
+                reading = output[y] + noise[sample, y]
+                measured[sample, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
+        early += ahead
+        if on_time:
+            for i in range(NX):
+                states[k, i] = now[i]
+            error = reference[k] - measured[k, CONTROLLED[0]]
+            if k > 0:
+                integral += error * (t[k] - t[k - 1])
+            slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+            if k == 0:
+                _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+            k += 1
     return states, measured, voltage
 
 
@@ -703,45 +745,67 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     """
     n = NX + columns.size
     states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.empty((t.size, NY, n))
-    now, sens, reading, rows = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n))
+    now, sens, reading, rows, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n)), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-    acting = _acting_at(t, FIRST, parameters)
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
-    for k in range(t.size):
-        for i in range(NX):
-            states[k, i] = now[i]
-        read_sensors(t[k], now, parameters, reading)
-        _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
+    acting = _acting_at(t, FIRST, t[0], parameters)
+    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    now_t, k, early = t[0], 0, 0
+    while k < t.size:
+        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                    if linearise:
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        read_sensors(now_t, now, parameters, reading)
+        _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+        _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - lateness < t[0] else 0):
+            reading_by[y, SENSOR_DELAY] = 0.0  # what was true before the log began is taken for what it began with
         _chain(sens, by_state, reading_by, columns, rows)
         for y in range(NY):
-            readings[k, y] = reading[y]
-            for c in range(n):
-                derivatives[k, y, c] = rows[y, c]
-        if k + 1 < t.size:
-            now_t, end = t[k], t[k + 1]
-            while now_t < end:
-                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
-                    if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
-                    acting += 1
-                until = min(end, t[acting + 1] + delay) if acting < k else end
-                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                h = (until - now_t) / steps
-                for step in range(steps):
-                    if smooth:
-                        _follow(now, dry)
-                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                        if linearise:
-                            _propagate(h, sens, columns, stages, by_parameter, lanes)
-                    else:
-                        _stick_and_slip(
-                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
-                            lanes, dry,
-                        )  # fmt: skip
-                now_t = until
+            if ahead if LATE[y] else on_time:
+                sample = early if LATE[y] else k
+                readings[sample, y] = reading[y]
+                for c in range(n):
+                    derivatives[sample, y, c] = rows[y, c]
+        early += ahead
+        if on_time:
+            for i in range(NX):
+                states[k, i] = now[i]
+            k += 1
     return states, readings, derivatives
+
+
+@internal
+def _age(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
+    """Derivatives of the late readings in their delay: the later, the older what they report."""
+    for c in range(columns.size):
+        if SENSOR_DELAY >= 0 and columns[c] == SENSOR_DELAY:
+            _slope(t, state, voltage, parameters, dry, slope)
+            for y in range(NY):
+                if LATE[y]:
+                    by_parameter[y, SENSOR_DELAY] = 0.0
+                    for i in range(NX):
+                        by_parameter[y, SENSOR_DELAY] -= by_state[y, i] * slope[i]
 
 
 @inlined
@@ -763,60 +827,73 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
 
     measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
     gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
-    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment. residual (N, NY) receives
-    (measured − simulated) · weight.
+    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment.
+    residual (N, NY) receives (measured − simulated) · weight. What late sensors report of the time before a segment
+    follows from its initial state, backward, in steps as long as each command acted. What effects add to the state carries on from the segment before.
     """
     n = NX + columns.size
-    now, sens, reading = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY)
+    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     rows, active = np.zeros((NY, n + 1)), columns.copy()
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
-        _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
-        acting = _acting_at(t, bounds[s, 0], parameters)
-        for k in range(bounds[s, 0], bounds[s, 1]):
-            read_sensors(t[k], now, parameters, reading)
-            _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
+        k = early = bounds[s, 0]
+        now_t = t[k]
+        acting = _acting_at(t, k, now_t, parameters)
+        _begin(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
+        carries = NV > NX and s + 1 < bounds.shape[0] and bounds[s + 1, 0] == bounds[s, 1]
+        while k < bounds[s, 1] + carries:
+            goal = max(now_t, min(t[k], t[early] - lateness) if early < bounds[s, 1] else t[k])
             for c in range(columns.size):
-                inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
+                inside = window[c, 0] <= max(k - 1 - bounds[s, 0], 0) < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
-            _chain(sens, by_state, reading_by, active, rows)
-            for y in range(NY):
-                residual[k, y] = rows[y, n] = (measured[k, y] - reading[y]) * weight[y]
-                missing = np.isnan(measured[k, y])
-                for c in range(n):
-                    rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
-                rows[y, n] = 0.0 if missing else rows[y, n]
-            for a in range(n + 1):
-                for b in range(a + 1):
-                    total = gram[s, a, b]
-                    for y in range(NY):
-                        total += rows[y, a] * rows[y, b]
-                    gram[s, a, b] = total
-            if k + 1 < bounds[s, 1]:
-                now_t, end = t[k], t[k + 1]
-                while now_t < end:
-                    while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+            while now_t < goal:
+                while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                    acting += 1
+                until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
                         if linearise:
-                            _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
-                        acting += 1
-                    until = min(end, t[acting + 1] + delay) if acting < k else end
-                    steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                    h = (until - now_t) / steps
-                    for step in range(steps):
-                        if smooth:
-                            _follow(now, dry)
-                            _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                            if linearise:
-                                _propagate(h, sens, active, stages, by_parameter, lanes)
-                        else:
-                            _stick_and_slip(
-                                now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
-                                lanes, dry,
-                            )  # fmt: skip
-                    now_t = until
+                            _propagate(h, sens, active, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
+            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - lateness <= now_t
+            if k < bounds[s, 1]:
+                read_sensors(now_t, now, parameters, reading)
+                _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+                _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+                for c in range(columns.size):
+                    inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
+                    active[c] = columns[c] if inside else FITTED
+                _chain(sens, by_state, reading_by, active, rows)
+                for y in range(NY):
+                    sample = early if LATE[y] else k
+                    missing = not (ahead if LATE[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
+                    for c in range(n):
+                        rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
+                    rows[y, n] = 0.0
+                    if not missing:
+                        residual[sample, y] = rows[y, n] = (measured[sample, y] - reading[y]) * weight[y]
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        total = gram[s, a, b]
+                        for y in range(NY):
+                            total += rows[y, a] * rows[y, b]
+                        gram[s, a, b] = total
+            early += ahead
+            k += on_time
         for a in range(n + 1):
             for b in range(a):
                 gram[s, b, a] = gram[s, a, b]

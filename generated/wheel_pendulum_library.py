@@ -1,14 +1,16 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, stribeck_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, tether_spring, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
 """Kernels of the model `wheel_pendulum with every effect`.
 
 wheel row: 0 =
+    + presliding_drive_force
     - missing.wheel
     - v_in
     + X1*ddtheta_w
     + X2*ddtheta_w
     + X6*dtheta_w
     + dtheta_w*ground_viscous.coefficient
+    + external_push.torque*(Step(-external_push.end + t) - Step(-external_push.start + t))
     + tether_spring.stiffness*(-origin + theta_w)
     + viscous_asymmetry.coefficient*Magnitude(-dtheta_p + dtheta_w)
     - X2*ddtheta_p
@@ -22,13 +24,19 @@ wheel row: 0 =
     + quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
     - X3*dtheta_p**2*sin(com_offset.angle + slope.angle + theta_p)
     + X1*g*sin(slope.angle)/R
+    + X3*ddtheta_p*payload_step.ratio*Step(-payload_step.time + t)*cos(com_offset.angle + slope.angle + theta_p)
+    - X3*dtheta_p**2*payload_step.ratio*Step(-payload_step.time + t)*sin(com_offset.angle + slope.angle + theta_p)
     - 2*J_w*g*sin(slope.angle)/(R*alpha)
+    + R*X3*ddtheta_w*payload_step.ratio*Step(-payload_step.time + t)/L
+    + X3*g*payload_step.ratio*Step(-payload_step.time + t)*sin(slope.angle)/L
 body row: 0 =
     + v_in
     - missing.body
+    - presliding_drive_force
     + X2*ddtheta_p
     + X4*ddtheta_p
     + X7*dtheta_p
+    + body_damping.coefficient*dtheta_p
     + cogging.cosine*cos(cogging.periods*(-theta_p + theta_w))
     + cogging.sine*sin(cogging.periods*(-theta_p + theta_w))
     - X2*ddtheta_w
@@ -37,6 +45,9 @@ body row: 0 =
     - viscous_asymmetry.coefficient*Magnitude(-dtheta_p + dtheta_w)
     + X3*ddtheta_w*cos(com_offset.angle + slope.angle + theta_p)
     - quadratic_drive.coefficient*(-dtheta_p + dtheta_w)*Magnitude(-dtheta_p + dtheta_w)
+    - X5*payload_step.ratio*Step(-payload_step.time + t)*sin(com_offset.angle + theta_p)
+    + X3*ddtheta_w*payload_step.ratio*Step(-payload_step.time + t)*cos(com_offset.angle + slope.angle + theta_p)
+    + L*X3*ddtheta_p*payload_step.ratio*Step(-payload_step.time + t)/R
 
 The command acts actuator_delay.delay later.
 The voltage U in them follows the command: T dU/dt = V − U with T = winding_inductance.time_constant.
@@ -51,28 +62,36 @@ import numpy as np
 from numba import njit
 
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
+VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p', 'presliding_drive_force')  # the states, then what effects add to them
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
-PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'tether_spring.stiffness', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'origin')
-UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', 'V', 'V', 'rad/s', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V/rad', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'rad')
-ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # value of each parameter while its effect is absent; 1 for a constant
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', 'V', 'V', 'rad/s', 'V', 'V/rad', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V s/rad', 'V/rad', 's', '1', 's', 's', 'V', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 's', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'm', 'rad')
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 30.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # value of each parameter while its effect is absent; 1 for a constant
 ABSORBED = {'viscous_drive.coefficient': {'X6': 1.0, 'X7': 1.0}}  # effects that are part of the plant's own parameters, with weights on these
 TWINS = {'coulomb_asymmetry': ('voltage_offset',), 'com_offset': ('imu_bias',), 'voltage_offset': ('coulomb_asymmetry',), 'imu_bias': ('com_offset',)}  # effects that change every log in the same way
 CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects within others: parameters of the larger by those of the smaller
-NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w')}  # constants without which a parameter has no meaning
-LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'tether_spring.stiffness', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
-FITTED = 41  # so many of PARAMETERS, from the first, have sensitivities
-DELAY = 25  # index of the input delay among PARAMETERS, or -1
-LAG = 26  # index of the time constant of the input's lag, or -1
-ORIGIN = 45  # index of the wheel's angle at the log's first sample, or -1
-NQ, NX, NY, NP = 2, 4, 3, 46
-NS = NX + (LAG >= 0)  # states that are integrated: a lagging input is the last
+NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w'), 'payload_step.time': ('R', 'L'), 'payload_step.ratio': ('R', 'L')}  # constants without which a parameter has no meaning
+LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+FITTED = 50  # so many of PARAMETERS, from the first, have sensitivities
+DELAY = 33  # index of the input delay among PARAMETERS, or -1
+LAG = 34  # index of the time constant of the input's lag, or -1
+ORIGIN = 55  # index of the wheel's angle at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 56
+NA, NV = 2, 5  # moving coordinates; variables: the states, then what effects add to them
+NS = NV + (LAG >= 0)  # a lagging input is the last
+RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
+LATE = (False, True, True,)  # whether each output is that of an earlier time
+SENSOR_DELAY = 47  # index of that delay among PARAMETERS, or -1
 DRY = 2  # surfaces with dry friction
 SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
-START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 4 * NQ, 3 * NS + 4 * NQ + 1))
-MOBILITY, SHARE, DRIVE = NQ * NS, NQ * NS + NQ * NQ, 4  # where the coefficients of a stage, and the driven input's, begin
+REMEMBERED = 1  # forces with a memory
+GIVEN = NA + REMEMBERED  # rows of the derivatives in the parameters
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * GIVEN, 3 * NS + 5 * GIVEN + 1))
+MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
+MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
 FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
@@ -97,10 +116,10 @@ def _step(x):
 
 
 @inlined
-def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
+def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, parameters):
     """Accelerations without dry friction, then the inverse mass matrix (NQ, NQ) row by row.
 
-    96 operations.
+    162 operations.
     """
     X1 = parameters[0]
     X2 = parameters[1]
@@ -110,62 +129,86 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
     X6 = parameters[5]
     X7 = parameters[6]
     viscous_asymmetry_coefficient = parameters[9]
-    quadratic_drive_coefficient = parameters[13]
-    cogging_sine = parameters[14]
-    cogging_cosine = parameters[15]
-    cogging_periods = parameters[16]
-    ground_viscous_coefficient = parameters[17]
-    slope_angle = parameters[19]
-    wheel_runout_sine = parameters[20]
-    wheel_runout_cosine = parameters[21]
-    air_drag_coefficient = parameters[22]
-    com_offset_angle = parameters[23]
-    tether_spring_stiffness = parameters[24]
-    missing_wheel = parameters[39]
-    missing_body = parameters[40]
-    R = parameters[41]
-    g = parameters[42]
-    alpha = parameters[43]
-    J_w = parameters[44]
-    origin = parameters[45]
+    quadratic_drive_coefficient = parameters[15]
+    cogging_sine = parameters[16]
+    cogging_cosine = parameters[17]
+    cogging_periods = parameters[18]
+    ground_viscous_coefficient = parameters[19]
+    slope_angle = parameters[21]
+    wheel_runout_sine = parameters[22]
+    wheel_runout_cosine = parameters[23]
+    air_drag_coefficient = parameters[24]
+    com_offset_angle = parameters[25]
+    body_damping_coefficient = parameters[26]
+    tether_spring_stiffness = parameters[27]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    external_push_torque = parameters[32]
+    missing_wheel = parameters[48]
+    missing_body = parameters[49]
+    R = parameters[50]
+    g = parameters[51]
+    alpha = parameters[52]
+    J_w = parameters[53]
+    L = parameters[54]
+    origin = parameters[55]
     c0 = X6*dtheta_w
     c1 = X7*dtheta_p
     c2 = com_offset_angle + theta_p
-    c3 = -dtheta_p + dtheta_w
-    c4 = abs(c3)
-    c5 = c4*viscous_asymmetry_coefficient
-    c6 = -theta_w
-    c7 = cogging_periods*(-c6 - theta_p)
-    c8 = cogging_cosine*math.cos(c7)
-    c9 = cogging_sine*math.sin(c7)
-    c10 = c3*c4*quadratic_drive_coefficient
-    c11 = -X5*math.sin(c2) - c0 + c1 - c10 - c5 + c8 + c9 - missing_body + v_in
-    c12 = c2 + slope_angle
-    c13 = math.cos(c12)
-    c14 = X3*c13
-    c15 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c14 - (X3*X3)*(c13*c13))
-    c16 = c15*(X2 - c14)
-    c17 = math.sin(slope_angle)
-    c18 = 1/R
-    c19 = -2*J_w*c17*c18*g/alpha + X1*c17*c18*g - X3*(dtheta_p*dtheta_p)*math.sin(c12) + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 + c10 + c5 - c8 - c9 + dtheta_w*ground_viscous_coefficient - missing_wheel + tether_spring_stiffness*(-c6 - origin) - v_in - wheel_runout_cosine*math.cos(theta_w) - wheel_runout_sine*math.sin(theta_w)
-    c20 = c15*(X2 + X4)
-    c21 = c15*(X1 + X2)
-    ddtheta_w = -c11*c16 - c19*c20
-    ddtheta_p = -c11*c21 - c16*c19
-    mobility_0_0 = c20
-    mobility_0_1 = c16
-    mobility_1_0 = c16
-    mobility_1_1 = c21
+    c3 = X5*math.sin(c2)
+    c4 = -dtheta_p + dtheta_w
+    c5 = abs(c4)
+    c6 = c5*viscous_asymmetry_coefficient
+    c7 = -theta_w
+    c8 = cogging_periods*(-c7 - theta_p)
+    c9 = cogging_cosine*math.cos(c8)
+    c10 = cogging_sine*math.sin(c8)
+    c11 = c4*c5*quadratic_drive_coefficient
+    c12 = -t
+    c13 = _step(-c12 - payload_step_time)
+    c14 = c13*payload_step_ratio
+    c15 = body_damping_coefficient*dtheta_p - c0 + c1 + c10 - c11 - c14*c3 - c3 - c6 + c9 - missing_body - presliding_drive_force + v_in
+    c16 = c2 + slope_angle
+    c17 = math.cos(c16)
+    c18 = X3*c17
+    c19 = c14*c18
+    c20 = L*R
+    c21 = X1*c20
+    c22 = X2*c20
+    c23 = 2*c22
+    c24 = X3*c14
+    c25 = (L*L)*c24
+    c26 = (R*R)*c24
+    c27 = (X3*X3)*c20
+    c28 = (c17*c17)*c27
+    c29 = (c13*c13)*(payload_step_ratio*payload_step_ratio)
+    c30 = c20/(X1*c25 + X2*c21 + X2*c25 + X2*c26 + X4*c21 + X4*c22 + X4*c26 - 2*c14*c28 + c18*c23 + c19*c23 + c27*c29 - c28*c29 - c28)
+    c31 = c30*(X2 - c18 - c19)
+    c32 = math.sin(slope_angle)
+    c33 = 1/R
+    c34 = X3*(dtheta_p*dtheta_p)*math.sin(c16)
+    c35 = 1/L
+    c36 = -2*J_w*c32*c33*g/alpha + X1*c32*c33*g + X3*c13*c32*c35*g*payload_step_ratio + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c0 - c1 - c10 + c11 - c14*c34 - c34 + c6 - c9 + dtheta_w*ground_viscous_coefficient + external_push_torque*(_step(-c12 - external_push_end) - _step(-c12 - external_push_start)) - missing_wheel + presliding_drive_force + tether_spring_stiffness*(-c7 - origin) - v_in - wheel_runout_cosine*math.cos(theta_w) - wheel_runout_sine*math.sin(theta_w)
+    c37 = c30*(L*c24*c33 + X2 + X4)
+    c38 = c30*(R*c24*c35 + X1 + X2)
+    ddtheta_w = -c15*c31 - c36*c37
+    ddtheta_p = -c15*c38 - c31*c36
+    mobility_0_0 = c37
+    mobility_0_1 = c31
+    mobility_1_0 = c31
+    mobility_1_1 = c38
 
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1
 
 
 @inlined
-def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, parameters, stage, by_parameter):
+def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, parameters, stage, by_parameter):
     """Derivatives of inertia − force at given accelerations: in the states, returned row by row, and in the parameters.
 
     The latter go into by_parameter[stage], where zero entries are not touched.
-    135 operations.
+    200 operations.
     """
     X1 = parameters[0]
     X3 = parameters[2]
@@ -176,22 +219,28 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_
     stribeck_drive_static = parameters[10]
     stribeck_drive_sliding = parameters[11]
     stribeck_drive_speed = parameters[12]
-    quadratic_drive_coefficient = parameters[13]
-    cogging_sine = parameters[14]
-    cogging_cosine = parameters[15]
-    cogging_periods = parameters[16]
-    ground_viscous_coefficient = parameters[17]
-    slope_angle = parameters[19]
-    wheel_runout_sine = parameters[20]
-    wheel_runout_cosine = parameters[21]
-    air_drag_coefficient = parameters[22]
-    com_offset_angle = parameters[23]
-    tether_spring_stiffness = parameters[24]
-    R = parameters[41]
-    g = parameters[42]
-    alpha = parameters[43]
-    J_w = parameters[44]
-    origin = parameters[45]
+    quadratic_drive_coefficient = parameters[15]
+    cogging_sine = parameters[16]
+    cogging_cosine = parameters[17]
+    cogging_periods = parameters[18]
+    ground_viscous_coefficient = parameters[19]
+    slope_angle = parameters[21]
+    wheel_runout_sine = parameters[22]
+    wheel_runout_cosine = parameters[23]
+    air_drag_coefficient = parameters[24]
+    com_offset_angle = parameters[25]
+    body_damping_coefficient = parameters[26]
+    tether_spring_stiffness = parameters[27]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    R = parameters[50]
+    g = parameters[51]
+    alpha = parameters[52]
+    J_w = parameters[53]
+    L = parameters[54]
+    origin = parameters[55]
     c0 = math.sin(theta_w)
     c1 = math.cos(theta_w)
     c2 = -theta_w
@@ -208,102 +257,129 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_
     c13 = c12 + slope_angle
     c14 = math.sin(c13)
     c15 = X3*c14
-    c16 = (dtheta_p*dtheta_p)
-    c17 = math.cos(c13)
-    c18 = X3*c16*c17 + c15*ddtheta_p
-    c19 = abs(dtheta_w)
-    c20 = 2*dtheta_p
-    c21 = c20 - 2*dtheta_w
-    c22 = stribeck_drive_speed**(-2)
-    c23 = -dtheta_w
-    c24 = -c23 - dtheta_p
-    c25 = (c24*c24)
-    c26 = math.exp(-c22*c25)
-    c27 = c26*direction_drive
-    c28 = c27*(-stribeck_drive_sliding + stribeck_drive_static)
-    c29 = c22*c28
-    c30 = abs(c24)
-    c31 = _sign(c24)
-    c32 = c24*c31*quadratic_drive_coefficient + c30*quadratic_drive_coefficient + c31*viscous_asymmetry_coefficient
-    c33 = X6 + c21*c29 + c32
-    c34 = X7 + c21*c29 + c32
-    c35 = c15*ddtheta_w
-    c36 = X5*math.cos(c12) + c35
-    c37 = 1/R
-    c38 = c37*g
-    c39 = ddtheta_p - ddtheta_w
-    c40 = (direction_drive*direction_drive)
-    c41 = direction_drive*(1 - c26)
-    c42 = 2*c25*c28/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
-    c43 = c24*c30
-    c44 = c3*c6 - c3*c9
-    c45 = math.cos(slope_angle)
+    c16 = c15*ddtheta_p
+    c17 = (dtheta_p*dtheta_p)
+    c18 = math.cos(c13)
+    c19 = X3*c17*c18
+    c20 = -t
+    c21 = _step(-c20 - payload_step_time)
+    c22 = c21*payload_step_ratio
+    c23 = c16*c22 + c16 + c19*c22 + c19
+    c24 = abs(dtheta_w)
+    c25 = 2*dtheta_p
+    c26 = c25 - 2*dtheta_w
+    c27 = stribeck_drive_speed**(-2)
+    c28 = -dtheta_w
+    c29 = -c28 - dtheta_p
+    c30 = (c29*c29)
+    c31 = math.exp(-c27*c30)
+    c32 = c31*direction_drive
+    c33 = c32*(-stribeck_drive_sliding + stribeck_drive_static)
+    c34 = c27*c33
+    c35 = abs(c29)
+    c36 = _sign(c29)
+    c37 = c29*c36*quadratic_drive_coefficient + c35*quadratic_drive_coefficient + c36*viscous_asymmetry_coefficient
+    c38 = X6 + c26*c34 + c37
+    c39 = c15*c25
+    c40 = X7 + c26*c34 + c37
+    c41 = X5*math.cos(c12)
+    c42 = c15*ddtheta_w
+    c43 = c22*c42 + c42
+    c44 = c22*c41 + c41 + c43
+    c45 = math.sin(slope_angle)
+    c46 = 1/R
+    c47 = c46*g
+    c48 = ddtheta_p - ddtheta_w
+    c49 = c18*ddtheta_p
+    c50 = c14*c17
+    c51 = 1/L
+    c52 = c22*c51
+    c53 = R*ddtheta_w
+    c54 = c45*g
+    c55 = (direction_drive*direction_drive)
+    c56 = direction_drive*(1 - c31)
+    c57 = 2*c30*c33/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
+    c58 = c29*c35
+    c59 = c3*c6 - c3*c9
+    c60 = math.cos(slope_angle)
+    c61 = X3*c21
+    c62 = c51*c61
+    c63 = c18*ddtheta_w
+    c64 = L*c46*ddtheta_p
+    c65 = math.sin(c12)
+    c66 = c21*c65
     by_0_0 = c0*wheel_runout_cosine - c1*wheel_runout_sine + c11 + tether_spring_stiffness
-    by_0_1 = -c11 - c18
-    by_0_2 = air_drag_coefficient*c19 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c33 + ground_viscous_coefficient
-    by_0_3 = -c15*c20 - c34
-    by_0_4 = -1
+    by_0_1 = -c11 - c23
+    by_0_2 = air_drag_coefficient*c24 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c38 + ground_viscous_coefficient
+    by_0_3 = -c22*c39 - c39 - c40
+    by_0_4 = 1
+    by_0_5 = -1
     by_1_0 = -c11
-    by_1_1 = -c10 - c36 + c7
-    by_1_2 = -c33
-    by_1_3 = c34
-    by_1_4 = 1
-    by_parameter[stage, 0, 0] = c38*math.sin(slope_angle) + ddtheta_w
-    by_parameter[stage, 0, 1] = -c39
-    by_parameter[stage, 0, 2] = -c14*c16 + c17*ddtheta_p
+    by_1_1 = -c10 - c44 + c7
+    by_1_2 = -c38
+    by_1_3 = body_damping_coefficient + c40
+    by_1_4 = -1
+    by_1_5 = 1
+    by_parameter[stage, 0, 0] = c45*c47 + ddtheta_w
+    by_parameter[stage, 0, 1] = -c48
+    by_parameter[stage, 0, 2] = c22*c49 - c22*c50 + c49 - c50 + c52*c53 + c52*c54
     by_parameter[stage, 0, 5] = dtheta_w
     by_parameter[stage, 0, 6] = -dtheta_p
     by_parameter[stage, 0, 7] = direction_drive
-    by_parameter[stage, 0, 8] = c40
-    by_parameter[stage, 0, 9] = c30
-    by_parameter[stage, 0, 10] = c27
-    by_parameter[stage, 0, 11] = c41
-    by_parameter[stage, 0, 12] = c42
-    by_parameter[stage, 0, 13] = c43
-    by_parameter[stage, 0, 14] = -c5
-    by_parameter[stage, 0, 15] = -c8
-    by_parameter[stage, 0, 16] = c44
-    by_parameter[stage, 0, 17] = dtheta_w
-    by_parameter[stage, 0, 18] = direction_ground
-    by_parameter[stage, 0, 19] = -2*J_w*c38*c45/alpha + X1*c37*c45*g - c18
-    by_parameter[stage, 0, 20] = -c0
-    by_parameter[stage, 0, 21] = -c1
-    by_parameter[stage, 0, 22] = c19*dtheta_w
-    by_parameter[stage, 0, 23] = -c18
-    by_parameter[stage, 0, 24] = -c2 - origin
-    by_parameter[stage, 0, 39] = -1
-    by_parameter[stage, 1, 1] = c39
-    by_parameter[stage, 1, 2] = c17*ddtheta_w
+    by_parameter[stage, 0, 8] = c55
+    by_parameter[stage, 0, 9] = c35
+    by_parameter[stage, 0, 10] = c32
+    by_parameter[stage, 0, 11] = c56
+    by_parameter[stage, 0, 12] = c57
+    by_parameter[stage, 0, 15] = c58
+    by_parameter[stage, 0, 16] = -c5
+    by_parameter[stage, 0, 17] = -c8
+    by_parameter[stage, 0, 18] = c59
+    by_parameter[stage, 0, 19] = dtheta_w
+    by_parameter[stage, 0, 20] = direction_ground
+    by_parameter[stage, 0, 21] = -2*J_w*c47*c60/alpha + X1*c46*c60*g + X3*c21*c51*c60*g*payload_step_ratio - c23
+    by_parameter[stage, 0, 22] = -c0
+    by_parameter[stage, 0, 23] = -c1
+    by_parameter[stage, 0, 24] = c24*dtheta_w
+    by_parameter[stage, 0, 25] = -c23
+    by_parameter[stage, 0, 27] = -c2 - origin
+    by_parameter[stage, 0, 29] = c49*c61 - c50*c61 + c53*c62 + c54*c62
+    by_parameter[stage, 0, 32] = _step(-c20 - external_push_end) - _step(-c20 - external_push_start)
+    by_parameter[stage, 0, 48] = -1
+    by_parameter[stage, 1, 1] = c48
+    by_parameter[stage, 1, 2] = c22*c63 + c22*c64 + c63
     by_parameter[stage, 1, 3] = ddtheta_p
-    by_parameter[stage, 1, 4] = -math.sin(c12)
-    by_parameter[stage, 1, 5] = c23
+    by_parameter[stage, 1, 4] = -c65 - c66*payload_step_ratio
+    by_parameter[stage, 1, 5] = c28
     by_parameter[stage, 1, 6] = dtheta_p
     by_parameter[stage, 1, 7] = -direction_drive
-    by_parameter[stage, 1, 8] = -c40
-    by_parameter[stage, 1, 9] = -c30
-    by_parameter[stage, 1, 10] = -c27
-    by_parameter[stage, 1, 11] = -c41
-    by_parameter[stage, 1, 12] = -c42
-    by_parameter[stage, 1, 13] = -c43
-    by_parameter[stage, 1, 14] = c5
-    by_parameter[stage, 1, 15] = c8
-    by_parameter[stage, 1, 16] = -c44
-    by_parameter[stage, 1, 19] = -c35
-    by_parameter[stage, 1, 23] = -c36
-    by_parameter[stage, 1, 40] = -1
+    by_parameter[stage, 1, 8] = -c55
+    by_parameter[stage, 1, 9] = -c35
+    by_parameter[stage, 1, 10] = -c32
+    by_parameter[stage, 1, 11] = -c56
+    by_parameter[stage, 1, 12] = -c57
+    by_parameter[stage, 1, 15] = -c58
+    by_parameter[stage, 1, 16] = c5
+    by_parameter[stage, 1, 17] = c8
+    by_parameter[stage, 1, 18] = -c59
+    by_parameter[stage, 1, 21] = -c43
+    by_parameter[stage, 1, 25] = -c44
+    by_parameter[stage, 1, 26] = dtheta_p
+    by_parameter[stage, 1, 29] = -X5*c66 + c61*c63 + c61*c64
+    by_parameter[stage, 1, 49] = -1
 
-    return by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4
+    return by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5
 
 
 @inlined
-def _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, parameters, direction_drive, direction_ground):
+def _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, parameters, direction_drive, direction_ground):
     """Dry friction against the slip of each surface [V]; direction 0 where it sticks."""
     coulomb_drive_torque = parameters[7]
     coulomb_asymmetry_torque = parameters[8]
     stribeck_drive_static = parameters[10]
     stribeck_drive_sliding = parameters[11]
     stribeck_drive_speed = parameters[12]
-    rolling_resistance_torque = parameters[18]
+    rolling_resistance_torque = parameters[20]
     force_0 = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
     force_1 = direction_ground*rolling_resistance_torque
 
@@ -316,13 +392,13 @@ def read_sensors(t, state, parameters, output):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[32]
-    encoder_eccentricity_cosine = parameters[33]
-    encoder_scale_scale = parameters[34]
-    pitch_scale_scale = parameters[35]
-    gyro_scale_scale = parameters[36]
-    imu_bias_bias = parameters[37]
-    gyro_bias_bias = parameters[38]
+    encoder_eccentricity_sine = parameters[40]
+    encoder_eccentricity_cosine = parameters[41]
+    encoder_scale_scale = parameters[42]
+    pitch_scale_scale = parameters[43]
+    gyro_scale_scale = parameters[44]
+    imu_bias_bias = parameters[45]
+    gyro_bias_bias = parameters[46]
     output[0] = (encoder_scale_scale + 1)*(encoder_eccentricity_cosine*math.cos(theta_w) + encoder_eccentricity_sine*math.sin(theta_w) + theta_w)
     output[1] = imu_bias_bias + theta_p*(pitch_scale_scale + 1)
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
@@ -334,44 +410,90 @@ def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[32]
-    encoder_eccentricity_cosine = parameters[33]
-    encoder_scale_scale = parameters[34]
-    pitch_scale_scale = parameters[35]
-    gyro_scale_scale = parameters[36]
+    encoder_eccentricity_sine = parameters[40]
+    encoder_eccentricity_cosine = parameters[41]
+    encoder_scale_scale = parameters[42]
+    pitch_scale_scale = parameters[43]
+    gyro_scale_scale = parameters[44]
     c0 = encoder_scale_scale + 1
     c1 = math.cos(theta_w)
     c2 = math.sin(theta_w)
     by_state[0, 0] = c0*(c1*encoder_eccentricity_sine - c2*encoder_eccentricity_cosine + 1)
     by_state[1, 1] = pitch_scale_scale + 1
     by_state[2, 3] = gyro_scale_scale + 1
-    by_parameter[0, 32] = c0*c2
-    by_parameter[0, 33] = c0*c1
-    by_parameter[0, 34] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
-    by_parameter[1, 35] = theta_p
-    by_parameter[1, 37] = 1
-    by_parameter[2, 36] = dtheta_p
-    by_parameter[2, 38] = 1
+    by_parameter[0, 40] = c0*c2
+    by_parameter[0, 41] = c0*c1
+    by_parameter[0, 42] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
+    by_parameter[1, 43] = theta_p
+    by_parameter[1, 45] = 1
+    by_parameter[2, 44] = dtheta_p
+    by_parameter[2, 46] = 1
+
+
+@inlined
+def _decay(path, length):
+    """exp(−path/length); where the length is not positive 1 at path 0, else 0."""
+    if length > 0.0:
+        return math.exp(-path / length)
+    return 1.0 if path == 0.0 else 0.0
+
+
+@inlined
+def _inverse(x):
+    """1/x where x is positive, else 0."""
+    return 1.0 / x if x > 0.0 else 0.0
+
+
+@inlined
+def _presliding_drive_force(presliding_drive_before, presliding_drive_path, parameters):
+    """The force [V] at the end of a path of slip, from what it was before."""
+    presliding_drive_torque = parameters[13]
+    presliding_drive_stiffness = parameters[14]
+    c0 = presliding_drive_torque*_sign(presliding_drive_path)
+    force = c0 + (-c0 + presliding_drive_before)*_decay(presliding_drive_stiffness*abs(presliding_drive_path), presliding_drive_torque)
+
+    return force
+
+
+@inlined
+def _presliding_drive_force_jacobian(presliding_drive_before, presliding_drive_path, parameters, stage, row, by_parameter):
+    """Its derivatives in the force before and in the path, returned, and in the parameters, into by_parameter[stage, row]."""
+    presliding_drive_torque = parameters[13]
+    presliding_drive_stiffness = parameters[14]
+    c0 = abs(presliding_drive_path)
+    c1 = c0*presliding_drive_stiffness
+    c2 = _decay(c1, presliding_drive_torque)
+    c3 = _sign(presliding_drive_path)
+    c4 = c2*c3
+    c5 = -c3*presliding_drive_torque + presliding_drive_before
+    c6 = _inverse(presliding_drive_torque)
+    c7 = c5*c6
+    by_before = c2
+    by_path = -c4*c7*presliding_drive_stiffness
+    by_parameter[stage, row, 13] = c1*c2*c5*(c6*c6) + c3 - c4
+    by_parameter[stage, row, 14] = -c0*c2*c7
+
+    return by_before, by_path
 
 
 @inlined
 def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
-    for k in range(NQ):
-        speed += SLIPS[surface, k] * state[NQ + k]
+    for k in range(NA):
+        speed += SLIPS[surface, k] * state[RATES[k]]
     return speed
 
 
 @inlined
-def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, parameters):
+def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, parameters):
     """Accelerations with dry friction, mobility, and the forces on the surfaces.
 
     Directions −1 and +1 slip that way, at 0 a surface sticks: the force there cancels the slip acceleration, and the
     mobility is that of a machine that cannot move in this direction.
     """
-    ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters)
-    force_0, force_1, = _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, parameters, direction_drive, direction_ground)
+    ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, parameters)
+    force_0, force_1, = _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, parameters, direction_drive, direction_ground)
     force_0 = force_0 if direction_drive != 0.0 else 0.0
     ddtheta_w -= force_0 * (1.0 * mobility_0_0 + -1.0 * mobility_0_1)
     ddtheta_p -= force_0 * (1.0 * mobility_1_0 + -1.0 * mobility_1_1)
@@ -411,27 +533,27 @@ def _rate(t, state, voltage, parameters, dry):
     (
         dry[RATE, 0], dry[RATE, 1], mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, dry[FORCE, 0], dry[FORCE, 1],
     ) = _accelerate(
-        t, state[0], state[1], state[2], state[3], voltage, dry[DIRECTION, 0], dry[DIRECTION, 1], _frozen(parameters)
+        t, state[0], state[1], state[2], state[3], state[4], voltage, dry[DIRECTION, 0], dry[DIRECTION, 1], _frozen(parameters)
     )  # fmt: skip
 
 
 @inlined
 def _keep(dry):
     """Keep the accelerations dry[RATE] in dry[BEFORE]."""
-    for k in range(NQ):
+    for k in range(NA):
         dry[BEFORE, k] = dry[RATE, k]
 
 
 @inlined
 def _frozen(parameters):
     """The parameters as a tuple, which no store can change: what follows from them alone is computed once a step."""
-    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45],
+    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45], parameters[46], parameters[47], parameters[48], parameters[49], parameters[50], parameters[51], parameters[52], parameters[53], parameters[54], parameters[55],
 
 
 @inlined
 def _smooth(parameters):
     """Whether no surface has friction."""
-    return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[18] == 0.0
+    return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[20] == 0.0
 
 
 @inlined
@@ -448,8 +570,8 @@ def _settle(t, state, voltage, parameters, dry):
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
     _follow(state, dry)
-    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(state[0], state[1], state[2], state[3], _frozen(parameters), 1.0, 1.0)
-    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(state[0], state[1], state[2], state[3], _frozen(parameters), -1.0, -1.0)
+    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(state[0], state[1], state[2], state[3], state[4], _frozen(parameters), 1.0, 1.0)
+    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(state[0], state[1], state[2], state[3], state[4], _frozen(parameters), -1.0, -1.0)
     stuck = False
     for i in range(DRY):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
@@ -472,11 +594,11 @@ def _settle(t, state, voltage, parameters, dry):
 @inlined
 def _driven(t, v_in, parameters):
     """What the actuator makes of a command, before it lags."""
-    voltage_saturation_limit = parameters[27]
-    voltage_dead_zone_threshold = parameters[28]
-    voltage_sag_rate = parameters[29]
-    voltage_asymmetry_ratio = parameters[30]
-    voltage_offset_offset = parameters[31]
+    voltage_saturation_limit = parameters[35]
+    voltage_dead_zone_threshold = parameters[36]
+    voltage_sag_rate = parameters[37]
+    voltage_asymmetry_ratio = parameters[38]
+    voltage_offset_offset = parameters[39]
     c0 = v_in - max(-voltage_saturation_limit + abs(v_in), 0.0)*_sign(v_in)
     c1 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(c0), 0.0)*_sign(c0)
     driven = c1*(voltage_asymmetry_ratio*_sign(c1) + 1) + voltage_offset_offset
@@ -487,10 +609,10 @@ def _driven(t, v_in, parameters):
 @inlined
 def _drive_jacobian(t, v_in, parameters, by_parameter):
     """Derivatives of the driven input into (NP,); zero entries are not touched."""
-    voltage_saturation_limit = parameters[27]
-    voltage_dead_zone_threshold = parameters[28]
-    voltage_sag_rate = parameters[29]
-    voltage_asymmetry_ratio = parameters[30]
+    voltage_saturation_limit = parameters[35]
+    voltage_dead_zone_threshold = parameters[36]
+    voltage_sag_rate = parameters[37]
+    voltage_asymmetry_ratio = parameters[38]
     c0 = _sign(v_in)
     c1 = -t*voltage_sag_rate + 1
     c2 = -voltage_saturation_limit + abs(v_in)
@@ -503,11 +625,11 @@ def _drive_jacobian(t, v_in, parameters, by_parameter):
     c9 = _sign(c8)
     c10 = c9*voltage_asymmetry_ratio + 1
     c11 = c10*_step(c5)
-    by_parameter[27] = c0*c1*c11*(c4*c4)*_step(c2)
-    by_parameter[28] = -c11*c7
-    by_parameter[29] = -c10*c4*c6*t
-    by_parameter[30] = c8*c9
-    by_parameter[31] = 1
+    by_parameter[35] = c0*c1*c11*(c4*c4)*_step(c2)
+    by_parameter[36] = -c11*c7
+    by_parameter[37] = -c10*c4*c6*t
+    by_parameter[38] = c8*c9
+    by_parameter[39] = 1
 
 
 @internal
@@ -546,45 +668,45 @@ def _acting(t, h, state, voltage, parameters):
         return voltage
     begin, slope = _lag(h, parameters[LAG])[:2]
     driven = _driven(t, voltage, parameters)
-    return driven + (begin + 0.5 * slope * h) * (state[NX] - driven)
+    return driven + (begin + 0.5 * slope * h) * (state[NV] - driven)
 
 
 @internal
-def _begin(t, voltage, k, start, parameters, columns, state, sens):
-    """State (NS,) and sensitivities (NS, n) at sample k, from coordinates and rates (NX,).
+def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+    """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
+    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
     as one that has acted for long.
     """
-    for i in range(NX):
+    for i in range(start.size):
         state[i] = start[i]
-        for c in range(sens.shape[1]):
+    for i in range(NV):
+        for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
     if LAG < 0:
         return
     time_constant, delay = parameters[LAG], _delay(parameters)
-    acting = _acting_at(t, k, parameters)
     first = acting
-    while first > 0 and t[k] - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
+    while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
         first -= 1
     driven_by = np.zeros(FITTED + 1)
-    _drive_jacobian(t[k], voltage[first], parameters, driven_by)
-    state[NX] = _driven(t[k], voltage[first], parameters)
+    _drive_jacobian(when, voltage[first], parameters, driven_by)
+    state[NV] = _driven(when, voltage[first], parameters)
     for c in range(sens.shape[1]):
-        sens[NX, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
+        sens[NV, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
     for j in range(first + 1, acting + 1):
-        until = t[k] if j == acting else t[j + 1] + delay
+        until = when if j == acting else t[j + 1] + delay
         _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
         _drive_jacobian(until, voltage[j], parameters, driven_by)
         driven = _driven(until, voltage[j], parameters)
-        excess = state[NX] - driven
-        state[NX] = driven + left * excess
+        excess = state[NV] - driven
+        state[NV] = driven + left * excess
         for c in range(sens.shape[1]):
             column = columns[c - NX] if c >= NX else FITTED
-            sens[NX, c] = _lagged(left, left_by, sens[NX, c], excess if column == LAG else 0.0, driven_by[column])
+            sens[NV, c] = _lagged(left, left_by, sens[NV, c], excess if column == LAG else 0.0, driven_by[column])
     for c in range(NX, sens.shape[1]):
         if columns[c - NX] == DELAY and time_constant > 0.0:
-            sens[NX, c] = (state[NX] - _driven(t[k], voltage[acting], parameters)) / time_constant
+            sens[NV, c] = (state[NV] - _driven(when, voltage[acting], parameters)) / time_constant
 
 
 @compiled
@@ -593,8 +715,8 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _begin(t, voltage, k, start, parameters, columns, state, sens)
-        acting[k] = state[NX] if LAG >= 0 else voltage[k]
+        _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
+        acting[k] = state[NV] if LAG >= 0 else voltage[k]
     return acting
 
 
@@ -610,49 +732,64 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, linearise, stage
     theta_p = theta_p_new = theta_p_old = state[1]
     dtheta_w = dtheta_w_new = dtheta_w_old = state[2]
     dtheta_p = dtheta_p_new = dtheta_p_old = state[3]
+    presliding_drive_force_old = state[4]
     begin, descent, end, begin_by, descent_by, end_by = _lag(h, parameters[LAG])
     driven = _driven(t + 0.5 * h, v_in, parameters)
-    excess = state[NX] - driven
+    excess = state[NV] - driven
     if linearise:
         _drive_jacobian(t + 0.5 * h, v_in, parameters, by_parameter[DRIVE, 0])
         stages[4, SHARE], stages[4, SHARE + 1], stages[4, SHARE + 2] = end, end_by, excess
     frozen = _frozen(parameters)
     for stage in range(4):
         ahead, weight = _weights(stage, h)
-        now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
+        now = t + (1e-6 * h if stage == 0 else 0.5 * h if stage < 3 else (1.0 - 1e-6) * h)
+        path = 1.0 * (theta_w - theta_w_old) + -1.0 * (theta_p - theta_p_old)
+        presliding_drive_force = _presliding_drive_force(presliding_drive_force_old, path, frozen)
+        if linearise:
+            stages[stage, MEMORY + 0], stages[stage, MEMORY + 1] = _presliding_drive_force_jacobian(
+                presliding_drive_force_old, path, frozen, stage, NA + 0, by_parameter
+            )
         share = begin + descent * (now - t)
         v_in = driven + share * excess
-        ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, frozen)
+        ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, frozen)
         if linearise:
-            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
+            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
             stages[stage, 0] = -(mobility_0_0 * by_0_0 + mobility_0_1 * by_1_0)
             stages[stage, 1] = -(mobility_0_0 * by_0_1 + mobility_0_1 * by_1_1)
             stages[stage, 2] = -(mobility_0_0 * by_0_2 + mobility_0_1 * by_1_2)
             stages[stage, 3] = -(mobility_0_0 * by_0_3 + mobility_0_1 * by_1_3)
             stages[stage, 4] = -(mobility_0_0 * by_0_4 + mobility_0_1 * by_1_4)
+            stages[stage, 5] = -(mobility_0_0 * by_0_5 + mobility_0_1 * by_1_5)
             stages[stage, MOBILITY + 0] = mobility_0_0
             stages[stage, MOBILITY + 1] = mobility_0_1
-            stages[stage, 5] = -(mobility_1_0 * by_0_0 + mobility_1_1 * by_1_0)
-            stages[stage, 6] = -(mobility_1_0 * by_0_1 + mobility_1_1 * by_1_1)
-            stages[stage, 7] = -(mobility_1_0 * by_0_2 + mobility_1_1 * by_1_2)
-            stages[stage, 8] = -(mobility_1_0 * by_0_3 + mobility_1_1 * by_1_3)
-            stages[stage, 9] = -(mobility_1_0 * by_0_4 + mobility_1_1 * by_1_4)
+            stages[stage, 6] = -(mobility_1_0 * by_0_0 + mobility_1_1 * by_1_0)
+            stages[stage, 7] = -(mobility_1_0 * by_0_1 + mobility_1_1 * by_1_1)
+            stages[stage, 8] = -(mobility_1_0 * by_0_2 + mobility_1_1 * by_1_2)
+            stages[stage, 9] = -(mobility_1_0 * by_0_3 + mobility_1_1 * by_1_3)
+            stages[stage, 10] = -(mobility_1_0 * by_0_4 + mobility_1_1 * by_1_4)
+            stages[stage, 11] = -(mobility_1_0 * by_0_5 + mobility_1_1 * by_1_5)
             stages[stage, MOBILITY + 2] = mobility_1_0
             stages[stage, MOBILITY + 3] = mobility_1_1
             stages[stage, SHARE], stages[stage, SHARE + 1] = share, begin_by + descent_by * (now - t)
         theta_w_new += weight * dtheta_w
-        dtheta_w_new += weight * ddtheta_w
         theta_p_new += weight * dtheta_p
+        dtheta_w_new += weight * ddtheta_w
         dtheta_p_new += weight * ddtheta_p
         theta_w = theta_w_old + ahead * dtheta_w
-        dtheta_w = dtheta_w_old + ahead * ddtheta_w
         theta_p = theta_p_old + ahead * dtheta_p
+        dtheta_w = dtheta_w_old + ahead * ddtheta_w
         dtheta_p = dtheta_p_old + ahead * ddtheta_p
     new_state[0] = theta_w_new
     new_state[1] = theta_p_new
     new_state[2] = dtheta_w_new
     new_state[3] = dtheta_p_new
-    new_state[NX] = driven + end * excess
+    path = 1.0 * (theta_w_new - theta_w_old) + -1.0 * (theta_p_new - theta_p_old)
+    new_state[4] = _presliding_drive_force(presliding_drive_force_old, path, frozen)
+    if linearise:
+        stages[4, MEMORY + 0], stages[4, MEMORY + 1] = _presliding_drive_force_jacobian(
+            presliding_drive_force_old, path, frozen, 4, NA + 0, by_parameter
+        )
+    new_state[NV] = driven + end * excess
 
 
 @inlined
@@ -674,31 +811,40 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
             column = columns[first + c - NX] if first + c >= NX else FITTED
             for i in range(NS):
                 lanes[START + i * LANES + c] = sens[i, first + c]
-            for i in range(NX):
+            for i in range(4):
                 lanes[STAGE + i * LANES + c] = lanes[END + i * LANES + c] = lanes[START + i * LANES + c]
             for stage in range(4):
-                for k in range(NQ):
+                for k in range(NA):
                     own = 0.0
-                    for m in range(NQ):
-                        own -= stages[stage, MOBILITY + k * NQ + m] * by_parameter[stage, m, column]
-                    lanes[OWN + (NQ * stage + k) * LANES + c] = own
+                    for m in range(NA):
+                        own -= stages[stage, MOBILITY + k * NA + m] * by_parameter[stage, m, column]
+                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = own
+            for stage in range(5 if REMEMBERED else 0):
+                for k in range(NA, GIVEN):
+                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = by_parameter[stage, k, column]
             lanes[DRIVEN + c] = by_parameter[DRIVE, 0, column]
             lanes[EXCESS + c] = stages[4, SHARE + 2] if column == LAG else 0.0
         for stage in range(4):
             ahead, weight = _weights(stage, h)
-            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3], stages[stage, 0 + 4]
-            by_1_0, by_1_1, by_1_2, by_1_3, by_1_4 = stages[stage, 5 + 0], stages[stage, 5 + 1], stages[stage, 5 + 2], stages[stage, 5 + 3], stages[stage, 5 + 4]
+            by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3], stages[stage, 0 + 4], stages[stage, 0 + 5]
+            by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5 = stages[stage, 6 + 0], stages[stage, 6 + 1], stages[stage, 6 + 2], stages[stage, 6 + 3], stages[stage, 6 + 4], stages[stage, 6 + 5]
             share, share_by = stages[stage, SHARE], stages[stage, SHARE + 1]
+            before_0, along_0 = stages[stage, MEMORY + 0], stages[stage, MEMORY + 1]
             for c in range(LANES):
                 theta_w = lanes[STAGE + 0 * LANES + c]
                 theta_p = lanes[STAGE + 1 * LANES + c]
                 dtheta_w = lanes[STAGE + 2 * LANES + c]
                 dtheta_p = lanes[STAGE + 3 * LANES + c]
-                v_in = _lagged(
-                    share, share_by, lanes[START + NX * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
+                path = 1.0 * (theta_w - lanes[START + 0 * LANES + c]) + -1.0 * (theta_p - lanes[START + 1 * LANES + c])
+                presliding_drive_force = (
+                    before_0 * lanes[START + 4 * LANES + c] + along_0 * path
+                    + lanes[OWN + (GIVEN * stage + NA + 0) * LANES + c]
                 )
-                ddtheta_w = lanes[OWN + (NQ * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p + by_0_4 * v_in
-                ddtheta_p = lanes[OWN + (NQ * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p + by_1_4 * v_in
+                v_in = _lagged(
+                    share, share_by, lanes[START + NV * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
+                )
+                ddtheta_w = lanes[OWN + (GIVEN * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p + by_0_4 * presliding_drive_force + by_0_5 * v_in
+                ddtheta_p = lanes[OWN + (GIVEN * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p + by_1_4 * presliding_drive_force + by_1_5 * v_in
                 lanes[END + 0 * LANES + c] += weight * dtheta_w
                 lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
                 lanes[END + 1 * LANES + c] += weight * dtheta_p
@@ -708,10 +854,15 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 lanes[END + 3 * LANES + c] += weight * ddtheta_p
                 lanes[STAGE + 3 * LANES + c] = lanes[START + 3 * LANES + c] + ahead * ddtheta_p
         for c in range(count):
-            for i in range(NX):
+            for i in range(4):
                 sens[i, first + c] = lanes[END + i * LANES + c]
-            sens[NX, first + c] = _lagged(
-                stages[4, SHARE], stages[4, SHARE + 1], lanes[START + NX * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
+            path = 1.0 * (lanes[END + 0 * LANES + c] - lanes[START + 0 * LANES + c]) + -1.0 * (lanes[END + 1 * LANES + c] - lanes[START + 1 * LANES + c])
+            sens[4, first + c] = (
+                stages[4, MEMORY + 0] * lanes[START + 4 * LANES + c]
+                + stages[4, MEMORY + 1] * path + lanes[OWN + (GIVEN * 4 + NA + 0) * LANES + c]
+            )
+            sens[NV, first + c] = _lagged(
+                stages[4, SHARE], stages[4, SHARE + 1], lanes[START + NV * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
             )
 
 
@@ -723,8 +874,8 @@ def _workspace():
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((5, SHARE + 3)), np.zeros((5, NQ, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((6, max(NQ, DRY))),
+        np.zeros(NS), np.zeros((5, MEMORY + 2 * REMEMBERED)), np.zeros((5, GIVEN, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, DRY))),
     )  # fmt: skip
 
 
@@ -751,7 +902,7 @@ def _landing(h, start, start_rate, end, end_rate):
 def _slip_rate(dry, row, surface):
     """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
-    for k in range(NQ):
+    for k in range(NA):
         total += SLIPS[surface, k] * dry[row, k]
     return total
 
@@ -764,10 +915,10 @@ def _jump(sens, dry, surface):
         return
     for c in range(sens.shape[1]):
         slip = 0.0
-        for k in range(NQ):
-            slip += SLIPS[surface, k] * sens[NQ + k, c]
-        for k in range(NQ):
-            sens[NQ + k, c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
+        for k in range(NA):
+            slip += SLIPS[surface, k] * sens[RATES[k], c]
+        for k in range(NA):
+            sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
 
 @internal
@@ -805,7 +956,7 @@ def _stick_and_slip(
                 _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
                 stepped = landing
                 if LAG >= 0:
-                    acting = new_state[NX]
+                    acting = new_state[NV]
                 _rate(t + landing, new_state, acting, parameters, dry)
                 _keep(dry)
                 approach = _slip_rate(dry, RATE, first)
@@ -830,12 +981,20 @@ def _stick_and_slip(
 
 @compiled
 def acceleration(t, state, voltage, parameters):
-    """Accelerations (NQ,) [rad/s²] in a state (NX,); dry friction sticks where it can."""
-    dry = np.zeros((6, max(NQ, DRY)))
+    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where what effects add is given too; friction sticks."""
+    dry, now = np.zeros((6, max(NA, DRY))), np.zeros(NS)
+    now[: state.size] = state
     acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
-    _settle(t, state, acting, parameters, dry)
-    _rate(t, state, acting, parameters, dry)
-    return dry[RATE, :NQ].copy()
+    _settle(t, now, acting, parameters, dry)
+    _rate(t, now, acting, parameters, dry)
+    return dry[RATE, : NQ if state.size <= NX else NA].copy()
+
+
+@internal
+def _settled_rate(t, state, voltage, parameters, dry):
+    """Accelerations once it is decided what sticks, into dry[RATE]."""
+    _settle(t, state, voltage, parameters, dry)
+    _rate(t, state, voltage, parameters, dry)
 
 
 @internal
@@ -845,15 +1004,26 @@ def _switch(sens, state, old, new, t, parameters, columns, dry):
         old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     for c in range(columns.size):
         if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
-            sens[NX, NX + c] += (old - new) / parameters[LAG]
+            sens[NV, NX + c] += (old - new) / parameters[LAG]
         elif columns[c] == DELAY:
-            _settle(t, state, old, parameters, dry)
-            _rate(t, state, old, parameters, dry)
+            _settled_rate(t, state, old, parameters, dry)
             _keep(dry)
-            _settle(t, state, new, parameters, dry)
-            _rate(t, state, new, parameters, dry)
-            for k in range(NQ):
-                sens[NQ + k, NX + c] += dry[BEFORE, k] - dry[RATE, k]
+            _settled_rate(t, state, new, parameters, dry)
+            for k in range(NA):
+                sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
+
+
+@internal
+def _happen(sens, state, voltage, t, parameters, columns, dry, moment):
+    """Something begins or ends: the later it does, the longer it was as before."""
+    acting = state[NV] if LAG >= 0 else voltage
+    for c in range(columns.size):
+        if columns[c] == moment:
+            _settled_rate(t - 1e-9, state, acting, parameters, dry)
+            _keep(dry)
+            _settled_rate(t + 1e-9, state, acting, parameters, dry)
+            for k in range(NA):
+                sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
 @inlined
@@ -862,35 +1032,66 @@ def _delay(parameters):
     return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
+@inlined
+def _lateness(parameters):
+    """How much earlier than reported that is true which late sensors report."""
+    return parameters[SENSOR_DELAY] if SENSOR_DELAY >= 0 else 0.0
+
+
 @internal
-def _acting_at(t, k, parameters):
-    """The sample whose command still acts just before sample k."""
+def _acting_at(t, k, when, parameters):
+    """The sample whose command still acts just before a time not after sample k."""
     delay = _delay(parameters)
     acting = max(k - 1, 0)
-    while acting > 0 and t[acting] + delay > t[k]:
+    while acting > 0 and t[acting] + delay > when:
         acting -= 1
     return acting
 
 
+@internal
+def _slope(t, state, voltage, parameters, dry, slope):
+    """Time derivative of the coordinates and rates, into slope (NX,)."""
+    acting = _acting(t, 0.0, state, voltage, parameters) if LAG < 0 else state[NV]
+    _settled_rate(t, state, acting, parameters, dry)
+    for k in range(NQ):
+        slope[k], slope[NQ + k] = state[NQ + k], dry[RATE, k]
+
+
 @compiled
 def simulate(t, voltage, state, parameters, max_step):
-    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,)."""
-    states = np.empty((t.size, NX))
+    """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,).
+
+    What effects add to the state begins at rest. Where the initial state gives it too, (NV,), it is returned: (N, NV).
+    """
+    states = np.empty((t.size, state.size))
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-    states[0] = now[:NX]
-    acting = _acting_at(t, FIRST, parameters)
+    acting = _acting_at(t, FIRST, t[0], parameters)
+    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    states[0] = now[: state.size]
     delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
+    now_t = t[0]
     for k in range(t.size - 1):
-        now_t, end = t[k], t[k + 1]
-        while now_t < end:
-            while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+        goal = t[k + 1]
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
                     _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
-            until = min(end, t[acting + 1] + delay) if acting < k else end
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+            if parameters[28] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
+            if now_t < parameters[28] < until:  # something begins or ends within
+                until = parameters[28]
+            if parameters[30] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
+            if now_t < parameters[30] < until:  # something begins or ends within
+                until = parameters[30]
+            if parameters[31] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+            if now_t < parameters[31] < until:  # something begins or ends within
+                until = parameters[31]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
@@ -905,7 +1106,7 @@ def simulate(t, voltage, state, parameters, max_step):
                         lanes, dry,
                     )  # fmt: skip
             now_t = until
-        for i in range(NX):
+        for i in range(state.size):
             states[k + 1, i] = now[i]
     return states
 
@@ -914,53 +1115,71 @@ def simulate(t, voltage, state, parameters, max_step):
 def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
     """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
 
-    At each sample the sensors read the state, noise (N, NY) is added, channels with a quantum > 0 are rounded to it, and
-    the controller computes kp e + ki ∫e + kd ė from gains (3,), with e = reference − measured angle and
-    ė = reference rate − measured rate; the voltage is held until the next sample.
+    At each sample the sensors read the state, late ones that of an earlier time; noise (N, NY) is added, channels with a
+    quantum > 0 are rounded to it, and the controller computes kp e + ki ∫e + kd ė from gains (3,), with
+    e = reference − measured angle and ė = reference rate − measured rate; the voltage is held until the next sample.
     """
     states, measured, voltage = np.empty((t.size, NX)), np.empty((t.size, NY)), np.zeros(t.size)
     columns = np.empty(0, np.int64)
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
-    integral, acting = 0.0, _acting_at(t, FIRST, parameters)
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
-    for k in range(t.size):
-        for i in range(NX):
-            states[k, i] = now[i]
-        read_sensors(t[k], now, parameters, output)
-        for y in range(NY):
-            reading = output[y] + noise[k, y]
-            measured[k, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
-        error = reference[k] - measured[k, CONTROLLED[0]]
-        if k > 0:
-            integral += error * (t[k] - t[k - 1])
-        slope = reference_rate[k] - measured[k, CONTROLLED[1]]
-        voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
-        if k == 0:
-            _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-        if k + 1 < t.size:
-            now_t, end = t[k], t[k + 1]
-            while now_t < end:
-                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+    integral, acting = 0.0, _acting_at(t, FIRST, t[0], parameters)
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), False
+    now_t, k, early = t[0], 0, 0
+    while k < t.size:
+        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+            if parameters[28] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
+            if now_t < parameters[28] < until:  # something begins or ends within
+                until = parameters[28]
+            if parameters[30] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
+            if now_t < parameters[30] < until:  # something begins or ends within
+                until = parameters[30]
+            if parameters[31] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+            if now_t < parameters[31] < until:  # something begins or ends within
+                until = parameters[31]
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
                     if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
-                    acting += 1
-                until = min(end, t[acting + 1] + delay) if acting < k else end
-                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                h = (until - now_t) / steps
-                for step in range(steps):
-                    if smooth:
-                        _follow(now, dry)
-                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                        if linearise:
-                            _propagate(h, sens, columns, stages, by_parameter, lanes)
-                    else:
-                        _stick_and_slip(
-                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
-                            lanes, dry,
-                        )  # fmt: skip
-                now_t = until
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        read_sensors(now_t, now, parameters, output)
+        for y in range(NY):
+            if ahead if LATE[y] else on_time:
+                sample = early if LATE[y] else k
+                reading = output[y] + noise[sample, y]
+                measured[sample, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
+        early += ahead
+        if on_time:
+            for i in range(NX):
+                states[k, i] = now[i]
+            error = reference[k] - measured[k, CONTROLLED[0]]
+            if k > 0:
+                integral += error * (t[k] - t[k - 1])
+            slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
+            if k == 0:
+                _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+            k += 1
     return states, measured, voltage
 
 
@@ -972,45 +1191,79 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     """
     n = NX + columns.size
     states, readings, derivatives = np.empty((t.size, NX)), np.empty((t.size, NY)), np.empty((t.size, NY, n))
-    now, sens, reading, rows = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n))
+    now, sens, reading, rows, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n)), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    _begin(t, voltage, FIRST, state, parameters, columns, now, sens)
-    acting = _acting_at(t, FIRST, parameters)
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
-    for k in range(t.size):
-        for i in range(NX):
-            states[k, i] = now[i]
-        read_sensors(t[k], now, parameters, reading)
-        _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
+    acting = _acting_at(t, FIRST, t[0], parameters)
+    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    now_t, k, early = t[0], 0, 0
+    while k < t.size:
+        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        while now_t < goal:
+            while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                if linearise:
+                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                acting += 1
+            until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+            if parameters[28] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
+            if now_t < parameters[28] < until:  # something begins or ends within
+                until = parameters[28]
+            if parameters[30] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
+            if now_t < parameters[30] < until:  # something begins or ends within
+                until = parameters[30]
+            if parameters[31] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+            if now_t < parameters[31] < until:  # something begins or ends within
+                until = parameters[31]
+            steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+            h = (until - now_t) / steps
+            for step in range(steps):
+                if smooth:
+                    _follow(now, dry)
+                    _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
+                    if linearise:
+                        _propagate(h, sens, columns, stages, by_parameter, lanes)
+                else:
+                    _stick_and_slip(
+                        now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
+                        lanes, dry,
+                    )  # fmt: skip
+            now_t = until
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        read_sensors(now_t, now, parameters, reading)
+        _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+        _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - lateness < t[0] else 0):
+            reading_by[y, SENSOR_DELAY] = 0.0  # what was true before the log began is taken for what it began with
         _chain(sens, by_state, reading_by, columns, rows)
         for y in range(NY):
-            readings[k, y] = reading[y]
-            for c in range(n):
-                derivatives[k, y, c] = rows[y, c]
-        if k + 1 < t.size:
-            now_t, end = t[k], t[k + 1]
-            while now_t < end:
-                while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
-                    if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
-                    acting += 1
-                until = min(end, t[acting + 1] + delay) if acting < k else end
-                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                h = (until - now_t) / steps
-                for step in range(steps):
-                    if smooth:
-                        _follow(now, dry)
-                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                        if linearise:
-                            _propagate(h, sens, columns, stages, by_parameter, lanes)
-                    else:
-                        _stick_and_slip(
-                            now_t + step * h, h, now, sens, voltage[acting], parameters, columns, new_state, stages, by_parameter,
-                            lanes, dry,
-                        )  # fmt: skip
-                now_t = until
+            if ahead if LATE[y] else on_time:
+                sample = early if LATE[y] else k
+                readings[sample, y] = reading[y]
+                for c in range(n):
+                    derivatives[sample, y, c] = rows[y, c]
+        early += ahead
+        if on_time:
+            for i in range(NX):
+                states[k, i] = now[i]
+            k += 1
     return states, readings, derivatives
+
+
+@internal
+def _age(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
+    """Derivatives of the late readings in their delay: the later, the older what they report."""
+    for c in range(columns.size):
+        if SENSOR_DELAY >= 0 and columns[c] == SENSOR_DELAY:
+            _slope(t, state, voltage, parameters, dry, slope)
+            for y in range(NY):
+                if LATE[y]:
+                    by_parameter[y, SENSOR_DELAY] = 0.0
+                    for i in range(NX):
+                        by_parameter[y, SENSOR_DELAY] -= by_state[y, i] * slope[i]
 
 
 @inlined
@@ -1032,63 +1285,132 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
 
     measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
     gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
-    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment. residual (N, NY) receives
-    (measured − simulated) · weight.
+    parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment.
+    residual (N, NY) receives (measured − simulated) · weight. What late sensors report of the time before a segment
+    follows from its initial state, backward, in steps as long as each command acted. What effects add to the state carries on from the segment before.
     """
     n = NX + columns.size
-    now, sens, reading = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY)
+    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     rows, active = np.zeros((NY, n + 1)), columns.copy()
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), n > 0
+    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
-        _begin(t, voltage, bounds[s, 0], states[s], parameters, columns, now, sens)
-        acting = _acting_at(t, bounds[s, 0], parameters)
-        for k in range(bounds[s, 0], bounds[s, 1]):
-            read_sensors(t[k], now, parameters, reading)
-            _sensor_jacobian(t[k], now, parameters, by_state, reading_by)
+        k = early = bounds[s, 0]
+        now_t = t[k]
+        acting = _acting_at(t, k, now_t, parameters)
+        _begin(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
+        while early < bounds[s, 1] and t[early] - lateness < now_t:
+            early += 1
+        following, latest, before = early, acting, now_t
+        for i in range(NS):
+            new_state[i] = now[i]
+        while early > k:
+            early -= 1
+            while before > max(t[early] - lateness, t[0]):
+                until = max(t[early] - lateness, t[acting] + delay if acting > 0 else t[0])
+                _back(before, before - until, new_state, voltage[acting], parameters, dry)
+                before = until
+                acting -= acting > 0 and before <= t[acting] + delay
+            read_sensors(before, new_state, parameters, reading)
+            _sensor_jacobian(before, new_state, parameters, by_state, reading_by)
+            _age(before, new_state, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
             for c in range(columns.size):
                 inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
             _chain(sens, by_state, reading_by, active, rows)
             for y in range(NY):
-                residual[k, y] = rows[y, n] = (measured[k, y] - reading[y]) * weight[y]
-                missing = np.isnan(measured[k, y])
+                sample = early if LATE[y] else k
+                missing = not (t[early] - lateness >= t[0] if LATE[y] else False) or np.isnan(measured[min(sample, t.size - 1), y])
                 for c in range(n):
                     rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
-                rows[y, n] = 0.0 if missing else rows[y, n]
+                rows[y, n] = 0.0
+                if not missing:
+                    residual[sample, y] = rows[y, n] = (measured[sample, y] - reading[y]) * weight[y]
             for a in range(n + 1):
                 for b in range(a + 1):
                     total = gram[s, a, b]
                     for y in range(NY):
                         total += rows[y, a] * rows[y, b]
                     gram[s, a, b] = total
-            if k + 1 < bounds[s, 1]:
-                now_t, end = t[k], t[k + 1]
-                while now_t < end:
-                    while acting < k and t[acting + 1] + delay <= now_t:  # a delayed command begins to act
+        early, acting = following, latest
+        carries = NV > NX and s + 1 < bounds.shape[0] and bounds[s + 1, 0] == bounds[s, 1]
+        while k < bounds[s, 1] + carries:
+            goal = max(now_t, min(t[k], t[early] - lateness) if early < bounds[s, 1] else t[k])
+            for c in range(columns.size):
+                inside = window[c, 0] <= max(k - 1 - bounds[s, 0], 0) < window[c, 1]
+                active[c] = columns[c] if inside else FITTED
+            while now_t < goal:
+                while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                    if linearise:
+                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                    acting += 1
+                until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+                if parameters[28] == now_t and linearise:
+                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 28)
+                if now_t < parameters[28] < until:  # something begins or ends within
+                    until = parameters[28]
+                if parameters[30] == now_t and linearise:
+                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 30)
+                if now_t < parameters[30] < until:  # something begins or ends within
+                    until = parameters[30]
+                if parameters[31] == now_t and linearise:
+                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 31)
+                if now_t < parameters[31] < until:  # something begins or ends within
+                    until = parameters[31]
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                for step in range(steps):
+                    if smooth:
+                        _follow(now, dry)
+                        _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
                         if linearise:
-                            _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
-                        acting += 1
-                    until = min(end, t[acting + 1] + delay) if acting < k else end
-                    steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
-                    h = (until - now_t) / steps
-                    for step in range(steps):
-                        if smooth:
-                            _follow(now, dry)
-                            _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, linearise, stages, by_parameter)
-                            if linearise:
-                                _propagate(h, sens, active, stages, by_parameter, lanes)
-                        else:
-                            _stick_and_slip(
-                                now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
-                                lanes, dry,
-                            )  # fmt: skip
-                    now_t = until
+                            _propagate(h, sens, active, stages, by_parameter, lanes)
+                    else:
+                        _stick_and_slip(
+                            now_t + step * h, h, now, sens, voltage[acting], parameters, active, new_state, stages, by_parameter,
+                            lanes, dry,
+                        )  # fmt: skip
+                now_t = until
+            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - lateness <= now_t
+            if k < bounds[s, 1]:
+                read_sensors(now_t, now, parameters, reading)
+                _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+                _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+                for c in range(columns.size):
+                    inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
+                    active[c] = columns[c] if inside else FITTED
+                _chain(sens, by_state, reading_by, active, rows)
+                for y in range(NY):
+                    sample = early if LATE[y] else k
+                    missing = not (ahead if LATE[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
+                    for c in range(n):
+                        rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
+                    rows[y, n] = 0.0
+                    if not missing:
+                        residual[sample, y] = rows[y, n] = (measured[sample, y] - reading[y]) * weight[y]
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        total = gram[s, a, b]
+                        for y in range(NY):
+                            total += rows[y, a] * rows[y, b]
+                        gram[s, a, b] = total
+            early += ahead
+            k += on_time
         for a in range(n + 1):
             for b in range(a):
                 gram[s, b, a] = gram[s, a, b]
+
+
+@internal
+def _back(t, h, state, voltage, parameters, dry):
+    """Coordinates and rates a short time h earlier, by the accelerations that the command gives where it ends."""
+    acting = voltage if LAG < 0 else state[NV] if parameters[LAG] > 0.0 else _driven(t, voltage, parameters)
+    _settled_rate(t, state, acting, parameters, dry)
+    for k in range(NQ):
+        state[k] += h * (0.5 * h * dry[RATE, k] - state[NQ + k])
+        state[NQ + k] -= h * dry[RATE, k]
 
 
 @compiled
@@ -1105,67 +1427,83 @@ def regressor(t, state, rate, voltage, parameters):
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
     stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[16]
-    slope_angle = parameters[19]
-    com_offset_angle = parameters[23]
-    R = parameters[41]
-    g = parameters[42]
-    alpha = parameters[43]
-    J_w = parameters[44]
-    origin = parameters[45]
-    c0 = g*math.sin(slope_angle)/R
-    c1 = -ddtheta_p + ddtheta_w
-    c2 = com_offset_angle + theta_p
-    c3 = c2 + slope_angle
-    c4 = math.cos(c3)
-    c5 = (dtheta_p*dtheta_p)
-    c6 = -dtheta_p
-    c7 = (direction_drive*direction_drive)
-    c8 = abs(-dtheta_p + dtheta_w)
-    c9 = stribeck_drive_speed**(-2)
-    c10 = direction_drive*math.exp(-c5*c9)*math.exp(-c9*(dtheta_w*dtheta_w))*math.exp(2*c9*dtheta_p*dtheta_w)
-    c11 = -c10 + direction_drive
-    c12 = -c8*dtheta_p + c8*dtheta_w
-    c13 = cogging_periods*theta_p - cogging_periods*theta_w
-    c14 = math.sin(c13)
-    c15 = -math.cos(c13)
-    tau[0] = 2*J_w*c0/alpha + v_in
+    cogging_periods = parameters[18]
+    slope_angle = parameters[21]
+    com_offset_angle = parameters[25]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    R = parameters[50]
+    g = parameters[51]
+    alpha = parameters[52]
+    J_w = parameters[53]
+    L = parameters[54]
+    origin = parameters[55]
+    c0 = 1/R
+    c1 = g*math.sin(slope_angle)
+    c2 = c0*c1
+    c3 = -ddtheta_p + ddtheta_w
+    c4 = com_offset_angle + theta_p
+    c5 = c4 + slope_angle
+    c6 = math.cos(c5)
+    c7 = c6*ddtheta_p
+    c8 = (dtheta_p*dtheta_p)
+    c9 = c8*math.sin(c5)
+    c10 = -t
+    c11 = payload_step_ratio*_step(-c10 - payload_step_time)
+    c12 = c11/L
+    c13 = -dtheta_p
+    c14 = (direction_drive*direction_drive)
+    c15 = abs(-dtheta_p + dtheta_w)
+    c16 = stribeck_drive_speed**(-2)
+    c17 = direction_drive*math.exp(-c16*c8)*math.exp(-c16*(dtheta_w*dtheta_w))*math.exp(2*c16*dtheta_p*dtheta_w)
+    c18 = -c17 + direction_drive
+    c19 = -c15*dtheta_p + c15*dtheta_w
+    c20 = cogging_periods*theta_p - cogging_periods*theta_w
+    c21 = math.sin(c20)
+    c22 = -math.cos(c20)
+    c23 = c6*ddtheta_w
+    c24 = math.sin(c4)
+    tau[0] = 2*J_w*c2/alpha + v_in
     tau[1] = v_in
-    phi[0, 0] = c0 + ddtheta_w
-    phi[0, 1] = c1
-    phi[0, 2] = c4*ddtheta_p - c5*math.sin(c3)
+    phi[0, 0] = c2 + ddtheta_w
+    phi[0, 1] = c3
+    phi[0, 2] = R*c12*ddtheta_w + c1*c12 + c11*c7 - c11*c9 + c7 - c9
     phi[0, 5] = dtheta_w
-    phi[0, 6] = c6
+    phi[0, 6] = c13
     phi[0, 7] = direction_drive
-    phi[0, 8] = c7
-    phi[0, 9] = c8
-    phi[0, 10] = c10
-    phi[0, 11] = c11
-    phi[0, 12] = c12
-    phi[0, 13] = c14
-    phi[0, 14] = c15
+    phi[0, 8] = c14
+    phi[0, 9] = c15
+    phi[0, 10] = c17
+    phi[0, 11] = c18
+    phi[0, 12] = c19
+    phi[0, 13] = c21
+    phi[0, 14] = c22
     phi[0, 15] = dtheta_w
     phi[0, 16] = direction_ground
     phi[0, 17] = -math.sin(theta_w)
     phi[0, 18] = -math.cos(theta_w)
     phi[0, 19] = dtheta_w*abs(dtheta_w)
-    phi[0, 20] = -origin + theta_w
-    phi[0, 21] = -1
-    phi[1, 1] = c1
-    phi[1, 2] = -c4*ddtheta_w
+    phi[0, 21] = -origin + theta_w
+    phi[0, 22] = _step(-c10 - external_push_end) - _step(-c10 - external_push_start)
+    phi[0, 23] = -1
+    phi[1, 1] = c3
+    phi[1, 2] = -L*c0*c11*ddtheta_p - c11*c23 - c23
     phi[1, 3] = -ddtheta_p
-    phi[1, 4] = math.sin(c2)
+    phi[1, 4] = c11*c24 + c24
     phi[1, 5] = dtheta_w
-    phi[1, 6] = c6
+    phi[1, 6] = c13
     phi[1, 7] = direction_drive
-    phi[1, 8] = c7
-    phi[1, 9] = c8
-    phi[1, 10] = c10
-    phi[1, 11] = c11
-    phi[1, 12] = c12
-    phi[1, 13] = c14
-    phi[1, 14] = c15
-    phi[1, 22] = 1
+    phi[1, 8] = c14
+    phi[1, 9] = c15
+    phi[1, 10] = c17
+    phi[1, 11] = c18
+    phi[1, 12] = c19
+    phi[1, 13] = c21
+    phi[1, 14] = c22
+    phi[1, 20] = c13
+    phi[1, 24] = 1
 
     return tau, phi
 
@@ -1181,65 +1519,83 @@ def regressor_parts(t, state, voltage, parameters):
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
     stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[16]
-    slope_angle = parameters[19]
-    com_offset_angle = parameters[23]
-    R = parameters[41]
-    g = parameters[42]
-    origin = parameters[45]
+    cogging_periods = parameters[18]
+    slope_angle = parameters[21]
+    com_offset_angle = parameters[25]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    R = parameters[50]
+    g = parameters[51]
+    L = parameters[54]
+    origin = parameters[55]
     c0 = -theta_w
     c1 = -c0 - theta_p
-    c2 = -theta_p
-    c3 = com_offset_angle + theta_p
-    c4 = c3 + slope_angle
-    c5 = math.cos(c4)
-    c6 = (direction_drive*direction_drive)
-    c7 = abs(-dtheta_p + dtheta_w)
-    c8 = stribeck_drive_speed**(-2)
-    c9 = dtheta_p*dtheta_w
-    c10 = direction_drive*math.exp(2*c8*c9)*math.exp(-c8*(dtheta_p*dtheta_p))*math.exp(-c8*(dtheta_w*dtheta_w))
-    c11 = -c10 + direction_drive
-    c12 = -c7*dtheta_p + c7*dtheta_w
-    c13 = cogging_periods*theta_p - cogging_periods*theta_w
-    c14 = math.sin(c13)
-    c15 = -math.cos(c13)
+    c2 = -t
+    c3 = payload_step_ratio*_step(-c2 - payload_step_time)
+    c4 = c3/L
+    c5 = 1/R
+    c6 = -theta_p
+    c7 = com_offset_angle + theta_p
+    c8 = c7 + slope_angle
+    c9 = math.cos(c8)
+    c10 = c3*c9 + c9
+    c11 = g*math.sin(slope_angle)
+    c12 = (direction_drive*direction_drive)
+    c13 = abs(-dtheta_p + dtheta_w)
+    c14 = stribeck_drive_speed**(-2)
+    c15 = dtheta_p*dtheta_w
+    c16 = direction_drive*math.exp(2*c14*c15)*math.exp(-c14*(dtheta_p*dtheta_p))*math.exp(-c14*(dtheta_w*dtheta_w))
+    c17 = -c16 + direction_drive
+    c18 = -c13*dtheta_p + c13*dtheta_w
+    c19 = cogging_periods*theta_p - cogging_periods*theta_w
+    c20 = math.sin(c19)
+    c21 = -math.cos(c19)
+    c22 = c15*math.sin(c8)
+    c23 = math.sin(c7)
     phi2[0, 0] = theta_w
     phi2[0, 1] = c1
+    phi2[0, 2] = R*c4*theta_w
     phi2[1, 1] = c1
-    phi2[1, 3] = c2
-    phi1[0, 2] = c5*dtheta_p
+    phi2[1, 2] = -L*c3*c5*theta_p
+    phi2[1, 3] = c6
+    phi1[0, 2] = c10*dtheta_p
     phi1[0, 5] = theta_w
-    phi1[0, 6] = c2
+    phi1[0, 6] = c6
     phi1[0, 15] = theta_w
-    phi1[1, 2] = -c5*dtheta_w
+    phi1[1, 2] = -c10*dtheta_w
     phi1[1, 5] = theta_w
-    phi1[1, 6] = c2
-    phi0[0, 0] = g*math.sin(slope_angle)/R
+    phi1[1, 6] = c6
+    phi1[1, 20] = c6
+    phi0[0, 0] = c11*c5
+    phi0[0, 2] = c11*c4
     phi0[0, 7] = direction_drive
-    phi0[0, 8] = c6
-    phi0[0, 9] = c7
-    phi0[0, 10] = c10
-    phi0[0, 11] = c11
-    phi0[0, 12] = c12
-    phi0[0, 13] = c14
-    phi0[0, 14] = c15
+    phi0[0, 8] = c12
+    phi0[0, 9] = c13
+    phi0[0, 10] = c16
+    phi0[0, 11] = c17
+    phi0[0, 12] = c18
+    phi0[0, 13] = c20
+    phi0[0, 14] = c21
     phi0[0, 16] = direction_ground
     phi0[0, 17] = -math.sin(theta_w)
     phi0[0, 18] = -math.cos(theta_w)
     phi0[0, 19] = dtheta_w*abs(dtheta_w)
-    phi0[0, 20] = -c0 - origin
-    phi0[0, 21] = -1
-    phi0[1, 2] = -c9*math.sin(c4)
-    phi0[1, 4] = math.sin(c3)
+    phi0[0, 21] = -c0 - origin
+    phi0[0, 22] = _step(-c2 - external_push_end) - _step(-c2 - external_push_start)
+    phi0[0, 23] = -1
+    phi0[1, 2] = -c22*c3 - c22
+    phi0[1, 4] = c23*c3 + c23
     phi0[1, 7] = direction_drive
-    phi0[1, 8] = c6
-    phi0[1, 9] = c7
-    phi0[1, 10] = c10
-    phi0[1, 11] = c11
-    phi0[1, 12] = c12
-    phi0[1, 13] = c14
-    phi0[1, 14] = c15
-    phi0[1, 22] = 1
+    phi0[1, 8] = c12
+    phi0[1, 9] = c13
+    phi0[1, 10] = c16
+    phi0[1, 11] = c17
+    phi0[1, 12] = c18
+    phi0[1, 13] = c20
+    phi0[1, 14] = c21
+    phi0[1, 24] = 1
 
     return phi2, phi1, phi0
 
@@ -1259,74 +1615,89 @@ def energy_parts(t, state, voltage, parameters):
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
     stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[16]
-    slope_angle = parameters[19]
-    com_offset_angle = parameters[23]
-    R = parameters[41]
-    g = parameters[42]
-    alpha = parameters[43]
-    J_w = parameters[44]
-    origin = parameters[45]
+    cogging_periods = parameters[18]
+    slope_angle = parameters[21]
+    com_offset_angle = parameters[25]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    R = parameters[50]
+    g = parameters[51]
+    alpha = parameters[52]
+    J_w = parameters[53]
+    L = parameters[54]
+    origin = parameters[55]
     c0 = (dtheta_w*dtheta_w)
     c1 = (1/2)*c0
-    c2 = g*math.sin(slope_angle)/R
-    c3 = dtheta_p*dtheta_w
-    c4 = -c3
-    c5 = (dtheta_p*dtheta_p)
-    c6 = (1/2)*c5
-    c7 = com_offset_angle + theta_p
-    c8 = (direction_drive*direction_drive)
-    c9 = 1/cogging_periods
-    c10 = cogging_periods*theta_p - cogging_periods*theta_w
-    c11 = math.cos(c10)
-    c12 = c11*c9
-    c13 = (cogging_periods != 0)
-    c14 = math.sin(c10)
-    c15 = c14*c9
-    c16 = abs(-dtheta_p + dtheta_w)
-    c17 = direction_drive*dtheta_p
-    c18 = stribeck_drive_speed**(-2)
-    c19 = 2*c3
-    c20 = math.exp(-c0*c18)*math.exp(c18*c19)*math.exp(-c18*c5)
-    c21 = c17*c20
-    c22 = c20*direction_drive*dtheta_w
-    c23 = ((c14) if c13 else (0))
-    c24 = ((-c14) if c13 else (0))
-    c25 = ((c11) if c13 else (1))
-    c26 = ((-c11) if c13 else (0))
-    stored[0] = c1 + c2*theta_w
-    stored[1] = c1 + c4 + c6
-    stored[2] = c3*math.cos(c7 + slope_angle)
-    stored[3] = c6
-    stored[4] = math.cos(c7)
+    c2 = 1/R
+    c3 = g*math.sin(slope_angle)
+    c4 = c2*c3
+    c5 = dtheta_p*dtheta_w
+    c6 = -c5
+    c7 = (dtheta_p*dtheta_p)
+    c8 = (1/2)*c7
+    c9 = com_offset_angle + theta_p
+    c10 = c5*math.cos(c9 + slope_angle)
+    c11 = -t
+    c12 = payload_step_ratio*_step(-c11 - payload_step_time)
+    c13 = c12/L
+    c14 = (direction_drive*direction_drive)
+    c15 = 1/cogging_periods
+    c16 = cogging_periods*theta_p - cogging_periods*theta_w
+    c17 = math.cos(c16)
+    c18 = c15*c17
+    c19 = (cogging_periods != 0)
+    c20 = math.sin(c16)
+    c21 = c15*c20
+    c22 = dtheta_p*math.sin(c9)
+    c23 = abs(-dtheta_p + dtheta_w)
+    c24 = direction_drive*dtheta_p
+    c25 = stribeck_drive_speed**(-2)
+    c26 = 2*c5
+    c27 = math.exp(-c0*c25)*math.exp(c25*c26)*math.exp(-c25*c7)
+    c28 = c24*c27
+    c29 = c27*direction_drive*dtheta_w
+    c30 = ((c20) if c19 else (0))
+    c31 = ((-c20) if c19 else (0))
+    c32 = ((c17) if c19 else (1))
+    c33 = ((-c17) if c19 else (0))
+    stored[0] = c1 + c4*theta_w
+    stored[1] = c1 + c6 + c8
+    stored[2] = L*c12*c2*c8 + R*c1*c13 + c10*c12 + c10
+    stored[3] = c8
     stored[7] = -direction_drive*theta_p + direction_drive*theta_w
-    stored[8] = -c8*theta_p + c8*theta_w
-    stored[13] = -((-c12) if c13 else (0)) + ((c12) if c13 else (0))
-    stored[14] = -((-c15) if c13 else (theta_w)) + ((c15) if c13 else (theta_p))
+    stored[8] = -c14*theta_p + c14*theta_w
+    stored[13] = -((-c18) if c19 else (0)) + ((c18) if c19 else (0))
+    stored[14] = -((-c21) if c19 else (theta_w)) + ((c21) if c19 else (theta_p))
     stored[16] = direction_ground*theta_w
     stored[17] = math.cos(theta_w)
     stored[18] = -math.sin(theta_w)
-    stored[20] = -origin*theta_w + (1/2)*(theta_w*theta_w)
-    stored[21] = -theta_w
-    stored[22] = -theta_p
-    taken[5] = c0 - c3
-    taken[6] = c4 + c5
-    taken[9] = -c16*dtheta_p + c16*dtheta_w
-    taken[10] = -c21 + c22
-    taken[11] = -c17 + c21 - c22 + direction_drive*dtheta_w
-    taken[12] = c0*c16 - c16*c19 + c16*c5
-    taken[13] = -c14*dtheta_p + c14*dtheta_w + c23*dtheta_p - c23*dtheta_w - c24*dtheta_p + c24*dtheta_w
-    taken[14] = c11*dtheta_p - c11*dtheta_w - c25*dtheta_p + c25*dtheta_w + c26*dtheta_p - c26*dtheta_w
+    stored[21] = -origin*theta_w + (1/2)*(theta_w*theta_w)
+    stored[23] = -theta_w
+    stored[24] = -theta_p
+    taken[2] = c13*c3*dtheta_w
+    taken[4] = -c12*c22 - c22
+    taken[5] = c0 - c5
+    taken[6] = c6 + c7
+    taken[9] = -c23*dtheta_p + c23*dtheta_w
+    taken[10] = -c28 + c29
+    taken[11] = -c24 + c28 - c29 + direction_drive*dtheta_w
+    taken[12] = c0*c23 - c23*c26 + c23*c7
+    taken[13] = -c20*dtheta_p + c20*dtheta_w + c30*dtheta_p - c30*dtheta_w - c31*dtheta_p + c31*dtheta_w
+    taken[14] = c17*dtheta_p - c17*dtheta_w - c32*dtheta_p + c32*dtheta_w + c33*dtheta_p - c33*dtheta_w
     taken[15] = c0
     taken[19] = c0*abs(dtheta_w)
-    supplied[0] = 2*J_w*c2*dtheta_w/alpha - dtheta_p*v_in + dtheta_w*v_in
+    taken[20] = c7
+    taken[22] = dtheta_w*_step(-c11 - external_push_end) - dtheta_w*_step(-c11 - external_push_start)
+    supplied[0] = 2*J_w*c4*dtheta_w/alpha - dtheta_p*v_in + dtheta_w*v_in
 
     return stored, taken, supplied[0]
 
 
-SIGNALS = 26
-DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 0, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
+SIGNALS = 30
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
@@ -1342,51 +1713,68 @@ def _signals(t, state, voltage, parameters, signal):
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
     stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[16]
-    slope_angle = parameters[19]
-    com_offset_angle = parameters[23]
-    R = parameters[41]
-    g = parameters[42]
-    alpha = parameters[43]
-    J_w = parameters[44]
-    origin = parameters[45]
-    c0 = g*math.sin(slope_angle)/R
-    c1 = abs(-dtheta_p + dtheta_w)
-    c2 = stribeck_drive_speed**(-2)
-    c3 = dtheta_p*dtheta_w
-    c4 = direction_drive*math.exp(2*c2*c3)*math.exp(-c2*(dtheta_p*dtheta_p))*math.exp(-c2*(dtheta_w*dtheta_w))
-    c5 = cogging_periods*theta_p - cogging_periods*theta_w
-    c6 = -theta_w
-    c7 = com_offset_angle + theta_p
-    c8 = c7 + slope_angle
-    c9 = math.cos(c8)
-    c10 = -theta_p
-    signal[0] = c0
-    signal[1] = direction_drive
-    signal[2] = (direction_drive*direction_drive)
-    signal[3] = c1
-    signal[4] = c4
-    signal[5] = -c4 + direction_drive
-    signal[6] = -c1*dtheta_p + c1*dtheta_w
-    signal[7] = math.sin(c5)
-    signal[8] = -math.cos(c5)
-    signal[9] = direction_ground
-    signal[10] = -math.sin(theta_w)
-    signal[11] = -math.cos(theta_w)
-    signal[12] = dtheta_w*abs(dtheta_w)
-    signal[13] = -c6 - origin
-    signal[14] = -1
-    signal[15] = -c3*math.sin(c8)
-    signal[16] = math.sin(c7)
-    signal[17] = c9*dtheta_p
-    signal[18] = theta_w
-    signal[19] = c10
-    signal[20] = -c9*dtheta_w
-    signal[21] = theta_w
-    signal[22] = -c6 - theta_p
-    signal[23] = c10
-    signal[24] = 2*J_w*c0/alpha + v_in
-    signal[25] = v_in
+    cogging_periods = parameters[18]
+    slope_angle = parameters[21]
+    com_offset_angle = parameters[25]
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    external_push_start = parameters[30]
+    external_push_end = parameters[31]
+    R = parameters[50]
+    g = parameters[51]
+    alpha = parameters[52]
+    J_w = parameters[53]
+    L = parameters[54]
+    origin = parameters[55]
+    c0 = 1/R
+    c1 = g*math.sin(slope_angle)
+    c2 = c0*c1
+    c3 = -t
+    c4 = payload_step_ratio*_step(-c3 - payload_step_time)
+    c5 = c4/L
+    c6 = abs(-dtheta_p + dtheta_w)
+    c7 = stribeck_drive_speed**(-2)
+    c8 = dtheta_p*dtheta_w
+    c9 = direction_drive*math.exp(2*c7*c8)*math.exp(-c7*(dtheta_p*dtheta_p))*math.exp(-c7*(dtheta_w*dtheta_w))
+    c10 = cogging_periods*theta_p - cogging_periods*theta_w
+    c11 = -theta_w
+    c12 = com_offset_angle + theta_p
+    c13 = c12 + slope_angle
+    c14 = c8*math.sin(c13)
+    c15 = math.sin(c12)
+    c16 = math.cos(c13)
+    c17 = c16*c4 + c16
+    c18 = -theta_p
+    signal[0] = c2
+    signal[1] = c1*c5
+    signal[2] = direction_drive
+    signal[3] = (direction_drive*direction_drive)
+    signal[4] = c6
+    signal[5] = c9
+    signal[6] = -c9 + direction_drive
+    signal[7] = -c6*dtheta_p + c6*dtheta_w
+    signal[8] = math.sin(c10)
+    signal[9] = -math.cos(c10)
+    signal[10] = direction_ground
+    signal[11] = -math.sin(theta_w)
+    signal[12] = -math.cos(theta_w)
+    signal[13] = dtheta_w*abs(dtheta_w)
+    signal[14] = -c11 - origin
+    signal[15] = _step(-c3 - external_push_end) - _step(-c3 - external_push_start)
+    signal[16] = -1
+    signal[17] = -c14*c4 - c14
+    signal[18] = c15*c4 + c15
+    signal[19] = c17*dtheta_p
+    signal[20] = theta_w
+    signal[21] = c18
+    signal[22] = -c17*dtheta_w
+    signal[23] = theta_w
+    signal[24] = -c11 - theta_p
+    signal[25] = R*c5*theta_w
+    signal[26] = -L*c0*c4*theta_p
+    signal[27] = c18
+    signal[28] = 2*J_w*c2/alpha + v_in
+    signal[29] = v_in
 
 
 @internal
@@ -1394,9 +1782,16 @@ def _signal_rates(t, state, voltage, parameters, speed):
     """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
-    speed[21] = dtheta_w
-    speed[22] = -dtheta_p + dtheta_w
-    speed[23] = -dtheta_p
+    payload_step_time = parameters[28]
+    payload_step_ratio = parameters[29]
+    R = parameters[50]
+    L = parameters[54]
+    c0 = payload_step_ratio*_step(-payload_step_time + t)
+    speed[23] = dtheta_w
+    speed[24] = -dtheta_p + dtheta_w
+    speed[25] = R*c0*dtheta_w/L
+    speed[26] = -L*c0*dtheta_p/R
+    speed[27] = -dtheta_p
 
 
 @internal
@@ -1428,43 +1823,49 @@ def _assemble(signal, tau, phi):
     signal_23 = signal[23]
     signal_24 = signal[24]
     signal_25 = signal[25]
-    tau[0] = signal_24
-    tau[1] = signal_25
-    phi[0, 0] = signal_0 + signal_21
-    phi[0, 1] = signal_22
-    phi[0, 2] = signal_17
-    phi[0, 5] = signal_18
-    phi[0, 6] = signal_19
-    phi[0, 7] = signal_1
-    phi[0, 8] = signal_2
-    phi[0, 9] = signal_3
-    phi[0, 10] = signal_4
-    phi[0, 11] = signal_5
-    phi[0, 12] = signal_6
-    phi[0, 13] = signal_7
-    phi[0, 14] = signal_8
-    phi[0, 15] = signal_18
-    phi[0, 16] = signal_9
-    phi[0, 17] = signal_10
-    phi[0, 18] = signal_11
-    phi[0, 19] = signal_12
-    phi[0, 20] = signal_13
+    signal_26 = signal[26]
+    signal_27 = signal[27]
+    signal_28 = signal[28]
+    signal_29 = signal[29]
+    tau[0] = signal_28
+    tau[1] = signal_29
+    phi[0, 0] = signal_0 + signal_23
+    phi[0, 1] = signal_24
+    phi[0, 2] = signal_1 + signal_19 + signal_25
+    phi[0, 5] = signal_20
+    phi[0, 6] = signal_21
+    phi[0, 7] = signal_2
+    phi[0, 8] = signal_3
+    phi[0, 9] = signal_4
+    phi[0, 10] = signal_5
+    phi[0, 11] = signal_6
+    phi[0, 12] = signal_7
+    phi[0, 13] = signal_8
+    phi[0, 14] = signal_9
+    phi[0, 15] = signal_20
+    phi[0, 16] = signal_10
+    phi[0, 17] = signal_11
+    phi[0, 18] = signal_12
+    phi[0, 19] = signal_13
     phi[0, 21] = signal_14
-    phi[1, 1] = signal_22
-    phi[1, 2] = signal_15 + signal_20
-    phi[1, 3] = signal_23
-    phi[1, 4] = signal_16
-    phi[1, 5] = signal_18
-    phi[1, 6] = signal_19
-    phi[1, 7] = signal_1
-    phi[1, 8] = signal_2
-    phi[1, 9] = signal_3
-    phi[1, 10] = signal_4
-    phi[1, 11] = signal_5
-    phi[1, 12] = signal_6
-    phi[1, 13] = signal_7
-    phi[1, 14] = signal_8
-    phi[1, 22] = -signal_14
+    phi[0, 22] = signal_15
+    phi[0, 23] = signal_16
+    phi[1, 1] = signal_24
+    phi[1, 2] = signal_17 + signal_22 + signal_26
+    phi[1, 3] = signal_27
+    phi[1, 4] = signal_18
+    phi[1, 5] = signal_20
+    phi[1, 6] = signal_21
+    phi[1, 7] = signal_2
+    phi[1, 8] = signal_3
+    phi[1, 9] = signal_4
+    phi[1, 10] = signal_5
+    phi[1, 11] = signal_6
+    phi[1, 12] = signal_7
+    phi[1, 13] = signal_8
+    phi[1, 14] = signal_9
+    phi[1, 20] = signal_21
+    phi[1, 24] = -signal_16
 
 
 @compiled
