@@ -36,6 +36,15 @@ HIDDEN = {
     "gyro_scale": {"scale": 0.1},
     "pitch_scale": {"scale": 0.05},
     "encoder_eccentricity": {"sine": 0.01, "cosine": 0.005},
+    "presliding_drive": {"torque": 0.3, "stiffness": 20.0},
+    "body_damping": {"coefficient": 0.1},
+    "imu_lag": {"delay": 0.0043},
+    "payload_step": {"time": 5.03, "ratio": 0.1},
+    "external_push": {"start": 5.03, "end": 5.51, "torque": 0.5},
+    "drive_compliance": {"stiffness": 50.0, "damping": 0.1},
+    "backlash": {"gap": 0.03},
+    "wheel_slip": {"stiffness": 20.0, "limit": 5.0},
+    "slosh": {"mass_ratio": 0.05, "height": 0.5, "frequency": 8.0, "damping": 0.3},
 }
 
 

@@ -7,18 +7,22 @@ from types import ModuleType
 
 import numpy as np
 
+import derive
 from wheelpend import kernels
 from wheelpend.model import Model
 
 
 def compile_all(model: Model, progress: Callable[[str], None]) -> None:
-    """Compile the library's kernels and the model's own."""
-    for name, module in (
+    """Compile the library's kernels, also those with something free inside the machine, and the model's own."""
+    freeing = sorted({e.frees: e.name for e in derive.effects.LIBRARY.values() if e.frees}.items())
+    modules = [
         ("library", kernels.library_of(model)),
         ("plain", kernels.lean(model.plant, model.assumptions, ())),
         ("model", kernels.lean(model.plant, model.assumptions, model.effects)),
-    ):
-        progress(f"compiling the {name}'s kernels, once per machine")
+        *((f"library with {name}", kernels.library_of(model, [effect])) for name, effect in freeing),
+    ]
+    for number, (name, module) in enumerate(modules, 1):
+        progress(f"compiling the kernels of the {name}, once per machine ({number} of {len(modules)})")
         exercise(module)
 
 
