@@ -189,3 +189,15 @@ def test_a_segment_begins_with_what_the_one_before_hands_on():
     part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), bounds)
     _, shot = fit_states(module, part, initial_states(module, part, False), vector(module, values, log), 1e-3)
     assert part_error(part, shot) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_free_play_is_refitted_from_nearby():
+    from wheelpend import Model
+    from wheelpend.study import fit_parts, prepare, steadied
+
+    study = prepare(Model.default(), [simulated(seed=3, duration=8.0, backlash__gap=0.03)]).able("backlash")
+    near = {n: 1.03 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
+    study = steadied(study, near)
+    fitted = fit_parts(study, study.training, {**near, "backlash.gap": 0.025}, [*study.base, "backlash.gap"], rounds=40)
+    assert fitted.values["backlash.gap"] == pytest.approx(0.03, abs=3e-4)
+    assert fitted.error < 1.1

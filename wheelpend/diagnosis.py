@@ -127,11 +127,14 @@ def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress 
 def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
     """A diagnosis that names an effect which explains too little alone, if a second one explains the rest with it.
 
+    What frees something inside the machine is not tried as the first of a pair: it costs a minute a trial.
+
     Two effects can hide each other: either alone bends the other parameters so far that it does not pay. The one that
     lowers the held-out error more alone is named, with the evidence that it has beside the other.
     """
     study = found.study
-    likely = sorted((t for t in found.tried if t.physical), key=lambda t: t.fit.cost)[:PARTNERED]
+    quick = (t for t in found.tried if t.physical and not derive.effects.find(t.effect).frees)
+    likely = sorted(quick, key=lambda t: t.fit.cost)[:PARTNERED]
     for number, one in enumerate(likely, 1):
         progress(f"looking for a partner of {one.effect}")
         first = behind(study, one, pairs=False, progress=progress)
