@@ -23,7 +23,7 @@ def plant():
 
 @pytest.fixture(scope="module")
 def flat():
-    return {symbol("track_slope"): 0, symbol("com_angle"): 0}
+    return {symbol("track_slope"): 0, symbol("com_angle"): 0, symbol("payload"): 0}
 
 
 @pytest.fixture(scope="module")

@@ -141,7 +141,9 @@ def test_late_sensors_report_what_was_true(library):
     parameters = vector(library, {**KNOWN, "imu_lag.delay": lag}, log)
     _, late, _ = library.sensitivities(log.t, log.voltage, START, parameters, np.empty(0, np.int64), 1e-3)
     fine = np.arange(int(0.3995e4)) * 1e-4
-    dense = run(library, {}, Log("", fine, np.repeat(log.voltage, 10)[: len(fine)], np.zeros((len(fine), 3)), log.channels))
+    dense = run(
+        library, {}, Log("", fine, np.repeat(log.voltage, 10)[: len(fine)], np.zeros((len(fine), 3)), log.channels)
+    )
     then = np.round((log.t - lag) * 1e4).astype(int)
     past = then >= 0
     assert np.abs(late[past, 1:] - dense[then[past]][:, [1, 3]]).max() < 1e-6

@@ -83,7 +83,7 @@ def cubic(tmp_path_factory):
     (folder / "effects.toml").write_text(CUBIC, encoding="utf-8")
     own = Model.default().save(folder)
     with pytest.MonkeyPatch.context() as patch:  # fewer kernels to compile than the whole library with the effect
-        patch.setattr(kernels, "library_of", lambda m: kernels.probing(m.plant, m.assumptions, m.own))
+        patch.setattr(kernels, "library_of", lambda m, effects=(): kernels.probing(m.plant, m.assumptions, m.own))
         log = simulate(own, hide={"cubic_drag.c": 3.0}, seed=1, duration=9.0)
     return own, find_law(*fitted(log))
 

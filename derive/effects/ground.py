@@ -57,7 +57,9 @@ ROWS = (
                 bounded=True,
                 starts=Values((3.0, 10.0, 40.0)),
             ),
-            EffectParameter("limit", "V", minimum=0.1, maximum=1000.0, typical=5.0, absent=10.0, bounded=True, grid=(3.0,)),
+            EffectParameter(
+                "limit", "V", minimum=0.1, maximum=1000.0, typical=5.0, absent=10.0, bounded=True, grid=(3.0,)
+            ),
         ),
         InnerForce(
             "creep",

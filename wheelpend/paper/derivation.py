@@ -79,9 +79,9 @@ def derive_all() -> Derived:
 
 
 def level(plant: Plant) -> Plant:
-    """The robot on level ground, with the centre of mass on the body's axis."""
+    """The robot on level ground, without payload, with the centre of mass on the body's axis."""
     absent = dict.fromkeys(plant.geometry.values(), 0)
-    bodies = tuple(body._replace(position=body.position.subs(absent)) for body in plant.bodies)
+    bodies = tuple(b._replace(position=b.position.subs(absent), mass=b.mass.subs(absent)) for b in plant.bodies)
     return replace(plant, bodies=bodies, gravity=plant.gravity.subs(absent))
 
 
