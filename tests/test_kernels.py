@@ -19,7 +19,8 @@ HIDDEN = {
     "stribeck_drive.speed": 0.7, "coulomb_asymmetry.torque": 0.05, "viscous_asymmetry.coefficient": 0.01,
     "voltage_saturation.limit": 9.0, "wheel_runout.sine": 0.1, "wheel_runout.cosine": 0.05, "pitch_scale.scale": 0.05,
     "payload_step.time": 99.0, "external_push.start": 99.0, "external_push.end": 99.0,  # never
-    "presliding_drive.torque": 0.1, "presliding_drive.stiffness": 50.0, "encoder_scale.scale": 0.02, "encoder_eccentricity.sine": 0.01, "encoder_eccentricity.cosine": 0.005,
+    "presliding_drive.torque": 0.1, "presliding_drive.stiffness": 50.0,
+    "encoder_scale.scale": 0.02, "encoder_eccentricity.sine": 0.01, "encoder_eccentricity.cosine": 0.005,
 }  # fmt: skip
 
 
@@ -94,6 +95,8 @@ def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_dela
 
     exact = library.sensitivities(log.t[cut], log.voltage[cut], start, parameters, columns, 0.002)[2]
     for column, name in enumerate(library.PARAMETERS[: library.FITTED]):
+        if column == library.SENSOR_DELAY:
+            continue  # at zero a delay has one side only; test_states looks at others
         step = np.zeros_like(parameters)
         step[column] = 1e-7 if column in (library.DELAY, library.LAG) else 1e-6
         numeric = (readings(parameters + step) - readings(parameters - step)) / (2 * step[column])
