@@ -123,7 +123,7 @@ def test_a_push_sets_the_robot_rolling_and_then_leaves_it_alone():
     assert rates[99, DRIVE] == pytest.approx(pushed * np.exp(-X6 / (X1 + X2) * 0.05), rel=1e-3)
 
 
-def test_a_payload_adds_in_proportion_to_mass_and_inertia_from_its_moment_on():
+def test_a_payload_is_a_mass_at_the_centre_of_mass_from_its_moment_on():
     robot = Robot({"payload_step.time": 0.003, "payload_step.ratio": 0.25}, 2 * STEP, 100)
     turned = []
     for k in range(5):
@@ -133,8 +133,9 @@ def test_a_payload_adds_in_proportion_to_mass_and_inertia_from_its_moment_on():
         mujoco.mj_mulM(robot.model, robot.data, column, np.array([0.0, 1.0, 0.0]))
         turned.append(column[:2])
     upright = np.array([BODY * HEIGHT, BODY * HEIGHT**2 + BODY_INERTIA])  # of x and pitch when the body turns
+    laden = np.array([1.25 * BODY * HEIGHT, 1.25 * BODY * HEIGHT**2 + BODY_INERTIA])
     assert np.array(turned[:3]) - [0.0, 2 * WHEEL_INERTIA] == pytest.approx(np.tile(upright, (3, 1)))
-    assert np.array(turned[3:]) - [0.0, 2 * WHEEL_INERTIA] == pytest.approx(np.tile(1.25 * upright, (2, 1)))
+    assert np.array(turned[3:]) - [0.0, 2 * WHEEL_INERTIA] == pytest.approx(np.tile(laden, (2, 1)))
 
 
 def test_a_late_sensor_shows_the_motion_of_a_moment_ago():

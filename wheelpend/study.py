@@ -99,7 +99,7 @@ class Study:
     def lacking(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
         if effect.name in self.without:
-            return "left out on request"
+            return "was left out on request"
         free = kernels.freed_by(self.model.effects)
         if effect.frees and free and effect.frees not in free:
             return f"frees a second give inside the machine, beside {', '.join(free)}"

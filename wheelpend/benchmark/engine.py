@@ -66,15 +66,11 @@ class Robot:
             self.see()
 
     def load(self, t: float) -> None:
-        """Put the payload on when its time comes: the body's mass and its own inertia grow in proportion.
-
-        So the payload is spread as the body is, about the same centre of mass, and already moves along with it.
-        """
+        """Put the payload on when its time comes: a mass at the body's centre of mass, which already moves along."""
         due = self.hide.get("payload_step.time", np.inf)
         if due - self.step / 2 <= t < due + self.step / 2:
             body = self.model.body("body").id
             self.model.body_mass[body] *= 1 + self.hide["payload_step.ratio"]
-            self.model.body_inertia[body] *= 1 + self.hide["payload_step.ratio"]
             self.mujoco.mj_setConst(self.model, self.mujoco.MjData(self.model))
 
 

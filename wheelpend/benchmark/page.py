@@ -15,8 +15,8 @@ HEAD = """# The hidden-effect benchmark
 
 Effects are hidden in simulated logs of 20 s, and `explain` is asked what is missing. A third of the logs come from \
 MuJoCo, a rigid-body engine that shares no code with this project. There free play is two stops for a rotor of its \
-own, an elastic shaft a spring, slosh a pendulum hung in the body (its `damping` is the ratio ζ); a payload is spread \
-as the body is, so that the body's inertia grows in proportion to its mass; dry friction is sharp, or engages over \
+own, an elastic shaft a spring, slosh a pendulum hung in the body (its `damping` is the ratio ζ); a payload is a mass \
+at the body's centre of mass; dry friction is sharp, or engages over \
 10 ms, which no law of the library does. Sizes are 0.1 to 3 times typical ones; where the robot would fall, they are \
 made smaller until it stands. In brackets: 95 % confidence intervals.
 
