@@ -103,6 +103,8 @@ def coloured_noise(log: Log, channel: str) -> float:
     if not far > growth * near:
         return 0.0
     limit, filtered = inconsistency(log, channel), near * first_order(min(far / near, MOST))
+    if far > MOST * near:  # smoother than any filter of first order makes it: only the contradiction tells
+        return limit or filtered
     return min(limit or np.inf, filtered) if is_rate else (limit or filtered)
 
 
