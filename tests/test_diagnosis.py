@@ -1,6 +1,7 @@
 """Hidden effects are found, and nothing is found where nothing is hidden."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -184,6 +185,7 @@ def test_an_effect_that_leaves_a_rest_that_nothing_explains_is_not_the_answer(la
     assert result.where
 
 
+@pytest.mark.skipif(not os.environ.get("WHEELPEND_SLOW"), reason="takes minutes; set WHEELPEND_SLOW=1 to run it")
 def test_a_ladder_that_leaves_a_rest_says_so_and_where_it_is(late_sensor):
     result = explain(Model.default(), [late_sensor], without=OTHERS)
     assert (result.verdict, result.first.verdict) == ("unexplained", "unexplained")
