@@ -164,8 +164,9 @@ def test_the_real_robots_log_goes_through(workspace):
         pytest.skip(f"the measured log is not at {log}; set WHEELPEND_DATA")
     (workspace / "model.toml").write_text('plant = "wheel_pendulum"\n[sensors]\nencoder = "relative"\n')
     run("inspect", log)
-    diagnosis = json.loads(run("diagnose", log, "--json", "-").stdout)
-    assert "coulomb_drive" in [c["effect"] for c in diagnosis["candidates"]]
+    if os.environ.get("WHEELPEND_SLOW"):  # minutes: nothing of the library leaves only noise here
+        diagnosis = json.loads(run("diagnose", log, "--json", "-").stdout)
+        assert "coulomb_drive" in [c["effect"] for c in diagnosis["candidates"]]
     added = json.loads(run("add", "coulomb_drive", "--data", log, "--json", "-").stdout)
     assert added["error_after"] < 0.75 * added["error_before"]
 

@@ -57,6 +57,9 @@ OTHERS = [
 ]  # what explains late sensors, or takes long to say no
 
 
+LONG = {"payload_step", "drive_compliance", "wheel_slip", "slosh"}  # explained in minutes, not in seconds
+
+
 def hidden_log(effect, seed=3):
     seconds = 20.0 if effect in ("cogging", "payload_step") else 12.0
     return simulated(seed=seed, duration=seconds, **{f"{effect}__{p}": v for p, v in HIDDEN[effect].items()})
@@ -81,6 +84,8 @@ def test_a_base_fit_that_has_not_arrived_is_no_sign_of_a_missing_effect():
 
 @pytest.mark.parametrize("effect", sorted(HIDDEN))
 def test_a_hidden_effect_is_found_and_the_error_falls_to_the_noise(effect):
+    if effect in LONG and not os.environ.get("WHEELPEND_SLOW"):
+        pytest.skip("takes minutes; set WHEELPEND_SLOW=1 to run it")
     result = explain(Model.default(), [hidden_log(effect)])
     first = result.steps[0]
     assert effect in (first.effect, *first.equivalent_to)
