@@ -215,7 +215,7 @@ def _in_the_readings(effect: Effect, study: Study, fitted: Fit, number: int) -> 
 
     def residual(values: Values, where: Part, begin: np.ndarray) -> np.ndarray:
         parameters = vector(module, {**own, **values}, where.log)
-        return shoot(module, where, begin, parameters, max_step=study.max_step).residual
+        return np.nan_to_num(shoot(module, where, begin, parameters, max_step=study.max_step).residual)
 
     change = residual(absent, part, states) - residual({}, part, states)
     seen = [np.nan_to_num(np.nansum(change[a:b] ** 2), posinf=0.0) for a, b in part.bounds]
