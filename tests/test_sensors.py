@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from tests.conftest import simulated
 from wheelpend import Log, Model, simulate
@@ -52,3 +53,13 @@ def test_an_encoder_that_stands_still_lowers_the_noise_floor():
     pitch = np.random.default_rng(0).normal(size=(2000, 2)) * 0.01
     log = Log("still", t, np.ones(2000), np.column_stack([wheel, pitch]), ("theta_w", "theta_p", "dtheta_p"))
     assert 0.8 < noise_of(log, 0.01).floor < 0.97
+
+
+def test_a_rate_whose_noise_is_smooth_has_the_size_by_which_it_contradicts_its_angle():
+    log, random = simulated("aggressive", noise=False), np.random.default_rng(0)
+    smooth = lfilter([1], [1, -0.95], lfilter([1], [1, -0.95], random.standard_normal(len(log))))
+    rate = log.measured[:, 2] + 0.03 * smooth / smooth.std()
+    angle = log.measured[:, 1] + 1e-4 * random.standard_normal(len(log))
+    measured = np.column_stack([log.measured[:, 0], angle, rate])
+    sigma = noise_of(Log("smooth", log.t, log.voltage, measured, log.channels)).sigma
+    assert 0.5 < sigma[2] / 0.03 < 1.5

@@ -127,7 +127,8 @@ def inconsistency(log: Log, channel: str) -> float:
     """How far an angle and its measured rate contradict each other within half a second [unit of the channel].
 
     0 where the channel has no such partner. The angle less the integrated rate should be constant; offset and drift are
-    taken out of every window.
+    taken out of every window. The slope of that is the rate's error together with the slope of the angle's own scatter,
+    which is taken off; 0 also where that is most of it.
     """
     rate = channel if channel.startswith("d") else f"d{channel}"
     angle = rate[1:]
@@ -139,17 +140,21 @@ def inconsistency(log: Log, channel: str) -> float:
     step = np.diff(t)
     difference = angles - np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * step)])
     length = max(8, round(0.5 / log.dt))
+    width = 2 * max(1, round(0.01 / log.dt)) + 1
     squares = []
     for first in range(0, len(t) - length + 1, length):
         piece = slice(first, first + length)
         x = t[piece] - t[first]
         rest = difference[piece] - np.polyval(np.polyfit(x, difference[piece], 1), x)
         if channel == rate:
-            width = max(1, round(0.01 / log.dt))
-            smooth = np.convolve(rest, np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
-            rest = np.gradient(smooth, log.dt)
+            rest = np.gradient(np.convolve(rest, np.ones(width) / width, mode="valid"), log.dt)
         squares.append(np.mean(rest**2))
-    return float(np.sqrt(np.mean(squares))) if squares else 0.0
+    if not squares:
+        return 0.0
+    whole, of_angle = float(np.mean(squares)), 0.0
+    if channel == rate:
+        of_angle = (difference_noise(angles) / (width * log.dt)) ** 2
+    return float(np.sqrt(whole - of_angle)) if of_angle < 0.5 * whole else 0.0
 
 
 def difference_noise(signal: np.ndarray) -> float:
