@@ -16,7 +16,7 @@ _HOMES = {
     "simulate": "simulation",
     "identify": "identification",
     "compare": "comparison",
-    "diagnose": "diagnosis",
+    "diagnose": "climb",
     "explain": "explanation",
     "add": "explanation",
     "report": "reporting",

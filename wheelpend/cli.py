@@ -262,7 +262,7 @@ def diagnose(
 ) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
     from wheelpend import unexplained, wording
-    from wheelpend.diagnosis import diagnose as run
+    from wheelpend.climb import diagnose as run
 
     with failures(json):
         opened = open_model(model)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -12,9 +11,7 @@ import derive
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, fit_happening
-from wheelpend.logs import Log
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
-from wheelpend.model import Model
 from wheelpend.refit import SHORT, Progress, near_screens, refit_best
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
@@ -23,23 +20,19 @@ from wheelpend.shooting import Fit
 from wheelpend.study import (
     EXPLAINED,
     Study,
-    best_start,
     enlarged,
     fit_model,
     free_names,
     held_residuals,
     interleaved,
     per_log_names,
-    prepare,
     steadied,
 )
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
-MOST_EFFECTS = 4  # added one after the other before the search ends
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
 SUDDEN = 40.0  # expected fall of the sum of squares, in noise variances, from which an event is looked at
-FOLLOWED = 0.9  # share of the error that a further effect may leave for the search behind a first one to go on
 
 
 @dataclass(frozen=True)
@@ -75,34 +68,6 @@ class Diagnosis:
         """Whether nothing but noise is left, with the first candidate where there is one."""
         left = self.named[0].error_after if self.named else self.error
         return left <= EXPLAINED * self.noise_floor
-
-
-def diagnose(
-    model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
-    *,
-    without: Sequence[str] = (),
-    law: bool = False,
-    progress: Progress = lambda text: None,
-) -> Diagnosis:
-    """Find which effect of the library is missing, those named in ``without`` apart. Changes nothing.
-
-    With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
-    Raises Failure where the logs or the model cannot be used.
-    """
-    study = prepare(model, logs, holdout, without=without)
-    progress("finding a start")
-    study, start = best_start(study)
-    found = last = diagnose_study(study, start, progress=progress)
-    for _ in range(MOST_EFFECTS - 1):
-        if last.accounted or not last.named:
-            break
-        if last is not found and last.named[0].error_after > FOLLOWED * last.error:
-            break  # at this pace the rest will not be explained
-        last = next_round(last, progress=progress)
-    result = located(settled(found, last), progress=progress)
-    return with_law(result, progress=progress) if law else result
 
 
 def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:

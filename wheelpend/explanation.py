@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 import derive
-from wheelpend.diagnosis import MOST_EFFECTS, Diagnosis, diagnose_study, located, next_round, settled, with_law
+from wheelpend.climb import MOST_EFFECTS, climb
+from wheelpend.diagnosis import Diagnosis, located, settled, with_law
 from wheelpend.evidence import OfLog, Tried, honest_sigma, sizes_per_log
 from wheelpend.free_law import FreeLaw
 from wheelpend.logs import Log
@@ -93,13 +94,11 @@ def explain(
     nominal = nominal_error(study)
     progress("finding a start")
     study, start = best_start(study)
-    diagnosis = first = diagnose_study(study, start, progress=progress)
-    steps: list[Step] = []
-    while diagnosis.named and len(steps) < max_effects:
-        steps.append(step_of(study, diagnosis.named[0], diagnosis.error))
-        diagnosis = next_round(diagnosis, progress=progress)
-        study = diagnosis.study
-    first, diagnosis = settled(first, diagnosis), located(settled(diagnosis, diagnosis), progress=progress)
+    rounds = climb(study, start, lambda found: len(found) > max_effects, progress)
+    steps = [step_of(r.study, r.named[0], r.error) for r in rounds[:-1]]
+    first, last = rounds[0], rounds[-1]
+    study = last.study
+    first, diagnosis = settled(first, last), located(settled(last, last), progress=progress)
     if law:
         diagnosis = with_law(diagnosis, progress=progress)
     return Explanation(

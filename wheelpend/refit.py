@@ -32,6 +32,10 @@ STARTED = 2  # best settings of a profiled parameter from which a refit starts
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
+SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
+RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
+GLANCE = 5  # rounds of a refit that are given to every start, before the best goes on
+LESS = 40  # segments on which effects are scored where that only tells starts
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
 FEWEST = 15  # segments over parameters below which significance is taken from shorter segments
 
@@ -45,9 +49,8 @@ def near_screens(
 
     A base fit that bends every parameter to a missing effect can hide that very effect from its own linearisation.
     """
-    parts, present = shortened(study, SHORT * study.horizon), study.model.effects
-    found = [(short.values, screen(study, short, parts, shapes))]
-    free = free_names(study, present)
+    found = [(short.values, screen(study, short, shortened(study, SHORT * study.horizon), shapes))]
+    free, parts = free_names(study, study.model.effects), shortened(study, SHORT * study.horizon, most=LESS)
     for origin in (start, *study.origins) if corrupted else ():
         values = {**short.values, **origin}
         there = fit_parts(study, parts, values, free, start_per_log=short.per_log, rounds=0)
@@ -57,7 +60,10 @@ def near_screens(
 
 
 def refit_best(study, base, short, before, near, far: Screen, residuals, progress: Progress) -> list[Tried]:
-    """Refit the best candidates of every screening, first on short segments, then the best of those on full ones."""
+    """Refit the best candidates of every screening, first on short segments, then the best of those on full ones.
+
+    What frees something inside the machine takes long to refit, and is tried unless another effect leaves only noise.
+    """
     screens = [*(s for _, s in near), far]
     promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.effect.parameters))
     names = with_contained(study, list(dict.fromkeys(c.effect.name for c in promising)))
@@ -80,10 +86,21 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
-        begun = sorted(zip(names, pool.map(begin, names), strict=True), key=lambda pair: pair[1].cost)
+        slow = [n for n in names if derive.effects.find(n).frees]
+        quick = [n for n in names if n not in slow]
+        begun = list(zip(quick, pool.map(begin, quick), strict=True))
+        if not any(f.error < SETTLED * study.floor for _, f in begun):
+            begun += zip(slow, pool.map(begin, slow), strict=True)
+        begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
         tried = [t for t in pool.map(finish, hopeful) if t is not None]
-    return sorted(tried, key=lambda t: t.error_after)
+    return sorted(tried, key=lambda t: t.error_after * reluctance(study, t))
+
+
+def reluctance(study: Study, tried: Tried) -> float:
+    """What the error of an effect is multiplied by when it is ranked."""
+    partial = derive.effects.find(tried.effect).frees and tried.error_after > EXPLAINED * study.floor
+    return RELUCTANCE if partial else 1.0
 
 
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:
@@ -135,7 +152,7 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     """Refit the model with one more effect on short segments, from several points and sizes, with fresh states.
 
     On short segments the problem is almost linear. Effects that are not locally linear (a delay, a threshold) start
-    from a grid of sizes as well.
+    from a grid of sizes as well. Of many starts the one that is best after a few rounds goes on.
     """
     effect = beginnings[0][1].effect
     study = steadied(study.able(effect.name), short.values)
@@ -148,19 +165,21 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
         trials += [(trials[0][0], {**trials[0][1], name: size}) for size in parameter.grid]
     fits = []
     for values, sizes_ in trials:
-        fits.append(_refit_from(study, short, sizes_, free, SHORT, values, short.per_log))
+        fits.append(_refit_from(study, sizes_, free, SHORT, values, short.per_log, rounds=GLANCE))
         if fits[-1].error < EXPLAINED * study.floor:
             break  # it cannot get better than the noise
     best = min(fits, key=lambda f: f.cost)
-    return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
+    if not best.converged:
+        best = _refit_from(study, {}, free, SHORT, best.values, best.per_log)
+    return _refit_from(study, {}, free, 0.3, best.values, best.per_log)
 
 
-def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:
+def _refit_from(study: Study, sizes_: dict, free: list[str], share: float, values, per_log, rounds: int = 15) -> Fit:
     first = {n: v for n, v in sizes_.items() if "@" not in n}
     own = [{**o, **{n: sizes_.get(f"{n}@{log}", first[n]) for n in per_log_names(list(first))}}
            for log, o in enumerate(per_log)]  # fmt: skip
     parts = shortened(study, share * study.horizon, most=80)
-    return fit_parts(study, parts, {**values, **first}, free, start_per_log=own)
+    return fit_parts(study, parts, {**values, **first}, free, start_per_log=own, rounds=rounds)
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:

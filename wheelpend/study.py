@@ -50,7 +50,8 @@ class Study:
     max_step: float  # s
     warnings: tuple[str, ...]
     origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
-    without: tuple[str, ...] = ()  # effects that are not tried
+    without: tuple[str, ...] = ()  # effects that are not tried, on request
+    needless: tuple[str, ...] = ()  # nor these, which others have made needless
     carries: bool = False  # whether something in the model carries on from one segment to the next
 
     @property
@@ -100,6 +101,8 @@ class Study:
         """Why an effect cannot be judged, or an empty string."""
         if effect.name in self.without:
             return "was left out on request"
+        if effect.name in self.needless:
+            return "lowers the error, but not beside the effects that explain the rest"
         free = kernels.freed_by(self.model.effects)
         if effect.frees and free and effect.frees not in free:
             return f"frees a second give inside the machine, beside {', '.join(free)}"

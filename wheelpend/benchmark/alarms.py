@@ -19,8 +19,9 @@ import typer
 from wheelpend.benchmark.imperfect import KINDS, complete_log
 from wheelpend.benchmark.page import table, told
 from wheelpend.benchmark.summary import rate
+from wheelpend.climb import diagnose
 from wheelpend.console import err, failures, say
-from wheelpend.diagnosis import Diagnosis, diagnose
+from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import distance, wald
 from wheelpend.explanation import standard_error
 from wheelpend.model import Model

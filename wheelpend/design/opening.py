@@ -128,7 +128,7 @@ def _diagnosed(
     model: Model, logs: Sequence[str | Path | Log], progress: Callable[[str], None]
 ) -> tuple[Start, str, tuple[str, ...]]:
     """Diagnose the logs: what is ambiguous is the question; else the parameters, with what is missing added."""
-    from wheelpend.diagnosis import diagnose
+    from wheelpend.climb import diagnose
 
     found = diagnose(model, logs, progress=progress)
     best = found.named[0] if found.named and found.verdict in ("ambiguous", "effect_missing") else None
