@@ -46,6 +46,11 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def threads() -> int:
+    """How many threads this process may use: one where every core has a process of its own."""
+    return 1 if all(os.environ.get(name) == "1" for name in THREADS) else cores()
+
+
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """Processes started inside use one thread for linear algebra: the cores are taken by the jobs."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
@@ -13,6 +12,7 @@ from derive.effects import Effect
 from wheelpend.evidence import Tried, judge
 from wheelpend.failures import Failure
 from wheelpend.happenings import find_happenings, fit_happening
+from wheelpend.processes import threads
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
@@ -34,8 +34,9 @@ PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in nois
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
 SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
 RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
-GLANCE = 5  # rounds of a refit that are given to every start, before the best goes on
-LESS = 40  # segments on which effects are scored where that only tells starts
+GLANCE = 4  # rounds of a refit that are given to every start, before the best goes on
+BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
+MOST, LESS = 80, 40  # segments of a refit that only prepares, and of what only tells where to start
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
 FEWEST = 15  # segments over parameters below which significance is taken from shorter segments
 
@@ -70,9 +71,13 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
     by_name = {c.effect.name: c for c in far.candidates}
     tests = sum(c.trials for c in far.candidates)
 
-    def begin(name: str) -> Fit:
+    def look(name: str) -> Fit:
         progress(f"refitting with {name}")
-        return refit(study, short, starts_for(near, name))
+        return first_look(study, short, starts_for(near, name))
+
+    def begin(name: str) -> tuple[Fit, Fit]:
+        looked = look(name)
+        return looked, go_on(study, looked, name)
 
     def finish(pair: tuple[str, Fit]) -> Tried | None:
         name, begun = pair
@@ -85,12 +90,15 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         evidence = evidence_fit(able, fitted, begun)
         return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
-    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:  # the kernels release the interpreter's lock
+    with ThreadPoolExecutor(max_workers=threads()) as pool:  # the kernels release the interpreter's lock
         slow = [n for n in names if derive.effects.find(n).frees]
         quick = [n for n in names if n not in slow]
-        begun = list(zip(quick, pool.map(begin, quick), strict=True))
-        if not any(f.error < SETTLED * study.floor for _, f in begun):
-            begun += zip(slow, pool.map(begin, slow), strict=True)
+        looked, fits = zip(*pool.map(begin, quick), strict=True) if quick else ((), ())
+        begun = list(zip(quick, fits, strict=True))
+        bound = BEHIND * min((f.error for f in looked), default=np.inf)
+        if not any(f.error < SETTLED * study.floor for f in fits):
+            seen = [(n, look(n)) for n in slow]  # many short calls, which threads would only hinder
+            begun += [(n, go_on(study, f, n)) for n, f in seen if f.error < bound]
         begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
         tried = [t for t in pool.map(finish, hopeful) if t is not None]
@@ -149,10 +157,14 @@ def starts_for(near: list[tuple[dict[str, float], Screen]], name: str) -> list[t
 
 
 def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:
-    """Refit the model with one more effect on short segments, from several points and sizes, with fresh states.
+    """Refit the model with one more effect on short segments, from several points and sizes, with fresh states."""
+    return go_on(study, first_look(study, short, beginnings), beginnings[0][1].effect.name)
 
-    On short segments the problem is almost linear. Effects that are not locally linear (a delay, a threshold) start
-    from a grid of sizes as well. Of many starts the one that is best after a few rounds goes on.
+
+def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:
+    """The best of a few rounds from each of several points and sizes, on segments so short that it is almost linear.
+
+    Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well.
     """
     effect = beginnings[0][1].effect
     study = steadied(study.able(effect.name), short.values)
@@ -163,23 +175,31 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
     for parameter in effect.parameters:
         name = f"{effect.name}.{parameter.name}"
         trials += [(trials[0][0], {**trials[0][1], name: size}) for size in parameter.grid]
-    fits = []
-    for values, sizes_ in trials:
-        fits.append(_refit_from(study, sizes_, free, SHORT, values, short.per_log, rounds=GLANCE))
+    parts, fits = shortened(study, SHORT * study.horizon, most=LESS), []
+    for values, size in trials:
+        start, own = _begun(values, short.per_log, size)
+        fits.append(fit_parts(study, parts, start, free, start_per_log=own, rounds=GLANCE))
         if fits[-1].error < EXPLAINED * study.floor:
             break  # it cannot get better than the noise
-    best = min(fits, key=lambda f: f.cost)
-    if not best.converged:
-        best = _refit_from(study, {}, free, SHORT, best.values, best.per_log)
-    return _refit_from(study, {}, free, 0.3, best.values, best.per_log)
+    return min(fits, key=lambda f: f.cost)
 
 
-def _refit_from(study: Study, sizes_: dict, free: list[str], share: float, values, per_log, rounds: int = 15) -> Fit:
-    first = {n: v for n, v in sizes_.items() if "@" not in n}
-    own = [{**o, **{n: sizes_.get(f"{n}@{log}", first[n]) for n in per_log_names(list(first))}}
+def go_on(study: Study, begun: Fit, effect: str) -> Fit:
+    """A fit with an effect taken to its end, and to longer segments."""
+    study = steadied(study.able(effect), begun.values)
+    free = list(dict.fromkeys(n.split("@")[0] for n in begun.free))
+    for share in (0.3,) if begun.converged else (SHORT, 0.3):
+        parts = shortened(study, share * study.horizon, most=MOST)
+        begun = fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
+    return begun
+
+
+def _begun(values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], size: Mapping[str, float]):
+    """A start with sizes, which may be those of each log, by name@log."""
+    first = {n: v for n, v in size.items() if "@" not in n}
+    own = [{**o, **{n: size.get(f"{n}@{log}", first[n]) for n in per_log_names(list(first))}}
            for log, o in enumerate(per_log)]  # fmt: skip
-    parts = shortened(study, share * study.horizon, most=80)
-    return fit_parts(study, parts, {**values, **first}, free, start_per_log=own, rounds=rounds)
+    return {**values, **first}, own
 
 
 def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:

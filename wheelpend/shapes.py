@@ -20,6 +20,8 @@ from wheelpend import kernels, regression
 from wheelpend.shooting import Fit, Part, vector
 from wheelpend.study import Study
 
+BLOCKS = 40  # of a log, whose signs are drawn for a surrogate
+
 
 class Shape(NamedTuple):
     """What is tried for an effect's parameter that has to be profiled."""
@@ -107,12 +109,16 @@ def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[f
     records = [ripple_record(study, fitted, port, k) for k in range(len(study.training))]
     span = max(1.0, *(float(np.ptp(angle)) for _, angle in records))
     grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(40, 200))
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(BLOCKS, 200))
     power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
     for missing, angle in records:
-        waves = np.exp(1j * np.outer(grid, angle)).astype(np.complex64)
-        block = np.arange(len(missing)) * 40 // len(missing)
-        amplitudes = np.stack([waves[:, block == b] @ missing[block == b] for b in range(40)], axis=1)
+        whole = len(missing) // BLOCKS * BLOCKS
+        wave = missing[:whole] * np.exp(1j * grid[0] * angle[:whole])
+        turn = np.exp(1j * (grid[1] - grid[0]) * angle[:whole])  # from one period of the grid to the next
+        amplitudes = np.empty((len(grid), BLOCKS), dtype=complex)
+        for row in amplitudes:
+            row[:] = wave.reshape(BLOCKS, -1).sum(axis=1)
+            wave *= turn
         power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(missing @ missing), 1e-300)
         surrogate += np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
     typical = float(np.median(surrogate.max(axis=0)))
