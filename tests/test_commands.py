@@ -156,6 +156,14 @@ def test_hidden_effects_are_read_as_name_value_or_parameters(workspace):
     assert "--hide cogging=sine:VALUE" in run("simulate", "-o", "b.csv", "--hide", "cogging=0.1", code=1).stderr
 
 
+def test_hidden_effects_are_never_passed_over():
+    whole = simulate(Model.default(), duration=0.5, hide={"coulomb_drive.torque": 0.3})
+    assert (simulate(Model.default(), duration=0.5, hide={"coulomb_drive": 0.3}).voltage == whole.voltage).all()
+    for name, answer in {"coulomb": "Known effects", "cogging": "cogging.periods", "slope.tilt": "slope.angle"}.items():
+        with pytest.raises(Failure, match=answer):
+            simulate(Model.default(), duration=0.5, hide={name: 0.3})
+
+
 def test_the_real_robots_log_goes_through(workspace):
     import os
 

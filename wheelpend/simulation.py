@@ -33,10 +33,10 @@ def simulate(
 
     The machine is that of [simulation] where the model has one, else the model as identified, its effects included;
     ``command`` is a built-in one or a file, which lasts as long as it is unless ``duration`` [s] is shorter.
-    ``hide`` adds effects as {"effect.parameter": value}. RK4 with steps of at most ``sample`` seconds, stick-slip and
+    ``hide`` adds effects as {"effect.parameter": value}, or {"effect": value} where it has one parameter. RK4 with steps of at most ``sample`` seconds, stick-slip and
     delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
     """
-    machine = machine_values(model, hide or {})
+    machine = machine_values(model, in_full(hide or {}))
     module = kernels.library_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
@@ -69,6 +69,21 @@ def simulate(
             f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains."
         )
     return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)
+
+
+def in_full(hide: Mapping[str, float]) -> dict[str, float]:
+    """Hidden values by effect.parameter; raises Failure where a name is none, or says too little."""
+    found = {}
+    for name, value in hide.items():
+        effect, _, parameter = name.partition(".")
+        try:
+            known = [p.name for p in derive.effects.find(effect).parameters]
+        except KeyError as error:
+            raise Failure(error.args[0]) from None
+        if parameter not in known and (parameter or len(known) > 1):
+            raise Failure(f"'{name}' must be one of {', '.join(f'{effect}.{k}' for k in known)}.")
+        found[f"{effect}.{parameter or known[0]}"] = float(value)
+    return found
 
 
 def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:

@@ -422,7 +422,7 @@ def fit_model(
     """
     best = _lengthen(study, start, free, horizons, start_per_log)
     for number, origin in enumerate(study.origins):
-        arrived = best.error < (FAR if best.converged else EXPLAINED) * study.floor
+        arrived = best.converged and best.error < FAR * study.floor
         if np.isfinite(best.cost) and (number > 0 or arrived):
             break
         other = _lengthen(study, {**start, **origin}, free, horizons, start_per_log)
