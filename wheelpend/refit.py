@@ -9,7 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 import derive
-from derive.effects import Effect
+from derive.effects import Effect, InnerPlay
+from wheelpend.contacts import start_with_contacts
 from wheelpend.evidence import Tried, judge
 from wheelpend.failures import Failure
 from wheelpend.happenings import find_happenings, fit_happening
@@ -152,7 +153,18 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
         if fits[-1].error < EXPLAINED * study.floor:
             break  # it cannot get better than the noise
     best = min(fits, key=lambda f: f.cost)
-    return _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
+    best = _refit_from(study, short, {}, free, 0.3, best.values, best.per_log)
+    if isinstance(effect.enters, InnerPlay) and not best.error < EXPLAINED * study.floor:
+        best = min([best, *_with_contacts(study, short, effect, free)], key=lambda f: f.cost)
+    return best
+
+
+def _with_contacts(study: Study, short: Fit, effect: Effect, free: list[str]) -> list[Fit]:
+    """The refit of a play from the first start before any fit, if it pays there: contacts mislead a fit from afar."""
+    origin = {**short.values, **(study.origins[0] if study.origins else {})}
+    study = steadied(study.able(effect.name), origin)
+    begun = start_with_contacts(study, origin, short.per_log, free, effect.full_names[0])
+    return [_refit_from(study, short, {}, free, 0.3, begun, short.per_log)] if begun else []
 
 
 def _refit_from(study: Study, short: Fit, sizes_: dict, free: list[str], share: float, values, per_log) -> Fit:

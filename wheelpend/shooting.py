@@ -27,6 +27,7 @@ class Part:
     log: Log
     sigma: np.ndarray  # (channels,)
     bounds: np.ndarray  # (segments, 2) half-open sample ranges
+    weights: np.ndarray | None = None  # (segments,) how much the squares of each count; all alike without
 
     @property
     def values(self) -> int:
@@ -119,6 +120,8 @@ def shoot(
         )  # fmt: skip
     except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
         gram[:] = np.nan
+    if part.weights is not None:
+        gram *= part.weights[:, None, None]
     return Shot(gram, residual)
 
 
@@ -184,7 +187,7 @@ def in_turn(
     """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
     log, found, inside = part.log, states.copy(), np.zeros(module.NV - module.NX)
     for number, (first, last) in enumerate(part.bounds):
-        only = replace(part, bounds=part.bounds[number : number + 1])
+        only = replace(part, bounds=part.bounds[number : number + 1], weights=None)
         found[number] = _alone(module, only, found[number], inside, parameters, max_step, rounds)
         ahead = slice(first, min(last + 1, len(log)))
         whole = np.concatenate([found[number], inside])
