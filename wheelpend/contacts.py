@@ -1,8 +1,8 @@
 """A start for an effect whose contacts make and break, from where no parameter is known well.
 
 Where the moving part is at a moment depends on every contact before. Short segments know little of that, their
-sensitivities leave out what one segment hands on to the next, and one contact too few spoils whole segments. So segments
-that fit badly count less, and derivatives are differences of whole logs whose states follow in turn.
+sensitivities leave out what one segment hands on to the next, and one contact too few spoils whole segments. So
+segments that fit badly count less, and derivatives are differences of whole logs whose states follow in turn.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from wheelpend.study import Study, effect_parameter, fit_parts, limits_of, per_l
 WIDTH = 0.01  # of a parameter: so wide a difference that the roughness of single contacts averages out
 FARTHEST = 0.3  # of a parameter, that one step may move it
 PAYS = 0.95  # of the error without play, that the error with it has to be below for the search to go on
-COARSE = tuple(float(v) for v in np.geomspace(0.0015, 0.2, 9))  # first sizes tried, in units of the largest but a fifth
+COARSE = tuple(float(v) for v in np.geomspace(0.0015, 0.2, 9))  # first widths tried [rad]
 FINE = (0.5, 0.63, 0.8, 0.9, 1.0, 1.1, 1.25, 1.6, 2.0)  # times the size found
 
 
@@ -127,7 +127,9 @@ def followed_fit(study: Study, parts: Sequence[Part], values, own, free: Sequenc
     return values
 
 
-def differences(study: Study, parts, values, own, names: Sequence[str], scale: np.ndarray, here: Whole):
+def differences(
+    study: Study, parts, values, own, names: Sequence[str], scale: np.ndarray, here: Whole
+) -> tuple[np.ndarray, np.ndarray]:
     """Normal equations in units of scale, every segment weighted by its squares."""
     weights = 1.0 / np.sqrt(np.maximum(here.squares, 1.0))
 

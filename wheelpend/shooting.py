@@ -203,7 +203,7 @@ def in_turn(
     return found
 
 
-def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> np.ndarray:
+def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> tuple[np.ndarray, float]:
     """Initial coordinates and rates of one segment by Levenberg and Marquardt, and the sum of squares they leave."""
     shot = shoot(module, only, np.concatenate([state, inside])[None], parameters, max_step=max_step)
     damping = 1e-4
