@@ -45,6 +45,7 @@ def start_with_contacts(study: Study, origin: Mapping[str, float], own, free: Se
     study = replace(study, max_step=min(study.max_step, 2.0 * stable_step(module, origin, log)))  # as logs are played
     parts = shortened(study, 0.1 * study.horizon, most=10_000)
     row = effect_parameter(size)
+    assert row is not None, f"{size} is a parameter of the library"
     values = spared_fit(study, parts, {**origin, size: 0.5 * row.typical}, own, free)
     costs = {gap: cost_at(study, parts, values, own, free, {size: gap}) for gap in (row.absent, *COARSE)}
     best = min(costs, key=costs.__getitem__)

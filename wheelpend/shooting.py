@@ -187,7 +187,7 @@ def in_turn(
 ) -> np.ndarray:
     """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
     log, found, inside = part.log, states.copy(), np.zeros(module.NV - module.NX)
-    arrived, ended = None, -1
+    arrived, ended = np.zeros(module.NX), -1  # the last segment's end, and at which sample
     for number, (first, last) in enumerate(part.bounds):
         only = replace(part, bounds=part.bounds[number : number + 1], weights=None)
         begun = [found[number]]
