@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 import derive
+from derive.effects import InnerPlay
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, fit_happening
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
-from wheelpend.refit import SHORT, Progress, near_screens, refit_best
+from wheelpend.refit import SHORT, Progress, near_screens, refit_best, refit_play, reluctance
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
@@ -22,6 +23,7 @@ from wheelpend.study import (
     Study,
     enlarged,
     fit_model,
+    fit_parts,
     free_names,
     held_residuals,
     interleaved,
@@ -81,12 +83,12 @@ def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress 
     """Diagnose with an effect in the model."""
     larger = steadied(study.having(enlarged(study.model, best.effect)), best.fit.values)
 
-    def known(values: Mapping[str, float]) -> dict[str, float]:
-        present = (*larger.model.effects, "")
-        return {n: v for n, v in values.items() if n.rpartition(".")[0] in present}
+    def present(values: Mapping[str, float]) -> dict[str, float]:
+        effects = (*larger.model.effects, "")
+        return {n: v for n, v in values.items() if n.rpartition(".")[0] in effects}
 
-    own = [known(values) for values in best.fit.per_log]
-    return diagnose_study(larger, known(best.fit.of_log(0)), own=own, with_force=False, pairs=pairs, progress=progress)
+    own, start = [present(values) for values in best.fit.per_log], present(best.fit.of_log(0))
+    return diagnose_study(larger, start, own=own, known=best.fit, with_force=False, pairs=pairs, progress=progress)
 
 
 def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
@@ -152,19 +154,23 @@ def diagnose_study(
     start: dict[str, float],
     *,
     own: Sequence[Mapping[str, float]] = (),
+    known: Fit | None = None,
     with_force: bool = True,
     pairs: bool = True,
     progress: Progress = lambda text: None,
 ) -> Diagnosis:
     """Diagnose a prepared study from a start for its parameters, and for those that each log has for itself.
 
-    With ``pairs`` by two effects where one fails.
+    With ``pairs`` by two effects where one fails. A fit of this very model that is ``known`` is kept where a new one is
+    not better.
     """
     present = study.model.effects
     free = free_names(study, present)
     progress("fitting the model as it is")
     short = fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
     base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
+    if known and known.count == base.count and set(known.free) == set(base.free) and known.cost < base.cost:
+        base = known
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
     shapes = shapes_of(study, short, study.missable())
@@ -206,6 +212,35 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
         return found
     assert found.screen is not None, "a diagnosis has screened every effect"
     return conclude(study, base, before, residuals, tried, found.screen, found.missing)
+
+
+def with_play(found: Diagnosis, progress: Progress) -> Diagnosis:
+    """A diagnosis that names a play, if it is worth naming once its contacts are followed from a start before any fit.
+
+    That takes half a minute, so it is tried where nothing else explains what is missing.
+    """
+    study, before = found.study, found.error
+    plays = [e for e in study.missable() if isinstance(e.enters, InnerPlay)]
+    if not plays or found.screen is None:
+        return found
+    residuals = held_residuals(study, found.fit)[1]
+    tests = sum(c.trials for c in found.screen.candidates)
+    tried = []
+    for effect in plays:
+        progress(f"following the contacts of {effect.name}")
+        begun = refit_play(study, found.fit, effect)
+        if begun is None:
+            continue
+        able, free = steadied(study.able(effect.name), begun.values), [n.split("@")[0] for n in begun.free]
+        fitted = fit_parts(able, able.training, begun.values, list(dict.fromkeys(free)), start_per_log=begun.per_log)
+        candidate = next(c for c in found.screen.candidates if c.effect == effect)
+        judged = len(found.tried) + len(plays)
+        tried.append(judge(able, candidate, fitted, fitted, before, residuals, tests=tests, judged=judged))
+    tried = [t for t in tried if t.worth_naming(before)]
+    if not tried:
+        return found
+    ranked = sorted((*found.tried, *tried), key=lambda t: t.error_after * reluctance(study, t))
+    return conclude(study, found.fit, before, residuals, ranked, found.screen, found.missing)
 
 
 def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:

@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 import derive
-from derive.effects import Effect
+from derive.effects import Effect, InnerPlay
+from wheelpend.contacts import start_with_contacts
 from wheelpend.evidence import Tried, judge
 from wheelpend.failures import Failure
 from wheelpend.happenings import find_happenings, fit_happening
@@ -158,7 +159,22 @@ def starts_for(near: list[tuple[dict[str, float], Screen]], name: str) -> list[t
 
 def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:
     """Refit the model with one more effect on short segments, from several points and sizes, with fresh states."""
-    return go_on(study, first_look(study, short, beginnings), beginnings[0][1].effect.name)
+    effect = beginnings[0][1].effect
+    found = go_on(study, first_look(study, short, beginnings), effect.name)
+    if not isinstance(effect.enters, InnerPlay) or found.error < EXPLAINED * study.floor:
+        return found
+    return min((f for f in (found, refit_play(study, short, effect)) if f is not None), key=lambda f: f.cost)
+
+
+def refit_play(study: Study, short: Fit, effect: Effect) -> Fit | None:
+    """Refit with a play from a start before any fit that follows its contacts; None where that does not pay."""
+    origin = {**short.values, **(study.origins[0] if study.origins else {})}
+    study, free = steadied(study.able(effect.name), origin), _free_with(study, short, effect.name)
+    begun = start_with_contacts(study, origin, short.per_log, free, effect.full_names[0])
+    if begun is None:
+        return None
+    parts = shortened(study, 0.3 * study.horizon, most=MOST)
+    return fit_parts(study, parts, begun, free, start_per_log=short.per_log)
 
 
 def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float], Candidate]]) -> Fit:

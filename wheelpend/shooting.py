@@ -18,6 +18,7 @@ from derive.effects import InnerForce, PathForce
 from wheelpend.logs import Log, segment_bounds
 
 EVERYWHERE = np.iinfo(np.int64).max
+FEW = 3  # rounds up to which initial states are only brought up to date, from one start
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Part:
     log: Log
     sigma: np.ndarray  # (channels,)
     bounds: np.ndarray  # (segments, 2) half-open sample ranges
+    weights: np.ndarray | None = None  # (segments,) how much the squares of each count; all alike without
 
     @property
     def values(self) -> int:
@@ -119,6 +121,8 @@ def shoot(
         )  # fmt: skip
     except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
         gram[:] = np.nan
+    if part.weights is not None:
+        gram *= part.weights[:, None, None]
     return Shot(gram, residual)
 
 
@@ -183,18 +187,24 @@ def in_turn(
 ) -> np.ndarray:
     """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
     log, found, inside = part.log, states.copy(), np.zeros(module.NV - module.NX)
+    arrived, ended = np.zeros(module.NX), -1  # the last segment's end, and at which sample
     for number, (first, last) in enumerate(part.bounds):
-        only = replace(part, bounds=part.bounds[number : number + 1])
-        found[number] = _alone(module, only, found[number], inside, parameters, max_step, rounds)
+        only = replace(part, bounds=part.bounds[number : number + 1], weights=None)
+        begun = [found[number]]
+        if rounds > FEW and ended == first and np.isfinite(arrived).all():
+            begun.append(arrived)  # where the one before ended, which no missed contact has led astray
+        tried = [_alone(module, only, state, inside, parameters, max_step, rounds) for state in begun]
+        found[number] = min(tried, key=lambda t: t[1])[0]
         ahead = slice(first, min(last + 1, len(log)))
         whole = np.concatenate([found[number], inside])
-        inside = module.simulate(log.t[ahead], log.voltage[ahead], whole, parameters, max_step)[-1, module.NX :]
+        end = module.simulate(log.t[ahead], log.voltage[ahead], whole, parameters, max_step)[-1]
+        arrived, inside, ended = end[: module.NX], end[module.NX :], last
         inside = np.where(np.isfinite(inside), inside, 0.0)
     return found
 
 
-def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> np.ndarray:
-    """Initial coordinates and rates of one segment by Levenberg and Marquardt."""
+def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> tuple[np.ndarray, float]:
+    """Initial coordinates and rates of one segment by Levenberg and Marquardt, and the sum of squares they leave."""
     shot = shoot(module, only, np.concatenate([state, inside])[None], parameters, max_step=max_step)
     damping = 1e-4
     for _ in range(rounds):
@@ -209,7 +219,7 @@ def _alone(module, only: Part, state, inside, parameters, max_step: float, round
             damping *= 10.0
             if damping > 1e3 or abs(gain) < 1e-9 * shot.cost:
                 break
-    return state
+    return state, shot.cost
 
 
 def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:

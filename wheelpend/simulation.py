@@ -33,8 +33,9 @@ def simulate(
 
     The machine is that of [simulation] where the model has one, else the model as identified, its effects included;
     ``command`` is a built-in one or a file, which lasts as long as it is unless ``duration`` [s] is shorter.
-    ``hide`` adds effects as {"effect.parameter": value}, or {"effect": value} where it has one parameter. RK4 with steps of at most ``sample`` seconds, stick-slip and
-    delays resolved inside a step. Raises Failure without parameter values or controller, and when the robot falls.
+    ``hide`` adds effects as {"effect.parameter": value}, or {"effect": value} where it has one parameter. RK4 with
+    steps of at most ``sample`` seconds, stick-slip and delays resolved inside a step. Raises Failure without parameter
+    values or controller, for a hidden effect that is none, and when the robot falls.
     """
     machine = machine_values(model, in_full(hide or {}))
     module = kernels.library_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))

@@ -258,7 +258,7 @@ def steadied(study: Study, values: Mapping[str, float]) -> Study:
     rows = [e for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
-    step = 3.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.75 over the fastest rate
+    step = 2.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.5 over the fastest rate
     return replace(study, max_step=min(study.max_step, step))
 
 

@@ -12,18 +12,23 @@ from wheelpend.benchmark.page import page
 from wheelpend.benchmark.study import run
 from wheelpend.benchmark.summary import summarise
 from wheelpend.console import err, failures, say, write_text
+from wheelpend.failures import Failure
 
 
 def main(
     folder: Annotated[Path, typer.Option(help="Where outcomes are kept.")] = Path("benchmark"),
     minutes: Annotated[float | None, typer.Option(help="Stop after so long; all of it without.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Only cases of this kind, such as complete; repeat.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the page here.")] = None,
 ) -> None:
     """Hide effects in logs and see how often they are found."""
     with failures():
-        text = page(
-            summarise(run(folder, minutes=minutes, progress=lambda line: err.print(line, markup=False))), len(plan())
-        )
+        known = {c.kind for c in plan()}
+        if wrong := sorted(set(only or []) - known):
+            raise Failure(f"A kind must be one of {', '.join(sorted(known))}, not {', '.join(wrong)}.")
+        cases = [c for c in plan() if not only or c.kind in only]
+        found = run(folder, minutes=minutes, cases=cases, progress=lambda line: err.print(line, markup=False))
+        text = page(summarise(found), len(cases))
         say(text)
         if out:
             write_text(out, text)
