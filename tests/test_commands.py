@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.conftest import simulated
-from wheelpend import Model, console, save_log
+from wheelpend import Failure, Model, console, save_log, simulate
 from wheelpend.cli import app
 
 ROOT = Path(__file__).parent.parent

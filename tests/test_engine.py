@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from wheelpend import Model, explain, load_log
-from wheelpend.benchmark.engine import SAMPLE, TRUTH, Robot, engine_run
+from wheelpend import Model, explain, identify, load_log
+from wheelpend.benchmark.engine import SAMPLE, TRUTH, Robot, engine_log, engine_run
 from wheelpend.benchmark.laws import Laws
 from wheelpend.benchmark.scene import BODY, BODY_INERTIA, HEIGHT, RADIUS, STEP, WHEEL_INERTIA
 from wheelpend.benchmark.shipped import SHIPPED, text_of
@@ -222,3 +222,8 @@ def test_a_log_is_shipped_as_the_engine_measured_it(tmp_path):
     assert again.measured == pytest.approx(log.measured, abs=6e-6) and again.voltage == pytest.approx(
         log.voltage, abs=6e-4
     )
+
+
+def test_a_fit_that_has_not_arrived_is_begun_again():
+    log = engine_log({}, command="simple", seed=5017)  # its first fit stops underway, at 1.064
+    assert identify(Model.default(), [log]).error < 1.01
