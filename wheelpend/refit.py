@@ -91,18 +91,20 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         evidence = evidence_fit(able, fitted, begun)
         return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
+    slow = [n for n in names if derive.effects.find(n).frees]  # of many short calls, which threads would only hinder
+    quick = [n for n in names if n not in slow]
     with ThreadPoolExecutor(max_workers=threads()) as pool:  # the kernels release the interpreter's lock
-        slow = [n for n in names if derive.effects.find(n).frees]
-        quick = [n for n in names if n not in slow]
         looked, fits = zip(*pool.map(begin, quick), strict=True) if quick else ((), ())
         begun = list(zip(quick, fits, strict=True))
         bound = BEHIND * min((f.error for f in looked), default=np.inf)
         if not any(f.error < SETTLED * study.floor for f in fits):
-            seen = [(n, look(n)) for n in slow]  # many short calls, which threads would only hinder
+            seen = [(n, look(n)) for n in slow]
             begun += [(n, go_on(study, f, n)) for n, f in seen if f.error < bound]
         begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
-        tried = [t for t in pool.map(finish, hopeful) if t is not None]
+        judged = [*pool.map(finish, [p for p in hopeful if p[0] in quick])]
+    judged += [finish(p) for p in hopeful if p[0] in slow]
+    tried = [t for t in judged if t is not None]
     return sorted(tried, key=lambda t: t.error_after * reluctance(study, t))
 
 
