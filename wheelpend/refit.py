@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -105,7 +106,28 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         judged = [*pool.map(finish, [p for p in hopeful if p[0] in quick])]
     judged += [finish(p) for p in hopeful if p[0] in slow]
     tried = [t for t in judged if t is not None]
+    for larger in sorted(tried, key=lambda t: t.error_after)[:1]:
+        for smaller in with_contained(study, [larger.effect])[1:]:
+            again = finish((smaller, within(study, larger, smaller)))
+            known = next((t for t in tried if t.effect == smaller), None)
+            if again and (known is None or again.fit.cost < known.fit.cost):
+                tried = [*(t for t in tried if t is not known), again]
     return sorted(tried, key=lambda t: t.error_after * reluctance(study, t))
+
+
+def within(study: Study, larger: Tried, smaller: str) -> Fit:
+    """Where an effect is nearest to one that contains it: its refit may have gone astray where that one's has not."""
+    weights = np.array(study.module.CONTAINS[larger.effect][smaller])
+    sizes, names = linear_names(derive.effects.find(larger.effect)), linear_names(derive.effects.find(smaller))
+
+    def shrunk(values: Mapping[str, float]) -> dict[str, float]:
+        if not all(n in values for n in sizes):
+            return dict(values)
+        rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger.effect}
+        return rest | dict(zip(names, map(float, np.linalg.pinv(weights) @ [values[n] for n in sizes]), strict=True))
+
+    fit = larger.fit
+    return replace(fit, values=shrunk(fit.values), per_log=tuple(map(shrunk, fit.per_log)))
 
 
 def reluctance(study: Study, tried: Tried) -> float:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle, zip_longest
-from types import ModuleType
 
 import numpy as np
 
@@ -76,8 +75,7 @@ class Case:
 
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
     """All cases, in rounds that each hold a share of every kind."""
-    module = kernels.library_of(Model.default())
-    known = [e for e in (effects or derive.effects.LIBRARY.values()) if _can_be_hidden(e, module)]
+    known = [e for e in (effects or derive.effects.LIBRARY.values()) if _can_be_hidden(e)]
     kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples, stick_slip)]
     return [case for round_ in zip_longest(*map(_evenly(max(map(len, kinds))), kinds)) for case in round_ if case]
 
@@ -94,8 +92,9 @@ def _evenly(length: int):
     return spread
 
 
-def _can_be_hidden(effect: Effect, module: ModuleType) -> bool:
+def _can_be_hidden(effect: Effect) -> bool:
     """Whether a log can show it: the plant's own parameters do not contain it."""
+    module = kernels.library_of(Model.default(), [effect.name])
     return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED
 
 

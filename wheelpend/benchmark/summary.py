@@ -52,8 +52,9 @@ class Summary:
     equivalents: float  # mean number declared with a first answer
     by_effect: dict[str, Rate]
     by_size: tuple[tuple[float, float, Rate], ...]  # hidden size in standard deviations, from, to
-    pairs: Rate  # both effects found
+    pairs: Rate  # both effects found, where each costs enough beside the other
     triples: Rate
+    faint: Rate  # pairs in which one of the two does not cost enough beside the other: both found
     left_out: Rate  # unexplained, or an answer that reaches the floor
     overconfident: int  # left out, and a name given whose error stays above 1.1 times the floor
     near_truth: Rate  # error at the end at most 1.05 times that of the true model
@@ -95,8 +96,9 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         by_size=tuple(
             (low, high, rate(o.first_right for o in single if low <= o.strength < high)) for low, high in pairwise(BINS)
         ),
-        pairs=rate(set(o.found) == set(o.hidden) for o in kinds["pair"] if o.cost >= COSTLY),
-        triples=rate(set(o.found) == set(o.hidden) for o in kinds["triple"] if o.cost >= COSTLY),
+        pairs=rate(set(o.found) == set(o.hidden) for o in kinds["pair"] if all_costly(o)),
+        triples=rate(set(o.found) == set(o.hidden) for o in kinds["triple"] if all_costly(o)),
+        faint=rate(set(o.found) == set(o.hidden) for o in kinds["pair"] if not all_costly(o)),
         left_out=rate(explained_or_open(o) for o in out),
         overconfident=sum(overconfident(o) for o in out),
         near_truth=rate(r <= NEAR for r in ratios),
@@ -109,6 +111,11 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         estimated=sum(bool(o.estimates) for o in kinds["complete"]),
         redrawn=tuple(f"{o.key}: {o.made}" for o in good if o.made),
     )
+
+
+def all_costly(outcome: Outcome) -> bool:
+    """Whether each of several hidden effects raises the error enough where the others are in the model."""
+    return min(outcome.costs, default=0.0) >= COSTLY
 
 
 def spread(outcomes: Sequence[Outcome]) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 import derive
 from wheelpend.benchmark.cases import Case
 from wheelpend.benchmark.engine import TRUTH, engine_log
+from wheelpend.climb import error_of
 from wheelpend.explanation import Explanation, explain
 from wheelpend.failures import Failure, Fallen
 from wheelpend.identification import identify
@@ -17,7 +18,7 @@ from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.shooting import Fit
 from wheelpend.simulation import machine_values, simulate
-from wheelpend.study import fit_model, free_names, held_residuals
+from wheelpend.study import fit_model, free_names, held_residuals, steadied
 
 REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
 
@@ -41,6 +42,7 @@ class Outcome:
     error: float = 0.0  # at the end
     true_error: float | None = None  # of the true model, refitted
     floor: float = 1.0
+    costs: tuple[float, ...] = ()  # of several: how much larger the error is without each
     strength: float = 0.0  # hidden sizes in standard deviations of the true model's fit
     deviations: tuple[float, ...] = ()  # of every parameter in standard errors, where the right effects were named
     estimates: tuple[tuple[str, float], ...] = ()  # nothing hidden: name, error in standard errors
@@ -75,7 +77,7 @@ def try_case(case: Case, model: Model | None = None) -> Outcome:
         outcome = compare_with_truth(replace(outcome, **told_of(told)), made, told, model)
         if made.kind == "complete":
             outcome = replace(outcome, estimates=estimates(made, log, model))
-    except Failure as failure:
+    except (Failure, np.linalg.LinAlgError) as failure:
         outcome = replace(outcome, failure=str(failure))
     return replace(outcome, seconds=monotonic() - begin)
 
@@ -115,13 +117,18 @@ def told_of(told: Explanation) -> dict:
 def compare_with_truth(outcome: Outcome, case: Case, told: Explanation, model: Model) -> Outcome:
     """Refit the true model from the true values, and see how far its sizes and the named model's parameters are off."""
     truth = true_values(case, model)
-    study = replace(told.study, model=told.study.model.with_effects(case.effects), without=())
+    open_to_all = replace(told.study, without=(), needless=())
+    study = steadied(open_to_all.having(case.effects), truth)
     fitted = fit_model(study, truth, free_names(study, case.effects), horizons=(1.0,))
     error = held_residuals(study, fitted)[0]
+    several = case.effects if len(case.effects) > 1 else ()
+    fewer = [[e for e in case.effects if e != without] for without in several]
+    costs = tuple(error_of(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
     if set(told.effects) == set(case.effects):
         deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in told.parameters.items())
-    return replace(outcome, true_error=error, strength=strength(fitted, case.effects), deviations=deviations)
+    size = strength(fitted, case.effects)
+    return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
 
 
 def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ...]:
