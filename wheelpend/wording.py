@@ -142,12 +142,14 @@ def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = N
     say(headline(result, model))
     if result.candidates:
         rows = [
-            (t.effect, size(t.coefficients, t.sigma, t.unit, model), f"{t.p_value:.1e}", t.blocks_agree,
-             number(t.error_after), ", ".join(t.equivalent_to) or "-", "yes" if t.physical else "impossible")
+            (t.effect, size(t.coefficients, t.sigma, t.unit, model).replace("; ", "\n"), f"{t.p_value:.1e}",
+             t.blocks_agree, number(t.error_after), "\n".join(t.equivalent_to), "" if t.physical else "impossible")
             for t in result.candidates
         ]  # fmt: skip
+        columns = ("effect", "size", "p", "blocks", "error after", "equivalent to", "physically")
+        told = [k for k in range(len(columns)) if any(row[k] for row in rows)]  # a column of blanks tells nothing
         table(f"Candidates (held-out error now {result.error:.4g})",
-              ("effect", "size", "p", "blocks", "error after", "equivalent to", "physical"), rows)  # fmt: skip
+              [columns[k] for k in told], [[row[k] for k in told] for row in rows])  # fmt: skip
         for tried in result.candidates:
             show_each_log(tried)
     if result.experiment:
