@@ -11,7 +11,7 @@ import derive
 from derive.effects import InnerPlay
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
-from wheelpend.happenings import find_happenings, fit_happening
+from wheelpend.happenings import find_happenings, found_at
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.refit import SHORT, Progress, near_screens, refit_best, refit_play, reluctance
 from wheelpend.repeatable import Repeats, repeats_of
@@ -26,7 +26,6 @@ from wheelpend.study import (
     fit_parts,
     free_names,
     held_residuals,
-    interleaved,
     per_log_names,
     steadied,
 )
@@ -195,23 +194,24 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
     places = [p for p in find_happenings(found.study, found.fit) if p.gain > SUDDEN]
     if not places:
         return found
-    progress(f"looking at what may have happened: {', '.join(p.effect.name for p in places)}")
-    study, free = interleaved(found.study), free_names(found.study, found.study.model.effects)
-    base = fit_model(study, found.fit.values, free, horizons=(1.0,), start_per_log=found.fit.per_log)
-    before, residuals = held_residuals(study, base)
+    by_effect = {p.effect.name: [q for q in places if q.effect == p.effect] for p in places}
+    progress(f"looking at what may have happened: {', '.join(by_effect)}")
+    free = free_names(found.study, found.study.model.effects)
     tests = sum(p.trials for p in places) + (sum(c.trials for c in found.screen.candidates) if found.screen else 0)
-    tried = []
-    for place in places:
-        fitted = fit_happening(study, base, place, free)
-        if np.isfinite(fitted.cost):
-            candidate = Candidate(place.effect, (place.start,), place.gain, {}, place.trials)
-            tried.append(judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(places)))
-    tried = sorted((t for t in tried if t.worth_naming(before)), key=lambda t: t.error_after)
-    rival = found.named[0].error_after / found.error if found.named else 1.0
-    if not tried or tried[0].error_after / before >= rival:
-        return found
     assert found.screen is not None, "a diagnosis has screened every effect"
-    return conclude(study, base, before, residuals, tried, found.screen, found.missing)
+    best, least = found, found.named[0].error_after / found.error if found.named else 1.0
+    for seen in by_effect.values():
+        study, fitted = found_at(found.study, found.fit, seen, free)
+        if not np.isfinite(fitted.cost):
+            continue
+        base = fit_model(study, found.fit.values, free, horizons=(1.0,), start_per_log=found.fit.per_log)
+        before, residuals = held_residuals(study, base)
+        candidate = Candidate(seen[0].effect, (seen[0].start,), seen[0].gain, {}, seen[0].trials)
+        tried = judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(by_effect))
+        if tried.worth_naming(before) and tried.error_after / before < least:
+            least = tried.error_after / before
+            best = conclude(study, base, before, residuals, [tried], found.screen, found.missing)
+    return best
 
 
 def with_play(found: Diagnosis, progress: Progress) -> Diagnosis:

@@ -26,7 +26,6 @@ from wheelpend.study import (
     fit_model,
     free_names,
     held_residuals,
-    interleaved,
     known_values,
     per_log_names,
     prepare,
@@ -214,11 +213,11 @@ def add(
     fewer = new if remove else old
     progress("fitting without the effect")
     lesser = study.having(fewer)
-    if derive.effects.find(effect).event and not any(derive.effects.find(e).event for e in fewer):
-        lesser = interleaved(lesser)
     small = fit_model(lesser, start, free_names(lesser, fewer))
     progress(f"fitting with {effect}")
-    large = refit_with(lesser, start, small, effect)
+    judged, large = refit_with(lesser, start, small, effect)
+    if judged is not lesser:
+        lesser, small = judged, fit_model(judged, small.values, free_names(judged, fewer), start_per_log=small.per_log)
     before, after = (large, small) if remove else (small, large)
     errors = [held_residuals(steadied(lesser.having(e), start), f)[0] for e, f in ((old, before), (new, after))]
     names = {n.partition(".")[2]: n for n in free_names(study, [effect]) if n not in study.base}

@@ -13,23 +13,49 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects import Effect
-from wheelpend.fitting import layout, reduce
+from wheelpend.fitting import informations, layout, reduce
 from wheelpend.logs import segment_bounds
 from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
-from wheelpend.study import Study, fit_parts
+from wheelpend.study import Study, fit_parts, interleaved, moments_of
 
 RESOLUTION = 0.2  # of the horizon: length of the segments between whose ends an event is looked for
+ABSORBED = 1e-3  # share of an event's information left by the model's own parameters, below which it shows nothing
 NEVER = -1.0  # s: a moment before every log
 
 
 class Happening(NamedTuple):
-    """Where in the logs an event fits best."""
+    """Where in the logs an event fits best, seen from some values of the other parameters."""
 
     effect: Effect
     log: int
     start: dict[str, float]  # by effect.parameter
     gain: float  # expected fall of the sum of squares, in noise variances
     trials: int  # so many places were compared
+    values: dict[str, float]  # from which it was seen
+
+
+class Strength(NamedTuple):
+    """What an event would change in each segment if it lasted throughout, beside the model's own parameters."""
+
+    score: np.ndarray  # (segments,) of its size
+    information: np.ndarray  # (segments,)
+    mixed: np.ndarray  # (segments, own) of its size with the model's own
+    own: np.ndarray  # (own, own) of those, over all segments
+    own_score: np.ndarray  # (own,)
+    noise: float  # mean square of the residual in noise variances, at least 1
+
+    def between(self, begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Score and information of an event from one segment to before another, the own parameters projected out."""
+        score, information, mixed = (
+            np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
+            for x in (self.score, self.information, self.mixed)
+        )
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.own), 1e-300))
+        inverse = np.linalg.pinv(self.own * np.outer(scale, scale), rcond=1e-9, hermitian=True) * np.outer(scale, scale)
+        with_own, alone = mixed[end] - mixed[begin], information[end] - information[begin]
+        pull = score[end] - score[begin] - with_own @ (inverse @ self.own_score)
+        weight = alone - np.einsum("pi,ij,pj->p", with_own, inverse, with_own)
+        return np.where(weight > ABSORBED * alone, pull, 0.0), np.maximum(weight, ABSORBED * alone + 1e-300)
 
 
 def events(study: Study) -> tuple[Effect, ...]:
@@ -38,60 +64,82 @@ def events(study: Study) -> tuple[Effect, ...]:
 
 
 def find_happenings(study: Study, fitted: Fit) -> list[Happening]:
-    """Where each event fits best, the best event first, from one linearisation of short segments at a fit."""
+    """Where each event fits best, from one linearisation of short segments at a fit and at each start before any fit.
+
+    A fit that is bent to an event may see it where it is not. The largest gain comes first.
+    """
     found = []
     for effect in events(study):
-        places = [place_of(study, fitted, effect, number) for number in range(len(study.training))]
-        found.append(max(places, key=lambda p: p.gain))
+        for origin in ({}, *study.origins):
+            places = [place_of(study, fitted, origin, effect, number) for number in range(len(study.training))]
+            found.append(max(places, key=lambda p: p.gain))
     return sorted(found, key=lambda p: -p.gain)
 
 
-def place_of(study: Study, fitted: Fit, effect: Effect, number: int) -> Happening:
+def place_of(study: Study, fitted: Fit, origin: Mapping[str, float], effect: Effect, number: int) -> Happening:
     """Where in one log an event fits best: the run of short segments in which it lowers the sum of squares most."""
     log = study.training[number].log
     bounds = np.ascontiguousarray(segment_bounds(log, RESOLUTION * study.horizon))
-    part = replace(study.training[number], bounds=bounds)
-    score, information, noise = strength(study, part, fitted.of_log(number), effect)
-    total = [np.concatenate([[0.0], np.cumsum(x)]) for x in (score, information)]
-    count, open_ended = len(bounds), len(moments(effect)) == 1
+    part, values = replace(study.training[number], bounds=bounds), {**fitted.of_log(number), **origin}
+    own = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    seen = strength(study, part, values, effect, own)
+    count, open_ended = len(bounds), len(moments_of(effect.name)) == 1
     begin, end = np.triu_indices(count + 1, 1)
     if open_ended:
         begin, end = np.arange(1, count), np.full(count - 1, count)
-    pull, weight = total[0][end] - total[0][begin], np.maximum(total[1][end] - total[1][begin], 1e-300)
+    pull, weight = seen.between(begin, end)
     best = int(np.argmax(pull**2 / weight))
     middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
     times = [float(middle[begin[best]]), float(middle[end[best] - 1])]
-    start = dict(zip(moments(effect), times, strict=False))
+    start = dict(zip(moments_of(effect.name), times, strict=False))
     start |= {f"{effect.name}.{p.name}": float(pull[best] / weight[best]) for p in effect.linear}
-    return Happening(effect, number, start, float(pull[best] ** 2 / weight[best]) / noise, len(begin))
+    gain = float(pull[best] ** 2 / weight[best]) / seen.noise
+    return Happening(effect, number, start, gain, len(begin), dict(origin))
 
 
-def strength(study: Study, part: Part, values: Mapping[str, float], effect: Effect):
-    """Score and information of an event's size in each segment if it lasted throughout, and the noise variances."""
-    throughout = dict(zip(moments(effect), (NEVER, float(part.log.t[-1]) + 1.0), strict=False))
+def strength(study: Study, part: Part, values: Mapping[str, float], effect: Effect, own: Sequence[str]) -> Strength:
+    """What an event changes in each segment of a part if it lasts throughout."""
+    throughout = dict(zip(moments_of(effect.name), (NEVER, float(part.log.t[-1]) + 1.0), strict=False))
     parameters = vector(study.module, {**values, **throughout}, part.log)
     states, _ = fit_states(study.module, part, initial_states(study.module, part, study.relative), parameters,
                            study.max_step, rounds=2)  # fmt: skip
-    names = [f"{effect.name}.{p.name}" for p in effect.linear]
-    columns = [study.module.PARAMETERS.index(n) for n in names]
+    names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
+    columns, nx = [study.module.PARAMETERS.index(n) for n in names], study.module.NX
     shot = shoot(study.module, part, states, parameters, columns, max_step=study.max_step)
-    each = [reduce([replace(shot, gram=g[None])], study.module.NX, layout(names, (), 1)) for g in shot.gram]
-    scores = np.nan_to_num([float(r.score[0]) for r in each])
-    informations = np.nan_to_num([float(r.information[0, 0]) for r in each])
-    left = np.nan_to_num([float(g[-1, -1]) for g in shot.gram])
-    return scores, informations, max(float(left.sum()) / max(part.values, 1), 1.0)
+    reduced = reduce([shot], nx, layout(names, (), 1))
+    scores = np.nan_to_num(reduced.scores)
+    pieces = np.nan_to_num(informations([shot], nx, layout(names, (), 1), reduced))
+    last, left = len(own), np.nan_to_num([float(g[-1, -1]) for g in shot.gram])
+    return Strength(
+        scores[:, last], pieces[:, last, last], pieces[:, last, :last], pieces[:, :last, :last].sum(axis=0),
+        scores[:, :last].sum(axis=0), max(float(left.sum()) / max(part.values, 1), 1.0),
+    )  # fmt: skip
 
 
-def moments(effect: Effect) -> list[str]:
-    """Full names of the times at which an event begins and ends."""
-    return [f"{effect.name}.{p.name}" for p in effect.parameters if p.moment]
+def found_at(study: Study, base: Fit, places: Sequence[Happening], free: Sequence[str]) -> tuple[Study, Fit]:
+    """The best fit with an event at one of several places, and the study that judges it.
+
+    When it happened is taken from the whole log; segments in which it begins or ends are then among those that are
+    fitted, and of the others every second one is held out.
+    """
+    fits = [(fit_happening(interleaved(study), base, p, free), p) for p in places]
+    best, place = min(fits, key=lambda pair: pair[0].cost)
+    names = list(dict.fromkeys(n.split("@")[0] for n in best.free))
+    every = tuple(
+        replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, study.horizon), dtype=np.int64))
+        for p in study.training
+    )
+    found = fit_parts(study, every, best.values, names, start_per_log=best.per_log, rounds=40)
+    known, present = found.of_log(place.log), (*study.model.effects, place.effect.name)
+    around = interleaved(study, [known[n] for e in present for n in moments_of(e) if n in known])
+    return around, fit_parts(around, around.training, found.values, names, start_per_log=found.per_log, rounds=40)
 
 
 def fit_happening(study: Study, base: Fit, place: Happening, free: Sequence[str]) -> Fit:
     """Fit the model with an event that happens in one log and in no other, from where it fits best."""
-    nothing = {n: 0.0 for n in place.start if n not in moments(place.effect)}
+    nothing = {n: 0.0 for n in place.start if n not in moments_of(place.effect.name)}
     own = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(study.training))]
     for number, values in enumerate(own):
         values |= place.start if number == place.log else {**place.start, **nothing}
     names = list(dict.fromkeys([*free, *place.effect.full_names]))
-    return fit_parts(study, study.training, base.values, names, start_per_log=own, rounds=40)
+    return fit_parts(study, study.training, {**base.values, **place.values}, names, start_per_log=own, rounds=40)

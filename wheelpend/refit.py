@@ -13,7 +13,7 @@ from derive.effects import Effect, InnerPlay
 from wheelpend.contacts import start_with_contacts
 from wheelpend.evidence import Tried, judge
 from wheelpend.failures import Failure
-from wheelpend.happenings import find_happenings, fit_happening
+from wheelpend.happenings import find_happenings, found_at
 from wheelpend.processes import threads
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
@@ -249,15 +249,18 @@ def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
     return {n: float(np.clip(v, *ranges[n.split("@")[0]])) for n, v in start.items()}
 
 
-def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> Fit:
-    """Fit the study's model plus one effect from the sizes that the screening suggests, or where an event fits best."""
+def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> tuple[Study, Fit]:
+    """Fit the study's model plus one effect from the sizes that the screening suggests, or where an event fits best.
+
+    Returns the fit and the study that it is judged by, which is another one for an event.
+    """
     present = study.model.effects
     if derive.effects.find(effect).event:
-        place = next(p for p in find_happenings(study, base) if p.effect.name == effect)
-        return fit_happening(study, base, place, free_names(study, present))
+        places = [p for p in find_happenings(study, base) if p.effect.name == effect]
+        return found_at(study, base, places, free_names(study, present))
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
     shapes = shapes_of(study, short, [derive.effects.find(effect)])
     near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)
     begun = refit(study, short, starts_for(near, effect))
     free, able = free_names(study, enlarged(study.model, effect)), steadied(study.able(effect), begun.values)
-    return fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+    return study, fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)

@@ -23,6 +23,7 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
+NEAR = 0.05  # of the horizon, within which something that happens beside a segment may have happened in it
 RUN = 10  # short segments in a row where something carries on from one to the next
 LEAD = 10  # segments before the first that is judged, through which what carries on is followed
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
@@ -180,7 +181,10 @@ def prepare(
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
     step = 0.002  # s, until a start tells how fast the machine is
     found = Study(model, module, tuple(training), tuple(held), noise, horizon, step, warnings, without=tuple(without))
-    return (interleaved(found) if any(derive.effects.find(e).event for e in model.effects) else found).able()
+    if any(derive.effects.find(e).event for e in model.effects):
+        values = known_values(model)
+        found = interleaved(found, [values[n] for e in model.effects for n in moments_of(e) if n in values])
+    return found.able()
 
 
 def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
@@ -232,15 +236,26 @@ def shortened(study: Study, horizon: float, most: int = 120) -> tuple[Part, ...]
     return tuple(found)
 
 
-def interleaved(study: Study) -> Study:
-    """The study with every second segment of its training logs held out, over their whole length."""
+def interleaved(study: Study, moments: Sequence[float] = ()) -> Study:
+    """The study with every second segment of its training logs held out, over their whole length.
+
+    Segments that hold one of the moments [s], or nearly so, are not: nothing else says when something happened.
+    """
     training, held = [], []
     for number, part in enumerate(study.training):
-        bounds = segment_bounds(part.log, study.horizon)
-        training.append(replace(part, bounds=np.ascontiguousarray(bounds[::2])))
-        if len(bounds) > 1:
-            held.append(Held(replace(part, bounds=np.ascontiguousarray(bounds[1::2])), number, None))
+        bounds, t, near = segment_bounds(part.log, study.horizon), part.log.t, NEAR * study.horizon
+        kept = np.arange(len(bounds)) % 2 == 0
+        for moment in moments:
+            kept |= (t[bounds[:, 0]] - near <= moment) & (moment <= t[bounds[:, 1] - 1] + near)
+        training.append(replace(part, bounds=np.ascontiguousarray(bounds[kept])))
+        if not kept.all():
+            held.append(Held(replace(part, bounds=np.ascontiguousarray(bounds[~kept])), number, None))
     return replace(study, training=tuple(training), held=tuple(held))
+
+
+def moments_of(effect: str) -> list[str]:
+    """Full names of the times at which an event begins and ends."""
+    return [f"{effect}.{p.name}" for p in derive.effects.find(effect).parameters if p.moment]
 
 
 def runs(bounds: np.ndarray) -> list[tuple[int, int]]:

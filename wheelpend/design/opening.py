@@ -173,7 +173,7 @@ def _fitted(model: Model, logs: Sequence[str | Path | Log], first: str, progress
     if first in model.effects:
         return _start(study, fitted, model.effects, ())
     progress(f"fitting {first}")
-    larger = refit_with(study, start, fitted, first)
+    larger = refit_with(study, start, fitted, first)[1]
     return _start(study, larger, tuple(enlarged(model, first)), ())
 
 

@@ -1,0 +1,46 @@
+"""What happens once is found where it happened, and judged on data that hold it."""
+
+import numpy as np
+import pytest
+
+from tests.conftest import simulated
+from wheelpend import Model
+from wheelpend.happenings import find_happenings, found_at
+from wheelpend.study import best_start, fit_model, free_names, held_residuals, interleaved, prepare
+
+PUSH = {"external_push__start": 8.988, "external_push__end": 10.608, "external_push__torque": -0.426}
+
+
+@pytest.fixture(scope="module")
+def bent():
+    """A study of a log with a push, and the fit of a model that knows of none."""
+    study, start = best_start(prepare(Model.default(), [simulated(seed=20, **PUSH)]))
+    return study, fit_model(study, start, free_names(study, ()))
+
+
+def pushes(bent):
+    return [p for p in find_happenings(*bent) if p.effect.name == "external_push"]
+
+
+def test_a_push_is_seen_where_it_was_though_every_parameter_is_bent_to_it(bent):
+    first = pushes(bent)[0]
+    assert first.start["external_push.start"] == pytest.approx(8.988, abs=0.15)
+    assert first.start["external_push.end"] == pytest.approx(10.608, abs=0.15)
+    assert first.start["external_push.torque"] == pytest.approx(-0.426, rel=0.3)
+
+
+def test_when_it_began_and_ended_is_found_though_every_second_segment_is_held_out(bent):
+    study, fitted = found_at(*bent, pushes(bent), free_names(bent[0], ()))
+    values = fitted.of_log(0)
+    for name, true in ((n.replace("__", "."), v) for n, v in PUSH.items()):
+        assert abs(values[name] - true) < 4.0 * fitted.sigma(name)
+    assert held_residuals(study, fitted)[0] < 1.02 * study.floor
+
+
+def test_segments_in_which_something_happens_are_fitted_and_the_others_take_turns(bent):
+    study = interleaved(bent[0], [8.988, 10.608])
+    log, held = study.logs[0], study.held[0].part.bounds
+    spans = [(log.t[a], log.t[b - 1]) for a, b in held]
+    assert not any(a - 0.02 < moment < b + 0.02 for a, b in spans for moment in (8.988, 10.608))
+    assert (len(held), len(study.training[0].bounds)) == (18, 22)  # two of 20 that would be held out hold a moment
+    assert not set(map(tuple, held)) & set(map(tuple, np.asarray(study.training[0].bounds)))
