@@ -36,7 +36,7 @@ PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in nois
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
 SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
 RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
-GLANCE = 8  # rounds of a refit that are given to every start, before the best goes on; half as many where each is slow
+GLANCE = 8  # rounds of a refit that are given to every start, before the best goes on
 BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
 MOST, LESS = 80, 40  # segments of a refit that only prepares, and of what only tells where to start
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
@@ -216,10 +216,9 @@ def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, fl
         name = f"{effect.name}.{parameter.name}"
         trials += [(trials[0][0], {**trials[0][1], name: size}) for size in parameter.grid]
     parts, fits = shortened(study, SHORT * study.horizon, most=LESS if effect.frees else MOST), []
-    rounds = GLANCE // 2 if effect.frees else GLANCE
     for values, size in trials:
         start, own = _begun(values, short.per_log, size)
-        fits.append(fit_parts(study, parts, start, free, start_per_log=own, rounds=rounds))
+        fits.append(fit_parts(study, parts, start, free, start_per_log=own, rounds=GLANCE))
         if fits[-1].error < EXPLAINED * study.floor:
             break  # it cannot get better than the noise
     return min(fits, key=lambda f: f.cost)
