@@ -61,7 +61,7 @@ LONG = {"payload_step", "drive_compliance", "wheel_slip", "slosh"}  # explained 
 
 
 def hidden_log(effect, seed=3):
-    seconds = 20.0 if effect in ("cogging", "payload_step") else 12.0
+    seconds = 20.0 if effect == "payload_step" else 12.0
     return simulated(seed=seed, duration=seconds, **{f"{effect}__{p}": v for p, v in HIDDEN[effect].items()})
 
 

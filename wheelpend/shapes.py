@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.special import gammaincc
 
 import derive
@@ -20,6 +21,7 @@ from wheelpend import kernels, regression
 from wheelpend.shooting import Fit, Part, vector
 from wheelpend.study import Study
 
+RIPPLE_TIMES = (0.01, 0.03)  # s, of the filters behind which a ripple is looked for: noise against what is left of it
 BLOCKS = 40  # of a log, whose signs are drawn for a surrogate
 
 
@@ -43,8 +45,8 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
         elif isinstance(parameter.starts, Values):
             values, trials = list(parameter.starts.at), len(parameter.starts.at)
         elif isinstance(parameter.starts, Ripple):
-            period, trials = ripple_shape(study, fitted, parameter.starts.of)
-            values = [period]
+            found_at = [ripple_shape(study, fitted, parameter.starts.of, tau) for tau in RIPPLE_TIMES]
+            values, trials = list(dict.fromkeys(p for p, _ in found_at)), sum(t for _, t in found_at)
         else:
             continue
         found[effect.name] = Shape(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
@@ -100,26 +102,44 @@ def nothing(study: Study, effect: Effect) -> dict[str, float]:
     return table
 
 
-def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[float, int]:
+class Record(NamedTuple):
+    """What the filtered equations of a log leave over, and the waves that they are compared with."""
+
+    missing: np.ndarray  # (samples,) in units of its noise
+    angle: np.ndarray  # (samples + before,) of the port [rad], from the log's beginning
+    before: int  # samples before the first that is judged
+    keep: tuple[float, float]  # what the two filters keep of their state from sample to sample
+
+    def filtered(self, wave: np.ndarray) -> np.ndarray:
+        """A wave behind the filters of the equations, where it is judged."""
+        for share in self.keep:
+            wave = lfilter([1.0 - share], [1.0, -share], wave)
+        return wave[self.before : self.before + len(self.missing)]
+
+
+def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0) -> tuple[float, int]:
     """Periods per turn of the strongest ripple in a port's missing force, and how many were in effect tried.
 
-    The residual of the filtered equations is compared with sines of the port's angle over a fine grid of periods. How
-    many independent trials that grid amounts to is calibrated by surrogates whose segments have random signs.
+    The residual of the equations behind filters is compared with sines of the port's angle behind the same filters,
+    over a fine grid of periods. How many independent trials that grid amounts to is calibrated by surrogates whose
+    segments have random signs.
     """
-    records = [ripple_record(study, fitted, port, k) for k in range(len(study.training))]
-    span = max(1.0, *(float(np.ptp(angle)) for _, angle in records))
+    records = [ripple_record(study, fitted, port, k, tau) for k in range(len(study.training))]
+    span = max(1.0, *(float(np.ptp(r.angle)) for r in records))
     grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(BLOCKS, 200))
     power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
-    for missing, angle in records:
-        whole = len(missing) // BLOCKS * BLOCKS
-        wave = missing[:whole] * np.exp(1j * grid[0] * angle[:whole])
-        turn = np.exp(1j * (grid[1] - grid[0]) * angle[:whole])  # from one period of the grid to the next
+    for record in records:
+        whole = len(record.missing) // BLOCKS * BLOCKS
+        wave = np.exp(1j * grid[0] * record.angle)
+        turn = np.exp(1j * (grid[1] - grid[0]) * record.angle)  # from one period of the grid to the next
         amplitudes = np.empty((len(grid), BLOCKS), dtype=complex)
         for row in amplitudes:
-            row[:] = wave.reshape(BLOCKS, -1).sum(axis=1)
+            seen = record.filtered(wave)
+            alike = (seen * record.missing)[:whole].reshape(BLOCKS, -1).sum(axis=1)
+            row[:] = alike / np.linalg.norm(seen)
             wave *= turn
-        power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(missing @ missing), 1e-300)
+        power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(np.mean(record.missing**2)), 1e-300)
         surrogate += np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
     typical = float(np.median(surrogate.max(axis=0)))
     single = float(gammaincc(len(records), typical))  # of one period; a sum of as many exponentials as there are logs
@@ -127,17 +147,19 @@ def ripple_shape(study: Study, fitted: Fit, port: str, seed: int = 0) -> tuple[f
     return float(grid[np.argmax(power)]), trials
 
 
-def ripple_record(study: Study, fitted: Fit, port: str, number: int) -> tuple[np.ndarray, np.ndarray]:
-    """What the filtered equations of a training log leave over, in units of its noise, and the port's angle [rad]."""
+def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float) -> Record:
+    """What the equations of a training log leave over behind filters, thinned to what those let through."""
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
     log, segment = study.training[number].log, study.training[number].bounds
     values = fitted.of_log(number)
     parameters = vector(plain, values, log)
     states, voltage = regression.measured_states(log, study.relative), regression.acting_input(plain, log, parameters)
-    tau = max(0.01, 4 * log.dt)
+    tau = max(tau, 4 * log.dt)
+    thin, first, last = max(1, round(tau / (5 * log.dt))), int(segment[0, 0]), int(segment[-1, 1])
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
-    rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[segment[0, 0] : segment[-1, 1]]
+    rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[first // thin * thin : last : thin]
+    rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
-    angle = (states[:, : study.module.NQ] @ port_weights(study, port))[segment[0, 0] : segment[-1, 1]]
-    thin = max(1, len(missing) // 4000)
-    return missing[::thin], angle[::thin]
+    angle = (states[:, : study.module.NQ] @ port_weights(study, port))[:last:thin]
+    keep = (float(np.exp(-thin * log.dt / tau)), float(np.exp(-thin * log.dt / (1.3 * tau))))
+    return Record(missing, angle, first // thin, keep)
