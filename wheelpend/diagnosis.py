@@ -197,8 +197,8 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
     by_effect = {p.effect.name: [q for q in places if q.effect == p.effect] for p in places}
     progress(f"looking at what may have happened: {', '.join(by_effect)}")
     free = free_names(found.study, found.study.model.effects)
-    tests = sum(p.trials for p in places) + (sum(c.trials for c in found.screen.candidates) if found.screen else 0)
     assert found.screen is not None, "a diagnosis has screened every effect"
+    families = len(found.screen.candidates) + len(by_effect)  # each has the same share of the chance of a false alarm
     best, least = found, found.named[0].error_after / found.error if found.named else 1.0
     for seen in by_effect.values():
         study, fitted = found_at(found.study, found.fit, seen, free)
@@ -207,6 +207,7 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
         base = fit_model(study, found.fit.values, free, horizons=(1.0,), start_per_log=found.fit.per_log)
         before, residuals = held_residuals(study, base)
         candidate = Candidate(seen[0].effect, (seen[0].start,), seen[0].gain, {}, seen[0].trials)
+        tests = families * seen[0].trials
         tried = judge(study, candidate, fitted, fitted, before, residuals, tests=tests, judged=len(by_effect))
         if tried.worth_naming(before) and tried.error_after / before < least:
             least = tried.error_after / before
