@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import decimate, lfilter
 from scipy.special import gammaincc
 
 import derive
@@ -157,7 +157,8 @@ def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float)
     tau = max(tau, 4 * log.dt)
     thin, first, last = max(1, round(tau / (5 * log.dt))), int(segment[0, 0]), int(segment[-1, 1])
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
-    rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[first // thin * thin : last : thin]
+    rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[:last]
+    rows = (decimate(rows, thin, axis=0) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     angle = (states[:, : study.module.NQ] @ port_weights(study, port))[:last:thin]
