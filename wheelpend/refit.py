@@ -77,9 +77,16 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         progress(f"refitting with {name}")
         return first_look(study, short, starts_for(near, name))
 
+    def go(name: str, looked: Fit) -> Fit:
+        """What is slow does not show in short segments: what leads on full ones starts from there too."""
+        fits = [go_on(study, looked, name)]
+        if far.candidates[0].effect.name == name:
+            fits.append(from_far(study, base, far.candidates[0]))
+        return min(fits, key=lambda f: f.cost)
+
     def begin(name: str) -> tuple[Fit, Fit]:
         looked = look(name)
-        return looked, go_on(study, looked, name)
+        return looked, go(name, looked)
 
     def finish(pair: tuple[str, Fit]) -> Tried | None:
         name, begun = pair
@@ -100,7 +107,7 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         bound = BEHIND * min((f.error for f in looked), default=np.inf)
         if not any(f.error < SETTLED * study.floor for f in fits):
             seen = [(n, look(n)) for n in slow]
-            begun += [(n, go_on(study, f, n)) for n, f in seen if f.error < bound]
+            begun += [(n, go(n, f)) for n, f in seen if f.error < bound or n == far.candidates[0].effect.name]
         begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
         judged = [*pool.map(finish, [p for p in hopeful if p[0] in quick])]
@@ -232,6 +239,16 @@ def go_on(study: Study, begun: Fit, effect: str) -> Fit:
         parts = shortened(study, share * study.horizon, most=MOST)
         begun = fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
     return begun
+
+
+def from_far(study: Study, base: Fit, candidate: Candidate) -> Fit:
+    """A fit of middling segments that starts from the full ones' fit and the size that they suggest."""
+    effect = candidate.effect
+    study = steadied(study.able(effect.name), base.values)
+    values, size = in_place(study, effect, base.values, candidate.starts[0])
+    start, own = _begun(values, base.per_log, admissible(effect, size))
+    parts = shortened(study, 0.3 * study.horizon, most=MOST)
+    return fit_parts(study, parts, start, _free_with(study, base, effect.name), start_per_log=own)
 
 
 def _begun(values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], size: Mapping[str, float]):
