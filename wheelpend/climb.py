@@ -13,7 +13,17 @@ from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.refit import Progress
 from wheelpend.shooting import Fit
-from wheelpend.study import Study, best_start, enlarged, fit_model, free_names, held_residuals, prepare, steadied
+from wheelpend.study import (
+    Study,
+    best_start,
+    enlarged,
+    fit_model,
+    free_names,
+    held_residuals,
+    prepare,
+    steadied,
+    without_others,
+)
 
 MOST_EFFECTS = 4  # added one after the other before the search ends
 FOLLOWED = 0.9  # share of the error that a further effect may leave for the search behind a first one to go on
@@ -113,10 +123,9 @@ def find_needless(rounds: Rounds, progress: Progress) -> str | None:
 
 def error_of(study: Study, effects: Sequence[str], fitted: Fit) -> float:
     """Held-out error of a study's model with these of its effects, refitted from a fit that has more."""
-    names = free_names(study, effects)
-    values = {n: v for n, v in fitted.values.items() if "." not in n or n in names}
-    own = [{n: v for n, v in per_log.items() if n in names} for per_log in fitted.per_log]
-    smaller = steadied(study.having(effects), values)
+    smaller = study.having(effects)
+    values, own = without_others(smaller, fitted.values), [without_others(smaller, v) for v in fitted.per_log]
+    smaller, names = steadied(smaller, values), free_names(smaller, effects)
     try:
         return held_residuals(smaller, fit_model(smaller, values, names, horizons=(0.3, 1.0), start_per_log=own))[0]
     except Failure:

@@ -13,7 +13,7 @@ from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, found_at
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
-from wheelpend.refit import SHORT, Progress, near_screens, refit_best, refit_play, reluctance
+from wheelpend.refit import SHORT, Progress, near_screens, ranked, refit_best, refit_play
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
@@ -28,6 +28,7 @@ from wheelpend.study import (
     held_residuals,
     per_log_names,
     steadied,
+    without_others,
 )
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
@@ -82,11 +83,8 @@ def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress 
     """Diagnose with an effect in the model."""
     larger = steadied(study.having(enlarged(study.model, best.effect)), best.fit.values)
 
-    def present(values: Mapping[str, float]) -> dict[str, float]:
-        effects = (*larger.model.effects, "")
-        return {n: v for n, v in values.items() if n.rpartition(".")[0] in effects}
-
-    own, start = [present(values) for values in best.fit.per_log], present(best.fit.of_log(0))
+    own = [without_others(larger, values) for values in best.fit.per_log]
+    start = without_others(larger, best.fit.of_log(0))
     return diagnose_study(larger, start, own=own, known=best.fit, with_force=False, pairs=pairs, progress=progress)
 
 
@@ -232,16 +230,16 @@ def with_play(found: Diagnosis, progress: Progress) -> Diagnosis:
         begun = refit_play(study, found.fit, effect)
         if begun is None:
             continue
-        able, free = steadied(study.able(effect.name), begun.values), [n.split("@")[0] for n in begun.free]
-        fitted = fit_parts(able, able.training, begun.values, list(dict.fromkeys(free)), start_per_log=begun.per_log)
+        able = steadied(study.able(effect.name), begun.values)
+        fitted = fit_parts(able, able.training, begun.values, begun.names, start_per_log=begun.per_log)
         candidate = next(c for c in found.screen.candidates if c.effect == effect)
         judged = len(found.tried) + len(plays)
         tried.append(judge(able, candidate, fitted, fitted, before, residuals, tests=tests, judged=judged))
     tried = [t for t in tried if t.worth_naming(before)]
     if not tried:
         return found
-    ranked = sorted((*found.tried, *tried), key=lambda t: t.error_after * reluctance(study, t))
-    return conclude(study, found.fit, before, residuals, ranked, found.screen, found.missing)
+    best_first = ranked(study, (*found.tried, *tried))
+    return conclude(study, found.fit, before, residuals, best_first, found.screen, found.missing)
 
 
 def conclude(study, base, before, residuals, tried, far: Screen, missing: MissingForce | None) -> Diagnosis:

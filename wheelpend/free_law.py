@@ -89,7 +89,7 @@ class Law(NamedTuple):
     @property
     def free(self) -> list[str]:
         """Names of what the fit fits."""
-        return list(dict.fromkeys(n.split("@")[0] for n in self.fit.free))
+        return self.fit.names
 
     @property
     def settled(self) -> bool:
@@ -162,7 +162,7 @@ def begun_with(study: Study, law: Law, numbers: dict[int, Term], names: dict, st
 
 def finished(study: Study, chosen: dict[int, Term], names: dict[tuple[int, str], str], begun: Fit) -> Law:
     """A law fitted on full segments and judged."""
-    free = list(dict.fromkeys(n.split("@")[0] for n in begun.free))
+    free = begun.names
     fitted = fit_model(study, begun.values, free, horizons=(0.3, 1.0), start_per_log=begun.per_log)
     own = {place: full for place, full in names.items() if place[0] in chosen}
     return Law(chosen, study, fitted, own, held_residuals(study, fitted)[0])

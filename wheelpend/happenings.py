@@ -15,6 +15,7 @@ import numpy as np
 from derive.effects import Effect
 from wheelpend.fitting import informations, layout, reduce
 from wheelpend.logs import segment_bounds
+from wheelpend.screening import solve
 from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
 from wheelpend.study import Study, fit_parts, interleaved, moments_of
 
@@ -50,10 +51,9 @@ class Strength(NamedTuple):
             np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
             for x in (self.score, self.information, self.mixed)
         )
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(self.own), 1e-300))
-        inverse = np.linalg.pinv(self.own * np.outer(scale, scale), rcond=1e-9, hermitian=True) * np.outer(scale, scale)
+        step, inverse = solve(self.own, self.own_score)
         with_own, alone = mixed[end] - mixed[begin], information[end] - information[begin]
-        pull = score[end] - score[begin] - with_own @ (inverse @ self.own_score)
+        pull = score[end] - score[begin] - with_own @ step
         weight = alone - np.einsum("pi,ij,pj->p", with_own, inverse, with_own)
         return np.where(weight > ABSORBED * alone, pull, 0.0), np.maximum(weight, ABSORBED * alone + 1e-300)
 
@@ -81,7 +81,7 @@ def place_of(study: Study, fitted: Fit, origin: Mapping[str, float], effect: Eff
     log = study.training[number].log
     bounds = np.ascontiguousarray(segment_bounds(log, RESOLUTION * study.horizon))
     part, values = replace(study.training[number], bounds=bounds), {**fitted.of_log(number), **origin}
-    own = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    own = fitted.names
     seen = strength(study, part, values, effect, own)
     count, open_ended = len(bounds), len(moments_of(effect.name)) == 1
     begin, end = np.triu_indices(count + 1, 1)
@@ -122,9 +122,10 @@ def found_at(study: Study, base: Fit, places: Sequence[Happening], free: Sequenc
     When it happened is taken from the whole log; segments in which it begins or ends are then among those that are
     fitted, and of the others every second one is held out.
     """
-    fits = [(fit_happening(interleaved(study), base, p, free), p) for p in places]
+    alternate = interleaved(study)
+    fits = [(fit_happening(alternate, base, p, free), p) for p in places]
     best, place = min(fits, key=lambda pair: pair[0].cost)
-    names = list(dict.fromkeys(n.split("@")[0] for n in best.free))
+    names = best.names
     every = tuple(
         replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, study.horizon), dtype=np.int64))
         for p in study.training

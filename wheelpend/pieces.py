@@ -51,7 +51,7 @@ def views_of(study: Study, base: Fit) -> list[View]:
 
     A fit bends every parameter to what is missing; far from it, and without it, the law may show more clearly.
     """
-    free = list(dict.fromkeys(n.split("@")[0] for n in base.free))
+    free = base.names
     short = fit_model(study, base.values, free, horizons=(SHORT,), start_per_log=base.per_log)
     parts = shortened(study, SHORT * study.horizon)
     fits = [short]
@@ -63,7 +63,7 @@ def views_of(study: Study, base: Fit) -> list[View]:
 
 def view_at(study: Study, fitted: Fit, parts: Sequence[Part]) -> View:
     """Linearise parts at a fit to them."""
-    own = tuple(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    own = tuple(fitted.names)
     pieces = tuple(pieces_of(study, fitted, part, number, own) for number, part in enumerate(parts))
     noise = fitted.count - sum(s.size for s in fitted.states)
     return View(fitted, own, pieces, noise, fitted.cost)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -113,13 +113,20 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         judged = [*pool.map(finish, [p for p in hopeful if p[0] in quick])]
     judged += [finish(p) for p in hopeful if p[0] in slow]
     tried = [t for t in judged if t is not None]
-    for larger in sorted(tried, key=lambda t: t.error_after)[:1]:
-        for smaller in with_contained(study, [larger.effect])[1:]:
-            again = finish((smaller, within(study, larger, smaller)))
-            known = next((t for t in tried if t.effect == smaller), None)
-            if again and (known is None or again.fit.cost < known.fit.cost):
-                tried = [*(t for t in tried if t is not known), again]
-    return sorted(tried, key=lambda t: t.error_after * reluctance(study, t))
+    return ranked(study, with_smaller(study, tried, finish) if tried else [])
+
+
+def with_smaller(
+    study: Study, tried: Sequence[Tried], finish: Callable[[tuple[str, Fit]], Tried | None]
+) -> list[Tried]:
+    """Effects, those that the best one contains refitted from there where that is a better fit of them."""
+    leader, found = min(tried, key=lambda t: t.error_after), list(tried)
+    for smaller in with_contained(study, [leader.effect])[1:]:
+        again = finish((smaller, within(study, leader, smaller)))
+        known = next((t for t in found if t.effect == smaller), None)
+        if again and (known is None or again.fit.cost < known.fit.cost):
+            found = [*(t for t in found if t is not known), again]
+    return found
 
 
 def within(study: Study, larger: Tried, smaller: str) -> Fit:
@@ -137,10 +144,14 @@ def within(study: Study, larger: Tried, smaller: str) -> Fit:
     return replace(fit, values=shrunk(fit.values), per_log=tuple(map(shrunk, fit.per_log)))
 
 
-def reluctance(study: Study, tried: Tried) -> float:
-    """What the error of an effect is multiplied by when it is ranked."""
-    partial = derive.effects.find(tried.effect).frees and tried.error_after > EXPLAINED * study.floor
-    return RELUCTANCE if partial else 1.0
+def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
+    """Effects by held-out error, the best first; one that frees something and leaves a rest counts with reluctance."""
+
+    def rank(one: Tried) -> float:
+        partial = derive.effects.find(one.effect).frees and one.error_after > EXPLAINED * study.floor
+        return one.error_after * (RELUCTANCE if partial else 1.0)
+
+    return sorted(tried, key=rank)
 
 
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:
@@ -161,13 +172,13 @@ def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
     if segments - len(fitted.free) >= FEWEST:
         return fitted
     share = max(SHORT, segments / (len(fitted.free) + 2.0 * FEWEST))
-    free = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    free = fitted.names
     parts = shortened(study, share * study.horizon, most=1000)
     return fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
 
 
 def _free_with(study: Study, base: Fit, effect: str) -> list[str]:
-    own = dict.fromkeys(n.split("@")[0] for n in base.free)
+    own = base.names
     gone = study.replaced(effect)
     return [*(n for n in own if n.partition(".")[0] not in gone), *derive.effects.find(effect).full_names]
 
@@ -234,7 +245,7 @@ def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, fl
 def go_on(study: Study, begun: Fit, effect: str) -> Fit:
     """A fit with an effect taken to its end, and to longer segments."""
     study = steadied(study.able(effect), begun.values)
-    free = list(dict.fromkeys(n.split("@")[0] for n in begun.free))
+    free = begun.names
     for share in (0.3,) if begun.converged else (SHORT, 0.3):
         parts = shortened(study, share * study.horizon, most=MOST)
         begun = fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
@@ -268,7 +279,7 @@ def admissible(effect: Effect, start: dict[str, float]) -> dict[str, float]:
 def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) -> tuple[Study, Fit]:
     """Fit the study's model plus one effect from the sizes that the screening suggests, or where an event fits best.
 
-    Returns the fit and the study that it is judged by, which is another one for an event.
+    Returns the study that judges it, which is another one for an event, and the fit.
     """
     present = study.model.effects
     if derive.effects.find(effect).event:

@@ -71,7 +71,7 @@ def linearise(
     study: Study, fitted: Fit, parts: Sequence[Part], names: Sequence[str], setting: Mapping[str, float]
 ) -> Linearised:
     """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
-    base = list(dict.fromkeys(n.split("@")[0] for n in fitted.free))
+    base = fitted.names
     free = [*base, *names]
     plan, columns = layout(free, per_log_names(free), len(parts)), [study.module.PARAMETERS.index(n) for n in free]
     shots = []
@@ -84,7 +84,7 @@ def linearise(
         size = len(plan.labels)
         return Linearised(plan.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf)
     own = _places(plan.labels, base)
-    step = _solve(reduced.information[np.ix_(own, own)], reduced.score[own])[0]
+    step = solve(reduced.information[np.ix_(own, own)], reduced.score[own])[0]
     by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in zip(shots, reduced.steps, strict=True))
     information, score = project(reduced.information, reduced.score, own)
     left = cost - by_states - float(reduced.score[own] @ step)
@@ -139,7 +139,7 @@ def _step(effect: Effect, names: Sequence[str], there: Linearised) -> tuple[dict
     Sizes of further logs, where they have their own, come as name@log; a standard error is that of the first.
     """
     places = _places(there.labels, names)
-    step, inverse = _solve(there.information[np.ix_(places, places)], there.score[places])
+    step, inverse = solve(there.information[np.ix_(places, places)], there.score[places])
     start: dict[str, float] = {}
     sigma: dict[str, float] = {}
     for k, place in enumerate(places):
@@ -150,7 +150,8 @@ def _step(effect: Effect, names: Sequence[str], there: Linearised) -> tuple[dict
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a column without any influence
-def _solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Solution of normal equations scaled to a unit diagonal, and their inverse; flat directions do not move."""
     scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
     inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
     return inverse @ right, inverse

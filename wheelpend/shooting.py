@@ -80,6 +80,11 @@ class Fit:
         matrix = self.robust if robust else self.covariance
         return float(np.sqrt(max(matrix[self.free.index(key), self.free.index(key)], 0.0)))
 
+    @property
+    def names(self) -> list[str]:
+        """Names of the fitted parameters, per-log ones once."""
+        return list(dict.fromkeys(label.split("@")[0] for label in self.free))
+
     def of_log(self, number: int) -> dict[str, float]:
         """All parameter values of one log."""
         return {**self.values, **(self.per_log[number] if number < len(self.per_log) else {})}

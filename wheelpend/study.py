@@ -253,6 +253,11 @@ def interleaved(study: Study, moments: Sequence[float] = ()) -> Study:
     return replace(study, training=tuple(training), held=tuple(held))
 
 
+def without_others(study: Study, values: Mapping[str, float]) -> dict[str, float]:
+    """Values without those of effects that are not in the study's model."""
+    return {n: v for n, v in values.items() if n.rpartition(".")[0] in (*study.model.effects, "")}
+
+
 def moments_of(effect: str) -> list[str]:
     """Full names of the times at which an event begins and ends."""
     return [f"{effect}.{p.name}" for p in derive.effects.find(effect).parameters if p.moment]
@@ -497,7 +502,7 @@ def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
         return fitted.of_log(held.training)
     if held.calibration is None:
         return dict(fitted.values)
-    names = [*(n.split("@")[0] for n in fitted.free), *free_names(study, study.model.effects)]
+    names = [*fitted.names, *free_names(study, study.model.effects)]
     return calibrated(study, held.calibration, fitted.of_log(0), names)
 
 
