@@ -19,7 +19,7 @@ def bent():
 
 
 def pushes(bent):
-    return [p for p in find_happenings(*bent) if p.effect.name == "external_push"]
+    return [p for p in find_happenings(*bent, bent[1].error) if p.effect.name == "external_push"]
 
 
 def test_a_push_is_seen_where_it_was_though_every_parameter_is_bent_to_it(bent):
@@ -44,3 +44,19 @@ def test_segments_in_which_something_happens_are_fitted_and_the_others_take_turn
     assert not any(a - 0.02 < moment < b + 0.02 for a, b in spans for moment in (8.988, 10.608))
     assert (len(held), len(study.training[0].bounds)) == (18, 22)  # two of 20 that would be held out hold a moment
     assert not set(map(tuple, held)) & set(map(tuple, np.asarray(study.training[0].bounds)))
+
+
+def test_a_load_is_timed_to_the_sample_though_what_it_does_depends_on_a_command_that_jumps():
+    log = simulated(seed=21, command="simple", payload_step__time=5.0504, payload_step__ratio=0.1)
+    study, start = best_start(prepare(Model.default(), [log]))
+    fitted = fit_model(study, start, free_names(study, ()))
+    places = [p for p in find_happenings(study, fitted, fitted.error) if p.effect.name == "payload_step"]
+    around, found = found_at(study, fitted, places, free_names(study, ()))
+    assert found.of_log(0)["payload_step.time"] == pytest.approx(5.0504, abs=0.0005)
+    assert found.of_log(0)["payload_step.ratio"] == pytest.approx(0.1, abs=4.0 * found.sigma("payload_step.ratio"))
+    assert held_residuals(around, found)[0] < 1.02 * study.floor
+
+
+def test_a_fit_in_the_noise_is_not_searched_from_every_start(bent):
+    study, fitted = bent
+    assert len(find_happenings(study, fitted, 1.0)) < len(find_happenings(study, fitted, fitted.error))

@@ -6,6 +6,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
 
 from tests.conftest import simulated
 from tests.test_kernels import CONSTANTS, energy
@@ -222,3 +223,32 @@ def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
     fitted = fit_parts(study, study.training, begun.values, free)
     assert fitted.values["backlash.gap"] == pytest.approx(0.01, rel=0.02)
     assert fitted.error < 1.1
+
+
+def test_a_segment_alone_is_begun_where_least_squares_puts_it():
+    from wheelpend.shooting import Part, in_turn, initial_states, shoot
+
+    log = simulated(duration=3.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
+    module = freed("twist")
+    parameters = vector(module, {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}, log)
+    part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), np.array([[0, 400]]))
+    begun = initial_states(module, part, False)
+    found = in_turn(module, part, begun, parameters, 1e-3, 8)
+
+    def residual(state):
+        shot = shoot(module, part, state[None], parameters, max_step=1e-3)
+        return shot.residual[:400][np.isfinite(shot.residual[:400])]
+
+    best = least_squares(residual, begun[0], x_scale=np.abs(begun[0]) + 1e-2, xtol=1e-12, ftol=1e-12)
+    assert np.sum(residual(found[0]) ** 2) == pytest.approx(2.0 * best.cost, rel=1e-5)
+
+
+def test_first_guesses_come_from_a_parabola_or_what_the_points_allow():
+    from wheelpend.shooting import polynomials
+
+    t = np.array([0.0, 0.011, 0.019, 0.031])
+    parabola, gap = 3.0 - 2.0 * t + 7.0 * t**2, np.nan
+    signals = np.array([parabola, [1.0, gap, gap, 1.62], [gap, 4.0, gap, gap], [gap] * 4])
+    found = polynomials(np.tile(t, (4, 1)), signals)
+    assert found[:3] == pytest.approx(np.array([[3.0, -2.0], [1.0, 20.0], [4.0, 0.0]]))
+    assert np.isnan(found[3]).all()

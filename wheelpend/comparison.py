@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import derive
-from wheelpend.diagnosis import VISIBLE, fit_percent
+from wheelpend.diagnosis import fit_percent
 from wheelpend.logs import Log, segment_bounds
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
@@ -25,6 +25,7 @@ from wheelpend.shooting import (
     vector,
 )
 from wheelpend.study import (
+    VISIBLE,
     Held,
     Study,
     best_start,

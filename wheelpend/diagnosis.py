@@ -13,13 +13,14 @@ from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, found_at
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
-from wheelpend.refit import SHORT, Progress, near_screens, ranked, refit_best, refit_play
+from wheelpend.refit import SHORT, Progress, least_gain, near_screens, ranked, refit_best, refit_play
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     EXPLAINED,
+    VISIBLE,
     Study,
     enlarged,
     fit_model,
@@ -32,7 +33,6 @@ from wheelpend.study import (
 )
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
-VISIBLE = 1.02  # error over noise floor above which a missing force is worth showing
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
 SUDDEN = 40.0  # expected fall of the sum of squares, in noise variances, from which an event is looked at
 
@@ -158,21 +158,29 @@ def diagnose_study(
 ) -> Diagnosis:
     """Diagnose a prepared study from a start for its parameters, and for those that each log has for itself.
 
-    With ``pairs`` by two effects where one fails. A fit of this very model that is ``known`` is kept where a new one is
-    not better.
+    With ``pairs`` by two effects where one fails. A fit of this very model to these logs that is ``known`` is not
+    repeated.
     """
     present = study.model.effects
     free = free_names(study, present)
     progress("fitting the model as it is")
-    short = fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
-    base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log)
-    if known and known.count == base.count and set(known.free) == set(base.free) and known.cost < base.cost:
-        base = known
+    fits_here = known and known.count == sum(p.values for p in study.training) and set(known.names) == set(free)
+    short = None if fits_here else fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
+    base = fit_model(study, short.values, free, horizons=(0.3, 1.0), start_per_log=short.per_log) if short else known
+    assert base is not None, "without a known fit there is a new one"
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    shapes = shapes_of(study, short, study.missable())
-    far = screen(study, base, study.training, shapes)
-    near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
+    if (
+        max(base.error, before) < VISIBLE * study.floor
+    ):  # what is missing, if anything, is small: one screening tells all
+        shapes = shapes_of(study, base, study.missable())
+        far = screen(study, base, study.training, shapes)
+        short, near = base, [(base.values, far)]
+    else:
+        short = short or fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
+        shapes = shapes_of(study, short, study.missable())
+        far = screen(study, base, study.training, shapes)
+        near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
     tried = refit_best(study, base, short, before, near, far, residuals, progress)
     missing = None
     if with_force:
@@ -189,7 +197,9 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
 
     Then error and evidence are those of every second segment of the log in which it happened.
     """
-    places = [p for p in find_happenings(found.study, found.fit) if p.gain > SUDDEN]
+    error = max(found.fit.error, found.error)
+    places = find_happenings(found.study, found.fit, error)
+    places = [p for p in places if p.gain > max(SUDDEN, least_gain(found.study, found.fit, error, p.effect))]
     if not places:
         return found
     by_effect = {p.effect.name: [q for q in places if q.effect == p.effect] for p in places}

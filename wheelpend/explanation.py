@@ -154,10 +154,14 @@ def step_of(study: Study, tried: Tried, before: float) -> Step:
 
 
 def parameter_table(study: Study, fitted: Fit) -> dict[str, dict]:
-    """Every fitted parameter with its standard error; of several logs' own ones the first log's, and all in per_log."""
-    names = free_names(study, study.model.effects)
+    """Every fitted parameter with its standard error; of several logs' own ones the first log's, and all in per_log.
+
+    A value that is not identifiable means nothing, nor does its standard error.
+    """
+    names, lost = free_names(study, study.model.effects), {n.split("@")[0] for n in fitted.unidentifiable}
     table: dict[str, dict] = {
-        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n)} for n in names
+        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n), "identifiable": n not in lost}
+        for n in names
     }
     for n in per_log_names(names) if len(study.logs) > 1 else ():
         table[n]["per_log"] = [

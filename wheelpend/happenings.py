@@ -17,10 +17,12 @@ from wheelpend.fitting import informations, layout, reduce
 from wheelpend.logs import segment_bounds
 from wheelpend.screening import solve
 from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
-from wheelpend.study import Study, fit_parts, interleaved, moments_of
+from wheelpend.study import VISIBLE, Study, fit_parts, interleaved, moments_of
 
 RESOLUTION = 0.2  # of the horizon: length of the segments between whose ends an event is looked for
 ABSORBED = 1e-3  # share of an event's information left by the model's own parameters, below which it shows nothing
+SPREADS = (2.0, 0.5, 0.1)  # of that length, before and after a moment, among which a better one is looked for
+REACH, FEW = 8, 5  # moments tried before and after, in the end at single samples; rounds in which the rest follows
 NEVER = -1.0  # s: a moment before every log
 
 
@@ -63,14 +65,15 @@ def events(study: Study) -> tuple[Effect, ...]:
     return tuple(e for e in study.missable() if e.event)
 
 
-def find_happenings(study: Study, fitted: Fit) -> list[Happening]:
+def find_happenings(study: Study, fitted: Fit, error: float) -> list[Happening]:
     """Where each event fits best, from one linearisation of short segments at a fit and at each start before any fit.
 
-    A fit that is bent to an event may see it where it is not. The largest gain comes first.
+    A fit that is bent to an event may see it where it is not; one whose error lies in the noise is not bent. The
+    largest gain comes first.
     """
-    found = []
+    found, origins = [], () if error < VISIBLE * study.floor else study.origins
     for effect in events(study):
-        for origin in ({}, *study.origins):
+        for origin in ({}, *origins):
             places = [place_of(study, fitted, origin, effect, number) for number in range(len(study.training))]
             found.append(max(places, key=lambda p: p.gain))
     return sorted(found, key=lambda p: -p.gain)
@@ -125,11 +128,13 @@ def found_at(study: Study, base: Fit, places: Sequence[Happening], free: Sequenc
     alternate = interleaved(study)
     fits = [(fit_happening(alternate, base, p, free), p) for p in places]
     best, place = min(fits, key=lambda pair: pair[0].cost)
-    names = best.names
+    moments = moments_of(place.effect.name)
+    names = [*best.names, *moments]
     every = tuple(
         replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, study.horizon), dtype=np.int64))
         for p in study.training
     )
+    best = timed(study, every, best, place)
     found = fit_parts(study, every, best.values, names, start_per_log=best.per_log, rounds=40)
     known, present = found.of_log(place.log), (*study.model.effects, place.effect.name)
     around = interleaved(study, [known[n] for e in present for n in moments_of(e) if n in known])
@@ -137,10 +142,44 @@ def found_at(study: Study, base: Fit, places: Sequence[Happening], free: Sequenc
 
 
 def fit_happening(study: Study, base: Fit, place: Happening, free: Sequence[str]) -> Fit:
-    """Fit the model with an event that happens in one log and in no other, from where it fits best."""
-    nothing = {n: 0.0 for n in place.start if n not in moments_of(place.effect.name)}
+    """Fit the model with an event at given moments in one log and in no other, from where it fits best."""
+    moments = moments_of(place.effect.name)
+    nothing = {n: 0.0 for n in place.start if n not in moments}
     own = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(study.training))]
     for number, values in enumerate(own):
         values |= place.start if number == place.log else {**place.start, **nothing}
-    names = list(dict.fromkeys([*free, *place.effect.full_names]))
-    return fit_parts(study, study.training, {**base.values, **place.values}, names, start_per_log=own, rounds=40)
+    names = [n for n in dict.fromkeys([*free, *place.effect.full_names]) if n not in moments]
+    return fit_parts(study, study.training, {**base.values, **place.values}, names, start_per_log=own)
+
+
+def timed(study: Study, parts: Sequence[Part], found: Fit, place: Happening) -> Fit:
+    """A fit with the moments of an event moved to where they fit best, from a wide search to the single sample.
+
+    What an event does can depend on the command, which jumps at every sample: the sum of squares over a moment has a
+    minimum between any two samples, and Gauss-Newton would stay in the first. So moments and the rest take turns.
+    """
+    t = parts[place.log].log.t
+    for spread in (*(RESOLUTION * study.horizon * share for share in SPREADS), REACH * parts[place.log].log.dt):
+        for moment in moments_of(place.effect.name):
+            middle = found.of_log(place.log)[moment]
+            near = np.searchsorted(t, np.linspace(middle - spread, middle + spread, 2 * REACH + 1))
+            places = np.unique(np.clip(near, 1, len(t) - 1))
+            tried = [moved(found, place.log, moment, 0.5 * float(t[k - 1] + t[k])) for k in places]
+            costs = [cost_around(study, parts[place.log], f.of_log(place.log), middle, spread) for f in tried]
+            found = tried[int(np.argmin(costs))]
+        found = fit_parts(study, parts, found.values, found.names, start_per_log=found.per_log, rounds=FEW)
+    return found
+
+
+def moved(found: Fit, log: int, moment: str, when: float) -> Fit:
+    """A fit's values with a moment of one log elsewhere."""
+    return replace(found, per_log=tuple({**v, moment: when} if k == log else v for k, v in enumerate(found.per_log)))
+
+
+def cost_around(study: Study, part: Part, values: Mapping[str, float], middle: float, spread: float) -> float:
+    """Sum of squares in the segments that reach into a span of time, their initial states fitted."""
+    t, bounds = part.log.t, part.bounds
+    near = (t[bounds[:, 0]] <= middle + spread) & (t[bounds[:, 1] - 1] >= middle - spread)
+    if not near.any():
+        return np.inf
+    return fit_parts(study, [replace(part, bounds=bounds[near])], values, (), rounds=0).cost

@@ -169,8 +169,8 @@ def _shoot(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Prog
     from wheelpend.explanation import parameter_table
 
     study, fitted = shooting_fit(model, logs, progress)
-    lost = {n.split("@")[0] for n in fitted.unidentifiable}
-    table = {n: {**row, "identifiable": n not in lost} for n, row in parameter_table(study, fitted).items()}
+    table = parameter_table(study, fitted)
+    lost = {n for n, row in table.items() if not row["identifiable"]}
     return Identification(
         "shooting", table, fitted.condition, sum(len(p.log) for p in study.training), fitted.error, study.floor,
         (*study.warnings, *_unexcited(lost), *unused), _updated(model, table), _units(study.module),

@@ -11,7 +11,7 @@ import numpy as np
 import derive
 from derive.effects import Effect, InnerPlay
 from wheelpend.contacts import start_with_contacts
-from wheelpend.evidence import Tried, judge
+from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.failures import Failure
 from wheelpend.happenings import find_happenings, found_at
 from wheelpend.processes import threads
@@ -20,6 +20,7 @@ from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     EXPLAINED,
+    VISIBLE,
     Study,
     enlarged,
     fit_model,
@@ -33,10 +34,14 @@ from wheelpend.study import (
 STARTED = 2  # best settings of a profiled parameter from which a refit starts
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
+PART = 0.3  # of the fall that makes an effect worth naming, which the expected one must be where it can be trusted
 HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
+LEADING = 2  # candidates whose refit goes on first
+RIVAL = 1.1  # times their error, above which after a few rounds none goes on where one of those leaves only noise
 SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
 RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
-GLANCE = 8  # rounds of a refit that are given to every start, before the best goes on
+GLANCE, LOOK = 4, 8  # rounds of a refit that every start is given, and those that lead after them
+FOLLOWED = 3  # so many of them
 BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
 MOST, LESS = 80, 40  # segments of a refit that only prepares, and of what only tells where to start
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
@@ -67,8 +72,9 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
 
     What frees something inside the machine takes long to refit, and is tried unless another effect leaves only noise.
     """
-    screens = [*(s for _, s in near), far]
-    promising = (c for s in screens for c in s.candidates[:REFITTED] if c.gain > PROMISING * len(c.effect.parameters))
+    screens, error = [*(s for _, s in near), far], max(base.error, before)
+    leading = (c for s in screens for c in s.candidates[:REFITTED])
+    promising = (c for c in leading if c.gain > least_gain(study, base, error, c.effect))
     names = with_contained(study, list(dict.fromkeys(c.effect.name for c in promising)))
     by_name = {c.effect.name: c for c in far.candidates}
     tests = sum(c.trials for c in far.candidates)
@@ -77,16 +83,16 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         progress(f"refitting with {name}")
         return first_look(study, short, starts_for(near, name))
 
-    def go(name: str, looked: Fit) -> Fit:
+    def try_on(pair: tuple[str, Fit]) -> Fit:
+        return go_on(study, pair[1], pair[0], rounds=GLANCE)
+
+    def go(pair: tuple[str, Fit]) -> tuple[str, Fit]:
         """What is slow does not show in short segments: what leads on full ones starts from there too."""
+        name, looked = pair
         fits = [go_on(study, looked, name)]
         if far.candidates[0].effect.name == name:
             fits.append(from_far(study, base, far.candidates[0]))
-        return min(fits, key=lambda f: f.cost)
-
-    def begin(name: str) -> tuple[Fit, Fit]:
-        looked = look(name)
-        return looked, go(name, looked)
+        return name, min(fits, key=lambda f: f.cost)
 
     def finish(pair: tuple[str, Fit]) -> Tried | None:
         name, begun = pair
@@ -99,21 +105,37 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         evidence = evidence_fit(able, fitted, begun)
         return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
 
-    slow = [n for n in names if derive.effects.find(n).frees]  # of many short calls, which threads would only hinder
+    def settled(begun: Sequence[tuple[str, Fit]]) -> bool:
+        return any(f.error < SETTLED * study.floor for _, f in begun)
+
+    slow = [n for n in names if derive.effects.find(n).frees]
     quick = [n for n in names if n not in slow]
     with ThreadPoolExecutor(max_workers=threads()) as pool:  # the kernels release the interpreter's lock
-        looked, fits = zip(*pool.map(begin, quick), strict=True) if quick else ((), ())
-        begun = list(zip(quick, fits, strict=True))
-        bound = BEHIND * min((f.error for f in looked), default=np.inf)
-        if not any(f.error < SETTLED * study.floor for f in fits):
-            seen = [(n, look(n)) for n in slow]
-            begun += [(n, go(n, f)) for n, f in seen if f.error < bound or n == far.candidates[0].effect.name]
+        looked = sorted(zip(quick, pool.map(look, quick), strict=True), key=lambda pair: pair[1].cost)
+        least = looked[0][1].error if looked else np.inf
+        begun, rest = [*pool.map(go, looked[:LEADING])], looked[LEADING:]
+        if settled(begun):
+            least = RIVAL * min(f.error for _, f in begun)
+            rest = [p for p, f in zip(rest, pool.map(try_on, rest), strict=True) if f.error < least]
+        begun += pool.map(go, rest)
+        if not settled(begun):
+            looked = [*zip(slow, pool.map(look, slow), strict=True)]
+            leader = far.candidates[0].effect.name
+            begun += pool.map(go, [p for p in looked if p[1].error < BEHIND * least or p[0] == leader])
         begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
-        judged = [*pool.map(finish, [p for p in hopeful if p[0] in quick])]
-    judged += [finish(p) for p in hopeful if p[0] in slow]
-    tried = [t for t in judged if t is not None]
+        tried = [t for t in pool.map(finish, hopeful) if t is not None]
     return ranked(study, with_smaller(study, tried, finish) if tried else [])
+
+
+def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
+    """Expected fall of the sum of squares from which an effect is refitted, in noise variances.
+
+    What is missing in a fit whose error lies in the noise is small, and the expectation can be trusted: there it must
+    be a good part of what makes an effect worth naming.
+    """
+    enough = PROMISING * len(effect.parameters)
+    return max(enough, PART * 2.0 * WORTHWHILE * base.count) if error < VISIBLE * study.floor else enough
 
 
 def with_smaller(
@@ -234,21 +256,27 @@ def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, fl
         name = f"{effect.name}.{parameter.name}"
         trials += [(trials[0][0], {**trials[0][1], name: size}) for size in parameter.grid]
     parts, fits = shortened(study, SHORT * study.horizon, most=LESS if effect.frees else MOST), []
-    for values, size in trials:
-        start, own = _begun(values, short.per_log, size)
-        fits.append(fit_parts(study, parts, start, free, start_per_log=own, rounds=GLANCE))
-        if fits[-1].error < EXPLAINED * study.floor:
-            break  # it cannot get better than the noise
+
+    def reaches(start: Mapping[str, float], own: Sequence[Mapping[str, float]], rounds: int) -> bool:
+        fits.append(fit_parts(study, parts, start, free, start_per_log=own, rounds=rounds))
+        return fits[-1].error < EXPLAINED * study.floor  # it cannot get better than the noise
+
+    glance = LOOK if effect.frees else GLANCE  # what frees something goes astray at first
+    places = (_begun(values, short.per_log, size) for values, size in trials)
+    if not any(reaches(start, own, glance) for start, own in places):
+        for f in sorted(fits, key=lambda f: f.cost)[:FOLLOWED]:
+            if not f.converged and reaches(f.values, f.per_log, LOOK):
+                break
     return min(fits, key=lambda f: f.cost)
 
 
-def go_on(study: Study, begun: Fit, effect: str) -> Fit:
-    """A fit with an effect taken to its end, and to longer segments."""
+def go_on(study: Study, begun: Fit, effect: str, rounds: int = 15) -> Fit:
+    """A fit with an effect taken to its end, or for a few rounds, and to longer segments."""
     study = steadied(study.able(effect), begun.values)
     free = begun.names
     for share in (0.3,) if begun.converged else (SHORT, 0.3):
         parts = shortened(study, share * study.horizon, most=MOST)
-        begun = fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
+        begun = fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log, rounds=rounds)
     return begun
 
 
@@ -283,7 +311,7 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     """
     present = study.model.effects
     if derive.effects.find(effect).event:
-        places = [p for p in find_happenings(study, base) if p.effect.name == effect]
+        places = [p for p in find_happenings(study, base, base.error) if p.effect.name == effect]
         return found_at(study, base, places, free_names(study, present))
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
     shapes = shapes_of(study, short, [derive.effects.find(effect)])

@@ -132,34 +132,37 @@ def shoot(
 
 
 def initial_states(module: ModuleType, part: Part, relative: bool) -> np.ndarray:
-    """First guess of the segments' initial states (segments, NX), from the measured channels alone."""
-    log = part.log
-    return np.array([_local_state(log, a, min(b, a + _span(log)), relative) for a, b in part.bounds])
+    """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
-
-def _span(log: Log) -> int:
-    return max(6, round(0.03 / log.dt))
-
-
-def _local_state(log: Log, first: int, last: int, relative: bool) -> np.ndarray:
-    """Angles and rates at a sample, from short polynomials through what follows."""
-    t = log.t[first:last] - log.t[first]
-    wheel, pitch, rate = (_polynomial(t, log.measured[first:last, c]) for c in range(3))
-    speed = rate[0] if np.isfinite(rate[0]) else pitch[1]
+    Angles and rates come from short parabolas through what follows, or what the points allow.
+    """
+    log, first = part.log, part.bounds[:, :1]
+    places = first + np.arange(max(6, round(0.03 / log.dt)))
+    beyond = places >= part.bounds[:, 1:]
+    places = np.minimum(places, len(log) - 1)
+    t, measured = log.t[places] - log.t[first], np.where(beyond[:, :, None], np.nan, log.measured[places])
+    wheel, pitch, rate = (polynomials(t, measured[:, :, c]) for c in range(3))
+    speed = np.where(np.isfinite(rate[:, 0]), rate[:, 0], pitch[:, 1])
     if relative:
-        wheel = wheel + np.array([pitch[0], speed])
-    return np.nan_to_num(np.array([wheel[0], pitch[0], wheel[1], speed]))
+        wheel = wheel + np.column_stack([pitch[:, 0], speed])
+    return np.nan_to_num(np.column_stack([wheel[:, 0], pitch[:, 0], wheel[:, 1], speed]))
 
 
-def _polynomial(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Value and slope at the beginning, by a parabola or what the points allow."""
-    good = np.isfinite(signal)
-    if not good.any():
-        return np.array([np.nan, np.nan])
-    degree = min(2, int(good.sum()) - 1)
-    scale = max(float(t[-1]), 1e-9)
-    fitted = np.polynomial.polynomial.polyfit(t[good] / scale, signal[good], degree)
-    return np.array([fitted[0], fitted[1] / scale if degree else 0.0])
+def polynomials(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
+    """Value and slope at time 0 (segments, 2) of least-squares parabolas through signals (segments, samples) at t.
+
+    Through two points goes a line, through one a constant; NaN where there is none.
+    """
+    good = np.isfinite(signals)
+    scale = np.maximum(np.max(np.where(good, t, 0.0), axis=1), 1e-9)
+    count = good.sum(axis=1)
+    powers = (t / scale[:, None])[:, :, None] ** np.arange(3) * (
+        good[:, :, None] & (np.arange(3) < count[:, None, None])
+    )
+    normal = np.einsum("sij,sik->sjk", powers, powers)
+    right = np.einsum("sij,si->sj", powers, np.where(good, signals, 0.0))
+    fitted = np.einsum("sjk,sk->sj", np.linalg.pinv(normal, hermitian=True), right)[:, :2]
+    return np.where(count[:, None] > 0, fitted / np.column_stack([np.ones_like(scale), scale]), np.nan)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that runs away gives infinities, and is not kept
@@ -191,40 +194,15 @@ def in_turn(
     module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
 ) -> np.ndarray:
     """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
-    log, found, inside = part.log, states.copy(), np.zeros(module.NV - module.NX)
-    arrived, ended = np.zeros(module.NX), -1  # the last segment's end, and at which sample
-    for number, (first, last) in enumerate(part.bounds):
-        only = replace(part, bounds=part.bounds[number : number + 1], weights=None)
-        begun = [found[number]]
-        if rounds > FEW and ended == first and np.isfinite(arrived).all():
-            begun.append(arrived)  # where the one before ended, which no missed contact has led astray
-        tried = [_alone(module, only, state, inside, parameters, max_step, rounds) for state in begun]
-        found[number] = min(tried, key=lambda t: t[1])[0]
-        ahead = slice(first, min(last + 1, len(log)))
-        whole = np.concatenate([found[number], inside])
-        end = module.simulate(log.t[ahead], log.voltage[ahead], whole, parameters, max_step)[-1]
-        arrived, inside, ended = end[: module.NX], end[module.NX :], last
-        inside = np.where(np.isfinite(inside), inside, 0.0)
+    log, found = part.log, states.copy()
+    try:
+        module.settle(
+            log.t, log.voltage, log.measured, 1.0 / part.sigma, part.bounds, found, parameters, max_step, rounds,
+            rounds > FEW,  # then also from where the one before ended, which no missed contact has led astray
+        )  # fmt: skip
+    except ZeroDivisionError:  # as in shoot
+        return states
     return found
-
-
-def _alone(module, only: Part, state, inside, parameters, max_step: float, rounds: int) -> tuple[np.ndarray, float]:
-    """Initial coordinates and rates of one segment by Levenberg and Marquardt, and the sum of squares they leave."""
-    shot = shoot(module, only, np.concatenate([state, inside])[None], parameters, max_step=max_step)
-    damping = 1e-4
-    for _ in range(rounds):
-        step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[0, :, 0]
-        trial = shoot(module, only, np.concatenate([state + step, inside])[None], parameters, max_step=max_step)
-        gain = shot.cost - trial.cost
-        if trial.cost < shot.cost:
-            state, shot, damping = state + step, trial, damping * 0.1
-            if gain < 1e-5 * (1.0 + trial.cost):
-                break
-        else:
-            damping *= 10.0
-            if damping > 1e3 or abs(gain) < 1e-9 * shot.cost:
-                break
-    return state, shot.cost
 
 
 def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:

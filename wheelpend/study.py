@@ -23,6 +23,7 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
+VISIBLE = 1.02  # error over noise floor up to which a fit lies in the noise: what is missing, if anything, is small
 NEAR = 0.05  # of the horizon, within which something that happens beside a segment may have happened in it
 RUN = 10  # short segments in a row where something carries on from one to the next
 LEAD = 10  # segments before the first that is judged, through which what carries on is followed

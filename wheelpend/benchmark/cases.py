@@ -110,9 +110,9 @@ def draw(effect: Effect, size: float, random: np.random.Generator) -> tuple[tupl
     for p in scaled:
         found[f"{effect.name}.{p.name}"] = sign * factor * p.typical if p.absent == 0.0 else p.typical / factor
     for name in [n for n in found if n in MOMENTS]:
-        found[name] = round(random.uniform(*MOMENTS[name]), 3)
+        found[name] = round(random.uniform(*MOMENTS[name]), 4)  # between two samples
     if "external_push.end" in found:
-        found["external_push.end"] = found["external_push.start"] + round(random.uniform(*LASTS), 3)
+        found["external_push.end"] = found["external_push.start"] + round(random.uniform(*LASTS), 4)
     return tuple((name, float(f"{value:.6g}")) for name, value in found.items())
 
 

@@ -44,7 +44,7 @@ class Outcome:
     floor: float = 1.0
     costs: tuple[float, ...] = ()  # of several: how much larger the error is without each
     strength: float = 0.0  # hidden sizes in standard deviations of the true model's fit
-    deviations: tuple[float, ...] = ()  # of every parameter in standard errors, where the right effects were named
+    deviations: tuple[float, ...] = ()  # of what is identifiable in standard errors, where the right effects were named
     estimates: tuple[tuple[str, float], ...] = ()  # nothing hidden: name, error in standard errors
     made: str = ""  # key of the log that was made where the robot would have fallen with the one planned
     seconds: float = 0.0
@@ -126,7 +126,8 @@ def compare_with_truth(outcome: Outcome, case: Case, told: Explanation, model: M
     costs = tuple(error_of(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
     if set(told.effects) == set(case.effects):
-        deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in told.parameters.items())
+        known = {n: row for n, row in told.parameters.items() if row["identifiable"]}
+        deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in known.items())
     size = strength(fitted, case.effects)
     return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
 
