@@ -48,7 +48,7 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
         barred.append(first)
         return whole if not first else after
 
-    monkeypatch.setattr(climb, "diagnose_study", lambda study, start, progress: study.needless)
+    monkeypatch.setattr(climb, "first_round", lambda study, start, progress: study.needless)
     monkeypatch.setattr(climb, "one_climb", one_climb)
     after = climbed(begun, "coulomb_drive", "slope")
     assert climb.climb(*begun, lambda rounds: False) is after

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.diagnosis import Diagnosis, diagnose_study, located, next_round, settled, with_law, with_play
+from wheelpend.diagnosis import Diagnosis, first_round, located, next_round, settled, with_law, with_play
 from wheelpend.evidence import WORTHWHILE
 from wheelpend.failures import Failure
 from wheelpend.logs import Log
@@ -71,7 +71,7 @@ def climb(
     to name it, the climb is begun anew without it, and that one counts if it gets as far. A play that explains more
     than a climb that does not arrive takes its place.
     """
-    rounds = one_climb(diagnose_study(study, start, progress=progress), enough, progress)
+    rounds = one_climb(first_round(study, start, progress), enough, progress)
     if not rounds[-1].accounted:
         first = with_play(rounds[0], progress)
         if first is not rounds[0] and reached([first])[0] < reached(rounds)[0]:
@@ -82,7 +82,7 @@ def climb(
             break
         progress(f"{needless} is needless beside the others: once more without it")
         study = replace(study, needless=(*study.needless, needless))
-        other = one_climb(diagnose_study(study, start, progress=progress), enough, progress)
+        other = one_climb(first_round(study, start, progress), enough, progress)
         if not (reached(other)[0] <= (1.0 + WORTHWHILE) * reached(rounds)[0]):
             break
         rounds = other
@@ -93,7 +93,7 @@ def one_climb(first: Diagnosis, enough: Callable[[Rounds], bool], progress: Prog
     """A diagnosis and those that follow it, until there is nothing to add or they are enough."""
     rounds = [first]
     while rounds[-1].named and not enough(rounds):
-        rounds.append(next_round(rounds[-1], progress=progress))
+        rounds.append(next_round(rounds[-1], progress))
     return rounds
 
 

@@ -34,6 +34,8 @@ from wheelpend.study import (
 
 EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
+PARTNER = 0.2  # share of the sum of squares that a partner must promise to take away
+SUBSTANTIAL = 0.1  # share of what is above the noise that an event must promise to take away
 SUDDEN = 40.0  # expected fall of the sum of squares, in noise variances, from which an event is looked at
 
 
@@ -72,40 +74,44 @@ class Diagnosis:
         return left <= EXPLAINED * self.noise_floor
 
 
-def next_round(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+def first_round(study: Study, start: dict[str, float], progress: Progress) -> Diagnosis:
+    """Diagnose a prepared study from a start: by lasting effects, by events, and by two effects where one fails."""
+    found = with_event(diagnose_study(study, start, with_force=True, progress=progress), progress)
+    return with_partner(found, progress) if found.verdict == "unexplained" and not found.named else found
+
+
+def next_round(found: Diagnosis, progress: Progress) -> Diagnosis:
     """Diagnose again with the first candidate in the model."""
     best = found.named[0]
     progress(f"added {best.effect}: error {found.error:.4g} → {best.error_after:.4g}")
-    return behind(found.study, best, progress=progress)
+    return with_event(behind(found.study, best, progress=progress), progress)
 
 
-def behind(study: Study, best: Tried, *, pairs: bool = True, progress: Progress = lambda text: None) -> Diagnosis:
-    """Diagnose with an effect in the model."""
+def behind(study: Study, best: Tried, *, promise: float = 0.0, progress: Progress) -> Diagnosis:
+    """Diagnose by lasting effects, with one in the model."""
     larger = steadied(study.having(enlarged(study.model, best.effect)), best.fit.values)
-
     own = [without_others(larger, values) for values in best.fit.per_log]
     start = without_others(larger, best.fit.of_log(0))
-    return diagnose_study(larger, start, own=own, known=best.fit, with_force=False, pairs=pairs, progress=progress)
+    return diagnose_study(larger, start, own=own, known=best.fit, promise=promise, progress=progress)
 
 
 def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
     """A diagnosis that names an effect which explains too little alone, if a second one explains the rest with it.
 
-    What frees something inside the machine is not tried as the first of a pair: it costs a minute a trial.
-
     Two effects can hide each other: either alone bends the other parameters so far that it does not pay. The one that
-    lowers the held-out error more alone is named, with the evidence that it has beside the other.
+    lowers the held-out error more alone is named, with the evidence that it has beside the other. What frees something
+    inside the machine is not tried as the first of a pair: that takes long.
     """
     study = found.study
     quick = (t for t in found.tried if t.physical and not derive.effects.find(t.effect).frees)
     likely = sorted(quick, key=lambda t: t.fit.cost)[:PARTNERED]
     for number, one in enumerate(likely, 1):
         progress(f"looking for a partner of {one.effect}")
-        first = behind(study, one, pairs=False, progress=progress)
+        first = behind(study, one, promise=PARTNER, progress=progress)
         if not (first.named and first.accounted):
             continue
         other = first.named[0]
-        second = behind(study, other, pairs=False, progress=progress)
+        second = behind(study, other, progress=progress)
         if not (second.named and second.accounted and second.named[0].effect == one.effect):
             continue
         beside, alone = (other, second) if second.error < first.error else (second.named[0], first)
@@ -152,14 +158,14 @@ def diagnose_study(
     *,
     own: Sequence[Mapping[str, float]] = (),
     known: Fit | None = None,
-    with_force: bool = True,
-    pairs: bool = True,
-    progress: Progress = lambda text: None,
+    promise: float = 0.0,
+    with_force: bool = False,
+    progress: Progress,
 ) -> Diagnosis:
-    """Diagnose a prepared study from a start for its parameters, and for those that each log has for itself.
+    """Diagnose a study by lasting effects, from a start for its parameters, and for those that each log has for itself.
 
-    With ``pairs`` by two effects where one fails. A fit of this very model to these logs that is ``known`` is not
-    repeated.
+    A fit of this very model to these logs that is ``known`` is not repeated. Nothing is refitted unless an effect is
+    expected to take away the share ``promise`` of the sum of squares.
     """
     present = study.model.effects
     free = free_names(study, present)
@@ -181,15 +187,13 @@ def diagnose_study(
         shapes = shapes_of(study, short, study.missable())
         far = screen(study, base, study.training, shapes)
         near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
-    tried = refit_best(study, base, short, before, near, far, residuals, progress)
+    hopeful = not promise or far.candidates[0].gain >= promise * base.count
+    tried = refit_best(study, base, short, before, near, far, residuals, progress) if hopeful else []
     missing = None
     if with_force:
         progress("estimating the missing force")
         missing = find_missing_force(study, base)
-    found = conclude(study, base, before, residuals, tried, far, missing)
-    if not (found.named and found.accounted):
-        found = with_event(found, progress)
-    return with_partner(found, progress) if pairs and found.verdict == "unexplained" and not found.named else found
+    return conclude(study, base, before, residuals, tried, far, missing)
 
 
 def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
@@ -197,9 +201,13 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
 
     Then error and evidence are those of every second segment of the log in which it happened.
     """
+    if found.named and found.accounted:
+        return found
     error = max(found.fit.error, found.error)
     places = find_happenings(found.study, found.fit, error)
-    places = [p for p in places if p.gain > max(SUDDEN, least_gain(found.study, found.fit, error, p.effect))]
+    excess = max(1.0 - (found.study.floor / error) ** 2, 0.0) * found.fit.count  # what is above the noise
+    enough = max(SUDDEN, SUBSTANTIAL * excess)
+    places = [p for p in places if p.gain > max(enough, least_gain(found.study, found.fit, error, p.effect))]
     if not places:
         return found
     by_effect = {p.effect.name: [q for q in places if q.effect == p.effect] for p in places}
