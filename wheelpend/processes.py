@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from time import monotonic
 from typing import TypeVar
 
@@ -31,7 +32,8 @@ def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) 
     if cores() == 1 or not jobs:
         yield from ((number, job()) for number, job in waiting if monotonic() < deadline)
         return
-    with single_threaded(), ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+    spawn = get_context("spawn")
+    with single_threaded(), ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool:
         running = {pool.submit(job): number for number, job in islice(waiting, workers)}
         while running:
             for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -39,6 +41,18 @@ def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) 
                 if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
                     running.update((pool.submit(job), place) for place, job in islice(waiting, 1))
                 yield number, future.result()
+
+
+def end_with_parent() -> None:
+    """Let this worker end when the process that started it does, however that ends."""
+    parent = parent_process()
+    assert parent is not None, "only a worker has a parent process"
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 def cores() -> int:
