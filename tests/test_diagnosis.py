@@ -208,3 +208,9 @@ def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(
     impossible = [t for t in late_diagnosis.candidates if not t.physical]
     assert all(t not in late_diagnosis.named for t in impossible)
     assert any(c < 0 for t in impossible for c in t.coefficients.values())
+
+
+def test_where_every_effect_is_left_out_the_rest_is_unexplained():
+    every = list(derive.effects.LIBRARY)
+    found = diagnose(Model.default(), [hidden_log("coulomb_drive")], without=every)
+    assert found.verdict == "unexplained" and not found.candidates and set(found.not_judged) == set(every)

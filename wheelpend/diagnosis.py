@@ -176,9 +176,8 @@ def diagnose_study(
     assert base is not None, "without a known fit there is a new one"
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    if (
-        max(base.error, before) < VISIBLE * study.floor
-    ):  # what is missing, if anything, is small: one screening tells all
+    in_noise = max(base.error, before) < VISIBLE * study.floor
+    if in_noise:  # what is missing, if anything, is small: one screening tells all
         shapes = shapes_of(study, base, study.missable())
         far = screen(study, base, study.training, shapes)
         short, near = base, [(base.values, far)]

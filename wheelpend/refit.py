@@ -120,7 +120,7 @@ def refit_best(study, base, short, before, near, far: Screen, residuals, progres
         begun += pool.map(go, rest)
         if not settled(begun):
             looked = [*zip(slow, pool.map(look, slow), strict=True)]
-            leader = far.candidates[0].effect.name
+            leader = next((c.effect.name for c in far.candidates), "")
             begun += pool.map(go, [p for p in looked if p[1].error < BEHIND * least or p[0] == leader])
         begun.sort(key=lambda pair: pair[1].cost)
         hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
