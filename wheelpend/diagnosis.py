@@ -9,11 +9,12 @@ import numpy as np
 
 import derive
 from derive.effects import InnerPlay
+from wheelpend.contest import Contest, Scored, least_gain, ranked
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, found_at
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
-from wheelpend.refit import SHORT, Progress, least_gain, near_screens, ranked, refit_best, refit_play
+from wheelpend.refit import SHORT, Progress, near_screens, refit_play
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
 from wheelpend.shapes import shapes_of
@@ -187,7 +188,8 @@ def diagnose_study(
         far = screen(study, base, study.training, shapes)
         near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
     hopeful = not promise or far.candidates[0].gain >= promise * base.count
-    tried = refit_best(study, base, short, before, near, far, residuals, progress) if hopeful else []
+    scored = Scored(study, base, short, before, residuals, near, far)
+    tried = Contest(scored, progress).run() if hopeful else []
     missing = None
     if with_force:
         progress("estimating the missing force")

@@ -16,12 +16,13 @@ import numpy as np
 import derive
 from derive.records import Plant
 from wheelpend import kernels
+from wheelpend.contest import HOPEFUL
 from wheelpend.evidence import WORTHWHILE, agreement, honest_sigma
 from wheelpend.law_choice import Start, choices, column, covered
 from wheelpend.law_effects import LawEffect, effects_of, places, register
 from wheelpend.law_terms import Term, terms
 from wheelpend.pieces import View, view_at, views_of
-from wheelpend.refit import HOPEFUL, SHORT
+from wheelpend.refit import SHORT
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, fit_model, fit_parts, held_residuals, per_log_names, shortened
 

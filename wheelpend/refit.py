@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 import derive
 from derive.effects import Effect, InnerPlay
 from wheelpend.contacts import start_with_contacts
-from wheelpend.evidence import WORTHWHILE, Tried, judge
-from wheelpend.failures import Failure
 from wheelpend.happenings import find_happenings, found_at
-from wheelpend.processes import threads
 from wheelpend.screening import Candidate, Screen, linear_names, screen
 from wheelpend.shapes import Shape, shapes_of
 from wheelpend.shooting import Fit
 from wheelpend.study import (
     EXPLAINED,
-    VISIBLE,
     Study,
     enlarged,
     fit_model,
@@ -32,17 +26,8 @@ from wheelpend.study import (
 )
 
 STARTED = 2  # best settings of a profiled parameter from which a refit starts
-REFITTED = 5  # best candidates of each screening that are refitted
-PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
-PART = 0.3  # of the fall that makes an effect worth naming, which the expected one must be where it can be trusted
-HOPEFUL = 2.0  # cost on short segments, over the best, up to which a candidate is judged on held-out data
-LEADING = 2  # candidates whose refit goes on first
-RIVAL = 1.1  # times their error, above which after a few rounds none goes on where one of those leaves only noise
-SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
-RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
 GLANCE, LOOK = 4, 8  # rounds of a refit that every start is given, and those that lead after them
 FOLLOWED = 3  # so many of them
-BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
 MOST, LESS = 80, 40  # segments of a refit that only prepares, and of what only tells where to start
 SHORT = 0.1  # of the horizon: segments so short that the problem is almost linear
 FEWEST = 15  # segments over parameters below which significance is taken from shorter segments
@@ -67,127 +52,6 @@ def near_screens(
     return found
 
 
-def refit_best(study, base, short, before, near, far: Screen, residuals, progress: Progress) -> list[Tried]:
-    """Refit the best candidates of every screening, first on short segments, then the best of those on full ones.
-
-    What frees something inside the machine takes long to refit, and is tried unless another effect leaves only noise.
-    """
-    screens, error = [*(s for _, s in near), far], max(base.error, before)
-    leading = (c for s in screens for c in s.candidates[:REFITTED])
-    promising = (c for c in leading if c.gain > least_gain(study, base, error, c.effect))
-    names = with_contained(study, list(dict.fromkeys(c.effect.name for c in promising)))
-    by_name = {c.effect.name: c for c in far.candidates}
-    tests = sum(c.trials for c in far.candidates)
-
-    def look(name: str) -> Fit:
-        progress(f"refitting with {name}")
-        return first_look(study, short, starts_for(near, name))
-
-    def try_on(pair: tuple[str, Fit]) -> Fit:
-        return go_on(study, pair[1], pair[0], rounds=GLANCE)
-
-    def go(pair: tuple[str, Fit]) -> tuple[str, Fit]:
-        """What is slow does not show in short segments: what leads on full ones starts from there too."""
-        name, looked = pair
-        fits = [go_on(study, looked, name)]
-        if far.candidates[0].effect.name == name:
-            fits.append(from_far(study, base, far.candidates[0]))
-        return name, min(fits, key=lambda f: f.cost)
-
-    def finish(pair: tuple[str, Fit]) -> Tried | None:
-        name, begun = pair
-        progress(f"judging {name} on held-out data")
-        free, able = _free_with(study, base, name), steadied(study.able(name), begun.values)
-        try:
-            fitted = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
-        except Failure:
-            return None  # with it the model cannot be simulated over the horizon, so that is not what is missing
-        evidence = evidence_fit(able, fitted, begun)
-        return judge(able, by_name[name], fitted, evidence, before, residuals, tests=tests, judged=len(hopeful))
-
-    def settled(begun: Sequence[tuple[str, Fit]]) -> bool:
-        return any(f.error < SETTLED * study.floor for _, f in begun)
-
-    slow = [n for n in names if derive.effects.find(n).frees]
-    quick = [n for n in names if n not in slow]
-    with ThreadPoolExecutor(max_workers=threads()) as pool:  # the kernels release the interpreter's lock
-        looked = sorted(zip(quick, pool.map(look, quick), strict=True), key=lambda pair: pair[1].cost)
-        least = looked[0][1].error if looked else np.inf
-        begun, rest = [*pool.map(go, looked[:LEADING])], looked[LEADING:]
-        if settled(begun):
-            least = RIVAL * min(f.error for _, f in begun)
-            rest = [p for p, f in zip(rest, pool.map(try_on, rest), strict=True) if f.error < least]
-        begun += pool.map(go, rest)
-        if not settled(begun):
-            looked = [*zip(slow, pool.map(look, slow), strict=True)]
-            leader = next((c.effect.name for c in far.candidates), "")
-            begun += pool.map(go, [p for p in looked if p[1].error < BEHIND * least or p[0] == leader])
-        begun.sort(key=lambda pair: pair[1].cost)
-        hopeful = [p for n, p in enumerate(begun) if n < 1 or not is_clear(begun[0][1], p[1], study.floor)][:REFITTED]
-        tried = [t for t in pool.map(finish, hopeful) if t is not None]
-    return ranked(study, with_smaller(study, tried, finish) if tried else [])
-
-
-def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
-    """Expected fall of the sum of squares from which an effect is refitted, in noise variances.
-
-    What is missing in a fit whose error lies in the noise is small, and the expectation can be trusted: there it must
-    be a good part of what makes an effect worth naming.
-    """
-    enough = PROMISING * len(effect.parameters)
-    return max(enough, PART * 2.0 * WORTHWHILE * base.count) if error < VISIBLE * study.floor else enough
-
-
-def with_smaller(
-    study: Study, tried: Sequence[Tried], finish: Callable[[tuple[str, Fit]], Tried | None]
-) -> list[Tried]:
-    """Effects, those that the best one contains refitted from there where that is a better fit of them."""
-    leader, found = min(tried, key=lambda t: t.error_after), list(tried)
-    for smaller in with_contained(study, [leader.effect])[1:]:
-        again = finish((smaller, within(study, leader, smaller)))
-        known = next((t for t in found if t.effect == smaller), None)
-        if again and (known is None or again.fit.cost < known.fit.cost):
-            found = [*(t for t in found if t is not known), again]
-    return found
-
-
-def within(study: Study, larger: Tried, smaller: str) -> Fit:
-    """Where an effect is nearest to one that contains it: its refit may have gone astray where that one's has not."""
-    weights = np.array(study.module.CONTAINS[larger.effect][smaller])
-    sizes, names = linear_names(derive.effects.find(larger.effect)), linear_names(derive.effects.find(smaller))
-
-    def shrunk(values: Mapping[str, float]) -> dict[str, float]:
-        if not all(n in values for n in sizes):
-            return dict(values)
-        rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger.effect}
-        return rest | dict(zip(names, map(float, np.linalg.pinv(weights) @ [values[n] for n in sizes]), strict=True))
-
-    fit = larger.fit
-    return replace(fit, values=shrunk(fit.values), per_log=tuple(map(shrunk, fit.per_log)))
-
-
-def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
-    """Effects by held-out error, the best first; one that frees something and leaves a rest counts with reluctance."""
-
-    def rank(one: Tried) -> float:
-        partial = derive.effects.find(one.effect).frees and one.error_after > EXPLAINED * study.floor
-        return one.error_after * (RELUCTANCE if partial else 1.0)
-
-    return sorted(tried, key=rank)
-
-
-def with_contained(study: Study, names: Sequence[str]) -> list[str]:
-    """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
-    judged = {e.name for e in study.missable()}
-    within = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
-    return list(dict.fromkeys([*names, *within]))
-
-
-def is_clear(best: Fit, other: Fit, floor: float) -> bool:
-    """Whether the best fit on short segments has settled the matter: it reaches the noise and the other does not."""
-    return best.error < EXPLAINED * floor and other.cost > HOPEFUL * best.cost
-
-
 def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
     """The fit whose segments are counted for significance: the full one, or on a short log one with more segments."""
     segments = sum(len(p.bounds) for p in study.training)
@@ -199,7 +63,8 @@ def evidence_fit(study: Study, fitted: Fit, begun: Fit) -> Fit:
     return fit_parts(study, parts, begun.values, free, start_per_log=begun.per_log)
 
 
-def _free_with(study: Study, base: Fit, effect: str) -> list[str]:
+def free_with(study: Study, base: Fit, effect: str) -> list[str]:
+    """Names of what a fit has, with an effect more in place of those that it contains."""
     own = base.names
     gone = study.replaced(effect)
     return [*(n for n in own if n.partition(".")[0] not in gone), *derive.effects.find(effect).full_names]
@@ -233,7 +98,7 @@ def refit(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, float],
 def refit_play(study: Study, short: Fit, effect: Effect) -> Fit | None:
     """Refit with a play from a start before any fit that follows its contacts; None where that does not pay."""
     origin = {**short.values, **(study.origins[0] if study.origins else {})}
-    study, free = steadied(study.able(effect.name), origin), _free_with(study, short, effect.name)
+    study, free = steadied(study.able(effect.name), origin), free_with(study, short, effect.name)
     begun = start_with_contacts(study, origin, short.per_log, free, effect.full_names[0])
     if begun is None:
         return None
@@ -248,7 +113,7 @@ def first_look(study: Study, short: Fit, beginnings: Sequence[tuple[dict[str, fl
     """
     effect = beginnings[0][1].effect
     study = steadied(study.able(effect.name), short.values)
-    free = _free_with(study, short, effect.name)
+    free = free_with(study, short, effect.name)
     placed = [in_place(study, effect, values, s) for n, (values, c) in enumerate(beginnings)
               for s in c.starts[:STARTED]]  # fmt: skip
     trials = [(values, admissible(effect, size)) for values, size in placed]
@@ -287,7 +152,7 @@ def from_far(study: Study, base: Fit, candidate: Candidate) -> Fit:
     values, size = in_place(study, effect, base.values, candidate.starts[0])
     start, own = _begun(values, base.per_log, admissible(effect, size))
     parts = shortened(study, 0.3 * study.horizon, most=MOST)
-    return fit_parts(study, parts, start, _free_with(study, base, effect.name), start_per_log=own)
+    return fit_parts(study, parts, start, free_with(study, base, effect.name), start_per_log=own)
 
 
 def _begun(values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], size: Mapping[str, float]):
