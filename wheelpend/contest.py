@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 import numpy as np
 
@@ -84,7 +85,7 @@ class Contest:
                 looked = [*pool.map(self.look, slow)]
                 begun += pool.map(self.go, [p for p in looked if p[1].error < BEHIND * least or p[0] == self.leader])
             hopeful = self.hopeful(begun)
-            judged = pool.map(self.finish, hopeful, [len(hopeful)] * len(hopeful))
+            judged = pool.map(self.finish, hopeful, repeat(len(hopeful)))
             tried = [t for t in judged if t is not None]
         return ranked(self.study, self.with_smaller(tried, len(hopeful)) if tried else [])
 
@@ -185,8 +186,8 @@ def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:
     """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
     judged = {e.name for e in study.missable()}
-    within = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
-    return list(dict.fromkeys([*names, *within]))
+    contained = [s for n in names for s in study.module.CONTAINS.get(n, {}) if s in judged]
+    return list(dict.fromkeys([*names, *contained]))
 
 
 def is_clear(best: Fit, other: Fit, floor: float) -> bool:

@@ -177,15 +177,14 @@ def diagnose_study(
     assert base is not None, "without a known fit there is a new one"
     before, residuals = held_residuals(study, base)
     progress("scoring every effect")
-    in_noise = max(base.error, before) < VISIBLE * study.floor
+    if in_noise := max(base.error, before) < VISIBLE * study.floor:
+        short = base
+    short = short or fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
+    shapes = shapes_of(study, short, study.missable())
+    far = screen(study, base, study.training, shapes)
     if in_noise:  # what is missing, if anything, is small: one screening tells all
-        shapes = shapes_of(study, base, study.missable())
-        far = screen(study, base, study.training, shapes)
-        short, near = base, [(base.values, far)]
+        near = [(base.values, far)]
     else:
-        short = short or fit_model(study, start, free, horizons=(SHORT,), start_per_log=own)
-        shapes = shapes_of(study, short, study.missable())
-        far = screen(study, base, study.training, shapes)
         near = near_screens(study, short, start, shapes, corrupted=before > EXPLAINED * study.floor)
     hopeful = not promise or far.candidates[0].gain >= promise * base.count
     scored = Scored(study, base, short, before, residuals, near, far)
