@@ -52,7 +52,7 @@ def library_model(plant: str, assumptions: dict, own: Sequence[str] = (), free: 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
     settled = plants.settle(plant, assumptions)
-    fitting = effects.possible_on(plants.find(plant).build(settled), own)
+    fitting = effects.possible_on(plants.build(plant, settled), own)
     possible = [e for e in fitting if (not e.frees or e.frees in free) and derivable(plant, settled, e)]
     found = relations(plant, settled, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]

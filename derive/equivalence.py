@@ -124,7 +124,7 @@ def ground_of(plant: str, assumptions: dict) -> Ground:
 @lru_cache(maxsize=16)
 def _ground(plant_name: str, assumptions: tuple) -> Ground:
     settled = dict(assumptions)
-    plant = plants.find(plant_name).build(settled)
+    plant = plants.build(plant_name, settled)
     grouping, rows = group_and_deform(plant, settled, ())
     whole = whole_of(plant, rows, ())
     parameters = {n: terms_of(plant, tuple(e.diff(symbol(n)) for e in whole)) for n in grouping.names}

@@ -141,7 +141,9 @@ def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: 
     free = dict(default)
     renamed: list[str] = []
     for name in names:
-        overlap = {d: sum(a == b != 0 for a, b in zip(own[name], free[d], strict=True)) for d in free}
+        overlap = {  # other assumptions may have other rows
+            d: sum(a == b != 0 for a, b in zip(own[name], column, strict=False)) for d, column in free.items()
+        }
         best = max(overlap, key=lambda d: overlap[d], default=None)
         if best is None or overlap[best] == 0:
             best = f"X{len(default) + 1 + sum(r not in default for r in renamed)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import sympy as sp
@@ -23,13 +23,13 @@ from derive.effects import (
     SensorDelay,
     SensorMap,
 )
-from derive.functions import TIME, Magnitude, Ramp, Sign, symbol
+from derive.functions import LOAD, TIME, Magnitude, Ramp, Sign, symbol
 from derive.grouping import Grouping, columns, group, rewrite, scaled_rows
 from derive.lagrange import derive_equations
 from derive.records import Coordinate, DrySurface, Memory, Model, Parameter, Plant, Regressor
 from derive.regressor import derive_regressor
 
-ORIGIN = Parameter("origin", "rad", "wheel angle at the log's first sample")
+ORIGIN = "origin"  # of a tether: where what it holds was at the log's first sample
 
 
 def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], missing_force: bool = False) -> Model:
@@ -42,7 +42,8 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     """
     settled = plants.settle(plant_name, assumptions)
     chosen = in_library_order((*effect_names, *plants.brought(plant_name, settled)))
-    plant = plants.find(plant_name).build(settled, freed(chosen))
+    plant = plants.build(plant_name, settled, freed(chosen))
+    chosen = tuple(library.suited(e, plant) for e in chosen)
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
@@ -59,21 +60,22 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         fitted += [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
     readings = sensor_maps(plant, chosen)
     used = set().union(*(e.free_symbols for e in (*residual, *readings, *(m.law for m in memories))))
-    constants = [c for c in (*plant.constants, ORIGIN) if symbol(c.name) in used]
+    surfaces = dry_surfaces(plant, chosen, load_in(plant, grouping, acting))
+    constants = [c for c in (*plant.constants, origin_of(plant)) if symbol(c.name) in used]
     return Model(
         plant=plant,
         assumptions=settled,
         effects=chosen,
         grouping=grouping,
         residual=tuple(residual),
-        surfaces=dry_surfaces(plant, chosen),
+        surfaces=surfaces,
         readings=readings,
         fitted=tuple(fitted),
         constants=tuple(constants),
         delay=parameter_of(InputDelay, chosen),
         lag=lag,
         drive=voltage,
-        regressor=regressor_of(plant, settled, residual, chosen, memories, grouping, tuple(fitted)),
+        regressor=regressor_of(plant, settled, residual, surfaces, memories, grouping, tuple(fitted)),
         absent=tuple(absent),
         memories=memories,
         sensor_delay=parameter_of(SensorDelay, chosen),
@@ -95,13 +97,30 @@ def without_size(row: sp.Expr, chosen: tuple[Effect, ...]) -> sp.Expr:
     return row
 
 
-def regressor_of(plant: Plant, settled: dict, residual, chosen, memories, grouping: Grouping, fitted) -> Regressor:
+def origin_of(plant: Plant) -> Parameter:
+    """The constant that says where the first coordinate was at the log's first sample."""
+    first = plant.coordinates[0]
+    return Parameter(ORIGIN, first.unit, f"{first.name} at the log's first sample")
+
+
+def load_in(plant: Plant, grouping: Grouping, acting: sp.Expr) -> dict[str, sp.Expr]:
+    """What each port carries of the motor: the plant's own loads on it, in volt-equivalents, under the acting input."""
+    carried = {p.name: [load.force for load in plant.loads if load.port == p.name] for p in plant.ports}
+    scaled = [sp.expand(sp.Add(*f).subs(plant.substitutions) / plant.scale) for f in carried.values()]
+    return {
+        name: rewrite(plant, (force,), grouping.definitions, grouping.names)[0].subs(plant.input, acting)
+        for name, force in zip(carried, scaled, strict=True)
+    }
+
+
+def regressor_of(plant: Plant, settled: dict, residual, surfaces, memories, grouping: Grouping, fitted) -> Regressor:
     """The regressor, for which what moves inside the machine and what remembers stand still: no sensor reads them."""
     inside = {s: 0 for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
     inside |= {m.force: 0 for m in memories}
     rows = tuple(r.subs(inside) for r in residual[: len(plant.coordinates)])
-    rigid = plants.find(plant.name).build(settled)
-    return derive_regressor(rigid, rows, dry_surfaces(rigid, chosen), grouping, fitted)
+    rigid = plants.build(plant.name, settled)
+    flat = tuple(s._replace(slip=s.slip[: len(plant.coordinates)], law=s.law.subs(inside)) for s in surfaces)
+    return derive_regressor(rigid, rows, flat, grouping, fitted)
 
 
 def parameter_of(kind: type, chosen: tuple[Effect, ...]) -> str:
@@ -118,7 +137,7 @@ def in_library_order(effect_names: Sequence[str]) -> tuple[Effect, ...]:
 def group_and_deform(plant: Plant, assumptions: dict, chosen: tuple[Effect, ...]) -> tuple[Grouping, tuple]:
     """Find the equivalent parameters on the undeformed, rigid plant, then re-derive with the chosen deformations."""
     absent = {s: sp.Integer(0) for s in plant.geometry.values()}
-    rigid = plants.find(plant.name).build(assumptions)
+    rigid = plants.build(plant.name, assumptions)
     grouping = group(
         rigid, tuple(r.subs(absent) for r in scaled_rows(rigid, derive_equations(rigid))), default_columns(plant.name)
     )
@@ -143,7 +162,7 @@ def deformations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp
 @lru_cache
 def default_columns(plant_name: str) -> dict[str, sp.Matrix]:
     """Regressor columns under the default assumptions, which give the parameters their names."""
-    plant = plants.find(plant_name).build(plants.settle(plant_name, {}))
+    plant = plants.build(plant_name, plants.settle(plant_name, {}))
     absent = {s: sp.Integer(0) for s in plant.geometry.values()}
     grouping = group(plant, tuple(r.subs(absent) for r in scaled_rows(plant, derive_equations(plant))))
     return columns(grouping.rows, grouping.names)
@@ -157,12 +176,14 @@ def named(grouping: Grouping):
 def x_unit(plant: Plant, name: str, grouping: Grouping) -> str:
     """Unit of an equivalent parameter, from what it multiplies."""
     column = columns(grouping.rows, (name,))[name]
+    row, entry = next((c, e) for c, e in zip(plant.coordinates, column, strict=True) if e != 0)
+    force = plant.force_unit(row.unit)
     for c in plant.coordinates:
-        if any(entry.has(c.ddq) for entry in column):
-            return f"{plant.input_unit} s²/{c.unit}"
-        if any(entry.has(c.dq) for entry in column):
-            return f"{plant.input_unit} s/{c.unit}"
-    return plant.input_unit
+        if entry.has(c.ddq):
+            return library.joined(force, f"s²/{c.unit}")
+        if entry.has(c.dq):
+            return library.joined(force, f"s/{c.unit}")
+    return force
 
 
 def input_map(plant: Plant, chosen: tuple[Effect, ...]) -> sp.Expr:
@@ -214,14 +235,20 @@ def memories_of(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[Memory, ...]:
     return tuple(found)
 
 
-def dry_surfaces(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[DrySurface, ...]:
-    """Ports with dry friction, each with the sum of the laws that act there."""
+def dry_surfaces(
+    plant: Plant, chosen: tuple[Effect, ...], loads: Mapping[str, sp.Expr] | None = None
+) -> tuple[DrySurface, ...]:
+    """Ports with dry friction, each with the sum of the laws that act there.
+
+    A law may depend on what its port carries of the motor, which ``loads`` says; without them that is the input.
+    """
     laws: dict[str, sp.Expr] = {}
     for effect in chosen:
         if isinstance(effect.enters, DryForce):
             port = effect.enters.port
             speed = rate_of(plant.port(port).coordinate, plant)
-            law = effect.enters.law(direction_of(port), speed, **effect.symbols)
+            law = sp.sympify(effect.enters.law(direction_of(port), speed, **effect.symbols))
+            law = law.subs(LOAD, (loads or {}).get(port, plant.input))
             laws[port] = laws.get(port, sp.Integer(0)) + law
     return tuple(DrySurface(port, slip_row(plant, port), law, direction_of(port)) for port, law in laws.items())
 

@@ -45,6 +45,7 @@ class Port(NamedTuple):
     name: str
     coordinate: sp.Expr  # rad or m, in the generalised coordinates
     sentence: str
+    reach: float = 1.0  # motion along the coordinate that counts as one rad where a law's numbers are in rad
 
 
 class Load(NamedTuple):
@@ -101,13 +102,35 @@ class Plant:
     geometry: dict[str, sp.Symbol] = field(default_factory=dict)  # deformations that effects may use, 0 when absent
     inner: dict[str, Coordinate] = field(default_factory=dict)  # give inside the machine that effects may free
     free: tuple[str, ...] = ()  # of these, those that are free; the others are rigid
-    controlled: tuple[str, str] = ("", "")  # channels of the controlled angle and of its rate
-    falls: str = ""  # coordinate that must stay within ±π/2 for a log to be usable, if any
+    controlled: tuple[str, str] = ("", "")  # channels of what is controlled and of its rate, where there are any
+    reference: str = ""  # column of the commanded value of what is controlled
+    falls: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
 
     @property
     def moving(self) -> tuple[Coordinate, ...]:
         """The coordinates, then those inside the machine that are free."""
         return (*self.coordinates, *(self.inner[n] for n in self.free))
+
+    @property
+    def driven(self) -> bool:
+        """Whether an input acts on the machine; one that swings freely has none, and its logs need no column of it."""
+        return any(sp.sympify(load.force).has(self.input) for load in self.loads)
+
+    @property
+    def scale_constant(self) -> Parameter | None:
+        """The known constant that turns volt-equivalents into N m or N, where the scale is one."""
+        return next((c for c in self.constants if c.name == str(self.scale)), None)
+
+    def force_unit(self, along: str) -> str:
+        """Unit of a generalised force along a coordinate in rad or m: that of the input, with a lever where need be."""
+        own = self.coordinates[0].unit  # the scale turns forces along the first coordinate into those of the input
+        lever = "" if along == own else " m" if own == "m" else "/m"
+        return f"{self.input_unit}{lever}"
+
+    def unit_along(self, expression: sp.Expr) -> str:
+        """Unit of a function of the coordinates that is linear in them."""
+        units = {c.unit for c in self.moving if sp.sympify(expression).has(c.q, c.dq)}
+        return "rad" if "rad" in units or not units else units.pop()
 
     def port(self, name: str) -> Port:
         """Return the port of that name; raises KeyError with the known ones."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.functions import symbol
+from derive.model import slip_row
 from derive.printing import Kernel, Target, kernel
 from derive.records import Memory, Model, Relations
 
@@ -58,7 +59,11 @@ class Code(NamedTuple):
     dry_sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
     needs: dict[str, tuple[str, ...]]  # constants without which a parameter has no meaning
     linear: tuple[str, ...]  # parameters of the regressor
-    controlled: tuple[int, int]  # outputs that the controller sees: angle, rate
+    controlled: tuple[int, int]  # outputs that the controller sees: value, rate; -1 for what no sensor reads
+    reads: tuple[tuple[float, ...], ...]  # what each output reads of the states while no effect touches the sensors
+    falls: int  # index of the output that must stay within ±π/2, or -1
+    ports: dict[str, tuple[float, ...]]  # each port's coordinate as weights on the coordinates
+    driven: bool
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
     kernels: dict[str, Kernel]
@@ -98,7 +103,11 @@ def generate_code(model: Model) -> Code:
         dry_sizes=tuple(names.index(name) for name in dry_sizes(model)),
         needs=needed_constants(model),
         linear=tuple(s.name for s in model.regressor.parameters),
-        controlled=(outputs.index(model.plant.controlled[0]), outputs.index(model.plant.controlled[1])),
+        controlled=(place_of(outputs, model.plant.controlled[0]), place_of(outputs, model.plant.controlled[1])),
+        reads=ideal_readings(model),
+        falls=place_of(outputs, model.plant.falls),
+        ports={p.name: slip_row(model.plant, p.name)[: len(model.plant.coordinates)] for p in model.plant.ports},
+        driven=model.plant.driven,
         signals=tuple((s.derivatives, s.held) for s in signals),
         unmeasured=unmeasured_rates(model),
         kernels={
@@ -117,6 +126,21 @@ def generate_code(model: Model) -> Code:
             "assemble": assemble(model, signals),
         },
     )
+
+
+def place_of(names: tuple[str, ...], name: str) -> int:
+    """Index of a name, -1 for none."""
+    return names.index(name) if name else -1
+
+
+def ideal_readings(model: Model) -> tuple[tuple[float, ...], ...]:
+    """What each output reads of the states while no effect touches the sensors, as constant weights."""
+    readings = sp.Matrix([c.reading for c in model.plant.channels])
+    weights = readings.jacobian(list(model.states))
+    at_rest = readings.subs(dict.fromkeys(model.states, 0))
+    if weights.free_symbols or any(at_rest):
+        raise ValueError(f"{model.plant.name}: every sensor must read a sum of coordinates or of rates, not {readings}")
+    return tuple(tuple(float(w) for w in row) for row in weights.tolist())
 
 
 def variables_of(model: Model) -> tuple[str, ...]:
@@ -275,7 +299,8 @@ def filtered_signals(model: Model) -> tuple[Signal, ...]:
         for entry in piece:
             if entry and _place(model, found, entry, derivatives) is None:
                 found.append(Signal(entry, derivatives, entry.has(model.plant.input) and not model.lag))
-    return (*found, *(Signal(entry, 0, not model.lag) for entry in model.regressor.tau))
+    held = model.plant.driven and not model.lag
+    return (*found, *(Signal(entry, 0, held) for entry in model.regressor.tau))
 
 
 def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:

@@ -37,7 +37,7 @@ OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')
 UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad')
-ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # value of each parameter while its effect is absent; 1 for a constant
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,)  # value of each parameter while its effect is absent; 1 for a constant
 ABSORBED = {}  # effects that are part of the plant's own parameters, with weights on these
 TWINS = {}  # effects that change every log in the same way
 CONTAINS = {}  # effects within others: parameters of the larger by those of the smaller
@@ -46,7 +46,7 @@ LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regress
 FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = -1  # index of the input delay among PARAMETERS, or -1
 LAG = -1  # index of the time constant of the input's lag, or -1
-ORIGIN = -1  # index of the wheel's angle at the log's first sample, or -1
+ORIGIN = -1  # index of the first coordinate's value at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 7
 NA, NV = 2, 4  # moving coordinates; variables: the states, then what effects add to them
 NS = NV + (LAG >= 0)  # a lagging input is the last
@@ -63,7 +63,11 @@ START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS,
 MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
 MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
 FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
-CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
+CONTROLLED = (1, 2)  # outputs that the controller sees: a value and its rate, -1 for what no sensor reads
+READS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # what each output reads of the states while no effect touches the sensors
+FALLS = 1  # output that must stay within ±π/2, or -1
+PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body': (0.0, 1.0), 'outside': (1.0, 0.0)}  # each port's coordinate as weights on the coordinates
+INPUT = "v_in"  # column of the input; a machine that swings freely has none
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
@@ -679,7 +683,7 @@ def simulate(t, voltage, state, parameters, max_step):
 
 @compiled
 def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
-    """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
+    """The machine under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
 
     At each sample the sensors read the state, late ones that of an earlier time; noise (N, NY) is added, channels with a
     quantum > 0 are rounded to it, and the controller computes kp e + ki ∫e + kd ė from gains (3,), with
@@ -726,10 +730,13 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
         if on_time:
             for i in range(NX):
                 states[k, i] = now[i]
-            error = reference[k] - measured[k, CONTROLLED[0]]
+            error, slope = reference[k] - measured[k, CONTROLLED[0]], 0.0
             if k > 0:
                 integral += error * (t[k] - t[k - 1])
-            slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            if CONTROLLED[1] >= 0:
+                slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            elif k > 0:  # no sensor reads the rate: the last step stands for it
+                slope = reference_rate[k] - (measured[k, CONTROLLED[0]] - measured[k - 1, CONTROLLED[0]]) / (t[k] - t[k - 1])
             voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
             if k == 0:
                 _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)

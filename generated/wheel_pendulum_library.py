@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
+# plant wheel_pendulum; assumptions ground_friction_reaction=body, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, load_friction, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
 """Kernels of the model `wheel_pendulum with every effect`.
 
 wheel row: 0 =
@@ -65,24 +65,24 @@ STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
 VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p', 'presliding_drive_force')  # the states, then what effects add to them
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
-PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
-UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', 'V', 'V', 'rad/s', 'V', 'V/rad', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V s/rad', 'V/rad', 's', '1', 's', 's', 'V', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 's', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'm', 'rad')
-ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 30.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)  # value of each parameter while its effect is absent; 1 for a constant
+PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'load_friction.share', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
+UNITS = ('V s²/rad', 'V s²/rad', 'V s²/rad', 'V s²/rad', 'V', 'V s/rad', 'V s/rad', 'V', 'V', 'V s/rad', '1', 'V', 'V', 'rad/s', 'V', 'V/rad', 'V s²/rad²', 'V', 'V', '1/turn', 'V s/rad', 'V', 'rad', 'V', 'V', 'V s²/rad²', 'rad', 'V s/rad', 'V/rad', 's', '1', 's', 's', 'V', 's', 's', 'V', 'V', '1/s', '1', 'V', 'rad', 'rad', '1', '1', '1', 'rad', 'rad/s', 's', 'V', 'V', 'm', 'm/s²', 'N m/V', 'kg m²', 'm', 'rad')
+ABSENT = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.0, 30.0, 0.0, 0.0, 0.0, 12.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,)  # value of each parameter while its effect is absent; 1 for a constant
 ABSORBED = {'viscous_drive.coefficient': {'X6': 1.0, 'X7': 1.0}}  # effects that are part of the plant's own parameters, with weights on these
 TWINS = {'coulomb_asymmetry': ('voltage_offset',), 'com_offset': ('imu_bias',), 'voltage_offset': ('coulomb_asymmetry',), 'imu_bias': ('com_offset',)}  # effects that change every log in the same way
 CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects within others: parameters of the larger by those of the smaller
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w'), 'payload_step.time': ('R', 'L'), 'payload_step.ratio': ('R', 'L')}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
-FITTED = 50  # so many of PARAMETERS, from the first, have sensitivities
-DELAY = 33  # index of the input delay among PARAMETERS, or -1
-LAG = 34  # index of the time constant of the input's lag, or -1
-ORIGIN = 55  # index of the wheel's angle at the log's first sample, or -1
-NQ, NX, NY, NP = 2, 4, 3, 56
+FITTED = 51  # so many of PARAMETERS, from the first, have sensitivities
+DELAY = 34  # index of the input delay among PARAMETERS, or -1
+LAG = 35  # index of the time constant of the input's lag, or -1
+ORIGIN = 56  # index of the first coordinate's value at the log's first sample, or -1
+NQ, NX, NY, NP = 2, 4, 3, 57
 NA, NV = 2, 5  # moving coordinates; variables: the states, then what effects add to them
 NS = NV + (LAG >= 0)  # a lagging input is the last
 RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
 LATE = (False, True, True,)  # whether each output is that of an earlier time
-SENSOR_DELAY = 47  # index of that delay among PARAMETERS, or -1
+SENSOR_DELAY = 48  # index of that delay among PARAMETERS, or -1
 DRY = 2  # surfaces with dry friction
 SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
@@ -93,7 +93,11 @@ START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS,
 MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
 MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
 FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
-CONTROLLED = (1, 2)  # outputs that the controller sees: angle and its rate
+CONTROLLED = (1, 2)  # outputs that the controller sees: a value and its rate, -1 for what no sensor reads
+READS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # what each output reads of the states while no effect touches the sensors
+FALLS = 1  # output that must stay within ±π/2, or -1
+PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body': (0.0, 1.0), 'outside': (1.0, 0.0)}  # each port's coordinate as weights on the coordinates
+INPUT = "v_in"  # column of the input; a machine that swings freely has none
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
@@ -129,31 +133,31 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force
     X6 = parameters[5]
     X7 = parameters[6]
     viscous_asymmetry_coefficient = parameters[9]
-    quadratic_drive_coefficient = parameters[15]
-    cogging_sine = parameters[16]
-    cogging_cosine = parameters[17]
-    cogging_periods = parameters[18]
-    ground_viscous_coefficient = parameters[19]
-    slope_angle = parameters[21]
-    wheel_runout_sine = parameters[22]
-    wheel_runout_cosine = parameters[23]
-    air_drag_coefficient = parameters[24]
-    com_offset_angle = parameters[25]
-    body_damping_coefficient = parameters[26]
-    tether_spring_stiffness = parameters[27]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    external_push_torque = parameters[32]
-    missing_wheel = parameters[48]
-    missing_body = parameters[49]
-    R = parameters[50]
-    g = parameters[51]
-    alpha = parameters[52]
-    J_w = parameters[53]
-    L = parameters[54]
-    origin = parameters[55]
+    quadratic_drive_coefficient = parameters[16]
+    cogging_sine = parameters[17]
+    cogging_cosine = parameters[18]
+    cogging_periods = parameters[19]
+    ground_viscous_coefficient = parameters[20]
+    slope_angle = parameters[22]
+    wheel_runout_sine = parameters[23]
+    wheel_runout_cosine = parameters[24]
+    air_drag_coefficient = parameters[25]
+    com_offset_angle = parameters[26]
+    body_damping_coefficient = parameters[27]
+    tether_spring_stiffness = parameters[28]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    external_push_torque = parameters[33]
+    missing_wheel = parameters[49]
+    missing_body = parameters[50]
+    R = parameters[51]
+    g = parameters[52]
+    alpha = parameters[53]
+    J_w = parameters[54]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = X6*dtheta_w
     c1 = X7*dtheta_p
     c2 = com_offset_angle + theta_p
@@ -208,7 +212,7 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     """Derivatives of inertia − force at given accelerations: in the states, returned row by row, and in the parameters.
 
     The latter go into by_parameter[stage], where zero entries are not touched.
-    200 operations.
+    215 operations.
     """
     X1 = parameters[0]
     X3 = parameters[2]
@@ -216,31 +220,32 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     X6 = parameters[5]
     X7 = parameters[6]
     viscous_asymmetry_coefficient = parameters[9]
-    stribeck_drive_static = parameters[10]
-    stribeck_drive_sliding = parameters[11]
-    stribeck_drive_speed = parameters[12]
-    quadratic_drive_coefficient = parameters[15]
-    cogging_sine = parameters[16]
-    cogging_cosine = parameters[17]
-    cogging_periods = parameters[18]
-    ground_viscous_coefficient = parameters[19]
-    slope_angle = parameters[21]
-    wheel_runout_sine = parameters[22]
-    wheel_runout_cosine = parameters[23]
-    air_drag_coefficient = parameters[24]
-    com_offset_angle = parameters[25]
-    body_damping_coefficient = parameters[26]
-    tether_spring_stiffness = parameters[27]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    R = parameters[50]
-    g = parameters[51]
-    alpha = parameters[52]
-    J_w = parameters[53]
-    L = parameters[54]
-    origin = parameters[55]
+    load_friction_share = parameters[10]
+    stribeck_drive_static = parameters[11]
+    stribeck_drive_sliding = parameters[12]
+    stribeck_drive_speed = parameters[13]
+    quadratic_drive_coefficient = parameters[16]
+    cogging_sine = parameters[17]
+    cogging_cosine = parameters[18]
+    cogging_periods = parameters[19]
+    ground_viscous_coefficient = parameters[20]
+    slope_angle = parameters[22]
+    wheel_runout_sine = parameters[23]
+    wheel_runout_cosine = parameters[24]
+    air_drag_coefficient = parameters[25]
+    com_offset_angle = parameters[26]
+    body_damping_coefficient = parameters[27]
+    tether_spring_stiffness = parameters[28]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    R = parameters[51]
+    g = parameters[52]
+    alpha = parameters[53]
+    J_w = parameters[54]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = math.sin(theta_w)
     c1 = math.cos(theta_w)
     c2 = -theta_w
@@ -270,117 +275,127 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive
     c26 = c25 - 2*dtheta_w
     c27 = stribeck_drive_speed**(-2)
     c28 = -dtheta_w
-    c29 = -c28 - dtheta_p
-    c30 = (c29*c29)
-    c31 = math.exp(-c27*c30)
-    c32 = c31*direction_drive
-    c33 = c32*(-stribeck_drive_sliding + stribeck_drive_static)
-    c34 = c27*c33
-    c35 = abs(c29)
-    c36 = _sign(c29)
-    c37 = c29*c36*quadratic_drive_coefficient + c35*quadratic_drive_coefficient + c36*viscous_asymmetry_coefficient
-    c38 = X6 + c26*c34 + c37
-    c39 = c15*c25
-    c40 = X7 + c26*c34 + c37
-    c41 = X5*math.cos(c12)
-    c42 = c15*ddtheta_w
-    c43 = c22*c42 + c42
-    c44 = c22*c41 + c41 + c43
-    c45 = math.sin(slope_angle)
-    c46 = 1/R
-    c47 = c46*g
-    c48 = ddtheta_p - ddtheta_w
-    c49 = c18*ddtheta_p
-    c50 = c14*c17
-    c51 = 1/L
-    c52 = c22*c51
-    c53 = R*ddtheta_w
-    c54 = c45*g
-    c55 = (direction_drive*direction_drive)
-    c56 = direction_drive*(1 - c31)
-    c57 = 2*c30*c33/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
-    c58 = c29*c35
-    c59 = c3*c6 - c3*c9
-    c60 = math.cos(slope_angle)
-    c61 = X3*c21
-    c62 = c51*c61
-    c63 = c18*ddtheta_w
-    c64 = L*c46*ddtheta_p
-    c65 = math.sin(c12)
-    c66 = c21*c65
+    c29 = c28 + dtheta_p
+    c30 = -c29
+    c31 = (c30*c30)
+    c32 = math.exp(-c27*c31)
+    c33 = c32*direction_drive
+    c34 = c33*(-stribeck_drive_sliding + stribeck_drive_static)
+    c35 = c27*c34
+    c36 = abs(c30)
+    c37 = _sign(c30)
+    c38 = X7*dtheta_p - X7*dtheta_w + v_in
+    c39 = direction_drive*load_friction_share*_sign(c38)
+    c40 = -X7*c39 + c30*c37*quadratic_drive_coefficient + c36*quadratic_drive_coefficient + c37*viscous_asymmetry_coefficient
+    c41 = X6 + c26*c35 + c40
+    c42 = c15*c25
+    c43 = X7 + c26*c35 + c40
+    c44 = c39 - 1
+    c45 = X5*math.cos(c12)
+    c46 = c15*ddtheta_w
+    c47 = c22*c46 + c46
+    c48 = c22*c45 + c45 + c47
+    c49 = math.sin(slope_angle)
+    c50 = 1/R
+    c51 = c50*g
+    c52 = ddtheta_p - ddtheta_w
+    c53 = c18*ddtheta_p
+    c54 = c14*c17
+    c55 = 1/L
+    c56 = c22*c55
+    c57 = R*ddtheta_w
+    c58 = c49*g
+    c59 = c29*c39 - dtheta_p
+    c60 = (direction_drive*direction_drive)
+    c61 = direction_drive*abs(c38)
+    c62 = direction_drive*(1 - c32)
+    c63 = 2*c31*c34/(stribeck_drive_speed*stribeck_drive_speed*stribeck_drive_speed)
+    c64 = c30*c36
+    c65 = c3*c6 - c3*c9
+    c66 = math.cos(slope_angle)
+    c67 = X3*c21
+    c68 = c55*c67
+    c69 = c18*ddtheta_w
+    c70 = L*c50*ddtheta_p
+    c71 = math.sin(c12)
+    c72 = c21*c71
     by_0_0 = c0*wheel_runout_cosine - c1*wheel_runout_sine + c11 + tether_spring_stiffness
     by_0_1 = -c11 - c23
-    by_0_2 = air_drag_coefficient*c24 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c38 + ground_viscous_coefficient
-    by_0_3 = -c22*c39 - c39 - c40
+    by_0_2 = air_drag_coefficient*c24 + air_drag_coefficient*dtheta_w*_sign(dtheta_w) + c41 + ground_viscous_coefficient
+    by_0_3 = -c22*c42 - c42 - c43
     by_0_4 = 1
-    by_0_5 = -1
+    by_0_5 = c44
     by_1_0 = -c11
-    by_1_1 = -c10 - c44 + c7
-    by_1_2 = -c38
-    by_1_3 = body_damping_coefficient + c40
+    by_1_1 = -c10 - c48 + c7
+    by_1_2 = -c41
+    by_1_3 = body_damping_coefficient + c43
     by_1_4 = -1
-    by_1_5 = 1
-    by_parameter[stage, 0, 0] = c45*c47 + ddtheta_w
-    by_parameter[stage, 0, 1] = -c48
-    by_parameter[stage, 0, 2] = c22*c49 - c22*c50 + c49 - c50 + c52*c53 + c52*c54
+    by_1_5 = -c44
+    by_parameter[stage, 0, 0] = c49*c51 + ddtheta_w
+    by_parameter[stage, 0, 1] = -c52
+    by_parameter[stage, 0, 2] = c22*c53 - c22*c54 + c53 - c54 + c56*c57 + c56*c58
     by_parameter[stage, 0, 5] = dtheta_w
-    by_parameter[stage, 0, 6] = -dtheta_p
+    by_parameter[stage, 0, 6] = c59
     by_parameter[stage, 0, 7] = direction_drive
-    by_parameter[stage, 0, 8] = c55
-    by_parameter[stage, 0, 9] = c35
-    by_parameter[stage, 0, 10] = c32
-    by_parameter[stage, 0, 11] = c56
-    by_parameter[stage, 0, 12] = c57
-    by_parameter[stage, 0, 15] = c58
-    by_parameter[stage, 0, 16] = -c5
-    by_parameter[stage, 0, 17] = -c8
-    by_parameter[stage, 0, 18] = c59
-    by_parameter[stage, 0, 19] = dtheta_w
-    by_parameter[stage, 0, 20] = direction_ground
-    by_parameter[stage, 0, 21] = -2*J_w*c47*c60/alpha + X1*c46*c60*g + X3*c21*c51*c60*g*payload_step_ratio - c23
-    by_parameter[stage, 0, 22] = -c0
-    by_parameter[stage, 0, 23] = -c1
-    by_parameter[stage, 0, 24] = c24*dtheta_w
-    by_parameter[stage, 0, 25] = -c23
-    by_parameter[stage, 0, 27] = -c2 - origin
-    by_parameter[stage, 0, 29] = c49*c61 - c50*c61 + c53*c62 + c54*c62
-    by_parameter[stage, 0, 32] = _step(-c20 - external_push_end) - _step(-c20 - external_push_start)
-    by_parameter[stage, 0, 48] = -1
-    by_parameter[stage, 1, 1] = c48
-    by_parameter[stage, 1, 2] = c22*c63 + c22*c64 + c63
+    by_parameter[stage, 0, 8] = c60
+    by_parameter[stage, 0, 9] = c36
+    by_parameter[stage, 0, 10] = c61
+    by_parameter[stage, 0, 11] = c33
+    by_parameter[stage, 0, 12] = c62
+    by_parameter[stage, 0, 13] = c63
+    by_parameter[stage, 0, 16] = c64
+    by_parameter[stage, 0, 17] = -c5
+    by_parameter[stage, 0, 18] = -c8
+    by_parameter[stage, 0, 19] = c65
+    by_parameter[stage, 0, 20] = dtheta_w
+    by_parameter[stage, 0, 21] = direction_ground
+    by_parameter[stage, 0, 22] = -2*J_w*c51*c66/alpha + X1*c50*c66*g + X3*c21*c55*c66*g*payload_step_ratio - c23
+    by_parameter[stage, 0, 23] = -c0
+    by_parameter[stage, 0, 24] = -c1
+    by_parameter[stage, 0, 25] = c24*dtheta_w
+    by_parameter[stage, 0, 26] = -c23
+    by_parameter[stage, 0, 28] = -c2 - origin
+    by_parameter[stage, 0, 30] = c53*c67 - c54*c67 + c57*c68 + c58*c68
+    by_parameter[stage, 0, 33] = _step(-c20 - external_push_end) - _step(-c20 - external_push_start)
+    by_parameter[stage, 0, 49] = -1
+    by_parameter[stage, 1, 1] = c52
+    by_parameter[stage, 1, 2] = c22*c69 + c22*c70 + c69
     by_parameter[stage, 1, 3] = ddtheta_p
-    by_parameter[stage, 1, 4] = -c65 - c66*payload_step_ratio
+    by_parameter[stage, 1, 4] = -c71 - c72*payload_step_ratio
     by_parameter[stage, 1, 5] = c28
-    by_parameter[stage, 1, 6] = dtheta_p
+    by_parameter[stage, 1, 6] = -c59
     by_parameter[stage, 1, 7] = -direction_drive
-    by_parameter[stage, 1, 8] = -c55
-    by_parameter[stage, 1, 9] = -c35
-    by_parameter[stage, 1, 10] = -c32
-    by_parameter[stage, 1, 11] = -c56
-    by_parameter[stage, 1, 12] = -c57
-    by_parameter[stage, 1, 15] = -c58
-    by_parameter[stage, 1, 16] = c5
-    by_parameter[stage, 1, 17] = c8
-    by_parameter[stage, 1, 18] = -c59
-    by_parameter[stage, 1, 21] = -c43
-    by_parameter[stage, 1, 25] = -c44
-    by_parameter[stage, 1, 26] = dtheta_p
-    by_parameter[stage, 1, 29] = -X5*c66 + c61*c63 + c61*c64
-    by_parameter[stage, 1, 49] = -1
+    by_parameter[stage, 1, 8] = -c60
+    by_parameter[stage, 1, 9] = -c36
+    by_parameter[stage, 1, 10] = -c61
+    by_parameter[stage, 1, 11] = -c33
+    by_parameter[stage, 1, 12] = -c62
+    by_parameter[stage, 1, 13] = -c63
+    by_parameter[stage, 1, 16] = -c64
+    by_parameter[stage, 1, 17] = c5
+    by_parameter[stage, 1, 18] = c8
+    by_parameter[stage, 1, 19] = -c65
+    by_parameter[stage, 1, 22] = -c47
+    by_parameter[stage, 1, 26] = -c48
+    by_parameter[stage, 1, 27] = dtheta_p
+    by_parameter[stage, 1, 30] = -X5*c72 + c67*c69 + c67*c70
+    by_parameter[stage, 1, 50] = -1
 
     return by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5
 
 
 @inlined
-def _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, parameters, direction_drive, direction_ground):
+def _dry_law(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, parameters, direction_drive, direction_ground):
     """Dry friction against the slip of each surface [V]; direction 0 where it sticks."""
+    X7 = parameters[6]
     coulomb_drive_torque = parameters[7]
     coulomb_asymmetry_torque = parameters[8]
-    stribeck_drive_static = parameters[10]
-    stribeck_drive_sliding = parameters[11]
-    stribeck_drive_speed = parameters[12]
-    rolling_resistance_torque = parameters[20]
-    force_0 = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
+    load_friction_share = parameters[10]
+    stribeck_drive_static = parameters[11]
+    stribeck_drive_sliding = parameters[12]
+    stribeck_drive_speed = parameters[13]
+    rolling_resistance_torque = parameters[21]
+    force_0 = coulomb_asymmetry_torque*(direction_drive*direction_drive) + coulomb_drive_torque*direction_drive + direction_drive*load_friction_share*abs(X7*dtheta_p - X7*dtheta_w + v_in) + direction_drive*(stribeck_drive_sliding + (-stribeck_drive_sliding + stribeck_drive_static)*math.exp(-((-dtheta_p + dtheta_w)*(-dtheta_p + dtheta_w))/(stribeck_drive_speed*stribeck_drive_speed)))
     force_1 = direction_ground*rolling_resistance_torque
 
     return force_0, force_1,
@@ -392,13 +407,13 @@ def read_sensors(t, state, parameters, output):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[40]
-    encoder_eccentricity_cosine = parameters[41]
-    encoder_scale_scale = parameters[42]
-    pitch_scale_scale = parameters[43]
-    gyro_scale_scale = parameters[44]
-    imu_bias_bias = parameters[45]
-    gyro_bias_bias = parameters[46]
+    encoder_eccentricity_sine = parameters[41]
+    encoder_eccentricity_cosine = parameters[42]
+    encoder_scale_scale = parameters[43]
+    pitch_scale_scale = parameters[44]
+    gyro_scale_scale = parameters[45]
+    imu_bias_bias = parameters[46]
+    gyro_bias_bias = parameters[47]
     output[0] = (encoder_scale_scale + 1)*(encoder_eccentricity_cosine*math.cos(theta_w) + encoder_eccentricity_sine*math.sin(theta_w) + theta_w)
     output[1] = imu_bias_bias + theta_p*(pitch_scale_scale + 1)
     output[2] = dtheta_p*(gyro_scale_scale + 1) + gyro_bias_bias
@@ -410,24 +425,24 @@ def _sensor_jacobian(t, state, parameters, by_state, by_parameter):
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
-    encoder_eccentricity_sine = parameters[40]
-    encoder_eccentricity_cosine = parameters[41]
-    encoder_scale_scale = parameters[42]
-    pitch_scale_scale = parameters[43]
-    gyro_scale_scale = parameters[44]
+    encoder_eccentricity_sine = parameters[41]
+    encoder_eccentricity_cosine = parameters[42]
+    encoder_scale_scale = parameters[43]
+    pitch_scale_scale = parameters[44]
+    gyro_scale_scale = parameters[45]
     c0 = encoder_scale_scale + 1
     c1 = math.cos(theta_w)
     c2 = math.sin(theta_w)
     by_state[0, 0] = c0*(c1*encoder_eccentricity_sine - c2*encoder_eccentricity_cosine + 1)
     by_state[1, 1] = pitch_scale_scale + 1
     by_state[2, 3] = gyro_scale_scale + 1
-    by_parameter[0, 40] = c0*c2
-    by_parameter[0, 41] = c0*c1
-    by_parameter[0, 42] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
-    by_parameter[1, 43] = theta_p
-    by_parameter[1, 45] = 1
-    by_parameter[2, 44] = dtheta_p
-    by_parameter[2, 46] = 1
+    by_parameter[0, 41] = c0*c2
+    by_parameter[0, 42] = c0*c1
+    by_parameter[0, 43] = c1*encoder_eccentricity_cosine + c2*encoder_eccentricity_sine + theta_w
+    by_parameter[1, 44] = theta_p
+    by_parameter[1, 46] = 1
+    by_parameter[2, 45] = dtheta_p
+    by_parameter[2, 47] = 1
 
 
 @inlined
@@ -447,8 +462,8 @@ def _inverse(x):
 @inlined
 def _presliding_drive_force(presliding_drive_before, presliding_drive_path, parameters):
     """The force [V] at the end of a path of slip, from what it was before."""
-    presliding_drive_torque = parameters[13]
-    presliding_drive_stiffness = parameters[14]
+    presliding_drive_torque = parameters[14]
+    presliding_drive_stiffness = parameters[15]
     c0 = presliding_drive_torque*_sign(presliding_drive_path)
     force = c0 + (-c0 + presliding_drive_before)*_decay(presliding_drive_stiffness*abs(presliding_drive_path), presliding_drive_torque)
 
@@ -458,8 +473,8 @@ def _presliding_drive_force(presliding_drive_before, presliding_drive_path, para
 @inlined
 def _presliding_drive_force_jacobian(presliding_drive_before, presliding_drive_path, parameters, stage, row, by_parameter):
     """Its derivatives in the force before and in the path, returned, and in the parameters, into by_parameter[stage, row]."""
-    presliding_drive_torque = parameters[13]
-    presliding_drive_stiffness = parameters[14]
+    presliding_drive_torque = parameters[14]
+    presliding_drive_stiffness = parameters[15]
     c0 = abs(presliding_drive_path)
     c1 = c0*presliding_drive_stiffness
     c2 = _decay(c1, presliding_drive_torque)
@@ -470,8 +485,8 @@ def _presliding_drive_force_jacobian(presliding_drive_before, presliding_drive_p
     c7 = c5*c6
     by_before = c2
     by_path = -c4*c7*presliding_drive_stiffness
-    by_parameter[stage, row, 13] = c1*c2*c5*(c6*c6) + c3 - c4
-    by_parameter[stage, row, 14] = -c0*c2*c7
+    by_parameter[stage, row, 14] = c1*c2*c5*(c6*c6) + c3 - c4
+    by_parameter[stage, row, 15] = -c0*c2*c7
 
     return by_before, by_path
 
@@ -493,7 +508,7 @@ def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force,
     mobility is that of a machine that cannot move in this direction.
     """
     ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, parameters)
-    force_0, force_1, = _dry_law(theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, parameters, direction_drive, direction_ground)
+    force_0, force_1, = _dry_law(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, parameters, direction_drive, direction_ground)
     force_0 = force_0 if direction_drive != 0.0 else 0.0
     ddtheta_w -= force_0 * (1.0 * mobility_0_0 + -1.0 * mobility_0_1)
     ddtheta_p -= force_0 * (1.0 * mobility_1_0 + -1.0 * mobility_1_1)
@@ -547,13 +562,13 @@ def _keep(dry):
 @inlined
 def _frozen(parameters):
     """The parameters as a tuple, which no store can change: what follows from them alone is computed once a step."""
-    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45], parameters[46], parameters[47], parameters[48], parameters[49], parameters[50], parameters[51], parameters[52], parameters[53], parameters[54], parameters[55],
+    return parameters[0], parameters[1], parameters[2], parameters[3], parameters[4], parameters[5], parameters[6], parameters[7], parameters[8], parameters[9], parameters[10], parameters[11], parameters[12], parameters[13], parameters[14], parameters[15], parameters[16], parameters[17], parameters[18], parameters[19], parameters[20], parameters[21], parameters[22], parameters[23], parameters[24], parameters[25], parameters[26], parameters[27], parameters[28], parameters[29], parameters[30], parameters[31], parameters[32], parameters[33], parameters[34], parameters[35], parameters[36], parameters[37], parameters[38], parameters[39], parameters[40], parameters[41], parameters[42], parameters[43], parameters[44], parameters[45], parameters[46], parameters[47], parameters[48], parameters[49], parameters[50], parameters[51], parameters[52], parameters[53], parameters[54], parameters[55], parameters[56],
 
 
 @inlined
 def _smooth(parameters):
     """Whether no surface has friction."""
-    return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[20] == 0.0
+    return parameters[6] == 0.0 and parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[12] == 0.0 and parameters[21] == 0.0
 
 
 @inlined
@@ -570,8 +585,8 @@ def _settle(t, state, voltage, parameters, dry):
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
     _follow(state, dry)
-    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(state[0], state[1], state[2], state[3], state[4], _frozen(parameters), 1.0, 1.0)
-    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(state[0], state[1], state[2], state[3], state[4], _frozen(parameters), -1.0, -1.0)
+    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), 1.0, 1.0)
+    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), -1.0, -1.0)
     stuck = False
     for i in range(DRY):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
@@ -594,11 +609,11 @@ def _settle(t, state, voltage, parameters, dry):
 @inlined
 def _driven(t, v_in, parameters):
     """What the actuator makes of a command, before it lags."""
-    voltage_saturation_limit = parameters[35]
-    voltage_dead_zone_threshold = parameters[36]
-    voltage_sag_rate = parameters[37]
-    voltage_asymmetry_ratio = parameters[38]
-    voltage_offset_offset = parameters[39]
+    voltage_saturation_limit = parameters[36]
+    voltage_dead_zone_threshold = parameters[37]
+    voltage_sag_rate = parameters[38]
+    voltage_asymmetry_ratio = parameters[39]
+    voltage_offset_offset = parameters[40]
     c0 = v_in - max(-voltage_saturation_limit + abs(v_in), 0.0)*_sign(v_in)
     c1 = (-t*voltage_sag_rate + 1)*max(-voltage_dead_zone_threshold + abs(c0), 0.0)*_sign(c0)
     driven = c1*(voltage_asymmetry_ratio*_sign(c1) + 1) + voltage_offset_offset
@@ -609,10 +624,10 @@ def _driven(t, v_in, parameters):
 @inlined
 def _drive_jacobian(t, v_in, parameters, by_parameter):
     """Derivatives of the driven input into (NP,); zero entries are not touched."""
-    voltage_saturation_limit = parameters[35]
-    voltage_dead_zone_threshold = parameters[36]
-    voltage_sag_rate = parameters[37]
-    voltage_asymmetry_ratio = parameters[38]
+    voltage_saturation_limit = parameters[36]
+    voltage_dead_zone_threshold = parameters[37]
+    voltage_sag_rate = parameters[38]
+    voltage_asymmetry_ratio = parameters[39]
     c0 = _sign(v_in)
     c1 = -t*voltage_sag_rate + 1
     c2 = -voltage_saturation_limit + abs(v_in)
@@ -625,11 +640,11 @@ def _drive_jacobian(t, v_in, parameters, by_parameter):
     c9 = _sign(c8)
     c10 = c9*voltage_asymmetry_ratio + 1
     c11 = c10*_step(c5)
-    by_parameter[35] = c0*c1*c11*(c4*c4)*_step(c2)
-    by_parameter[36] = -c11*c7
-    by_parameter[37] = -c10*c4*c6*t
-    by_parameter[38] = c8*c9
-    by_parameter[39] = 1
+    by_parameter[36] = c0*c1*c11*(c4*c4)*_step(c2)
+    by_parameter[37] = -c11*c7
+    by_parameter[38] = -c10*c4*c6*t
+    by_parameter[39] = c8*c9
+    by_parameter[40] = 1
 
 
 @internal
@@ -1080,18 +1095,18 @@ def simulate(t, voltage, state, parameters, max_step):
                     _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
-            if parameters[28] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
-            if now_t < parameters[28] < until:  # something begins or ends within
-                until = parameters[28]
-            if parameters[30] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
-            if now_t < parameters[30] < until:  # something begins or ends within
-                until = parameters[30]
+            if parameters[29] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+            if now_t < parameters[29] < until:  # something begins or ends within
+                until = parameters[29]
             if parameters[31] == now_t and linearise:
                 _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
+            if parameters[32] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+            if now_t < parameters[32] < until:  # something begins or ends within
+                until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
@@ -1113,7 +1128,7 @@ def simulate(t, voltage, state, parameters, max_step):
 
 @compiled
 def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
-    """The robot under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
+    """The machine under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
 
     At each sample the sensors read the state, late ones that of an earlier time; noise (N, NY) is added, channels with a
     quantum > 0 are rounded to it, and the controller computes kp e + ki ∫e + kd ė from gains (3,), with
@@ -1135,18 +1150,18 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
                     _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
-            if parameters[28] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
-            if now_t < parameters[28] < until:  # something begins or ends within
-                until = parameters[28]
-            if parameters[30] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
-            if now_t < parameters[30] < until:  # something begins or ends within
-                until = parameters[30]
+            if parameters[29] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+            if now_t < parameters[29] < until:  # something begins or ends within
+                until = parameters[29]
             if parameters[31] == now_t and linearise:
                 _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
+            if parameters[32] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+            if now_t < parameters[32] < until:  # something begins or ends within
+                until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
@@ -1172,10 +1187,13 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
         if on_time:
             for i in range(NX):
                 states[k, i] = now[i]
-            error = reference[k] - measured[k, CONTROLLED[0]]
+            error, slope = reference[k] - measured[k, CONTROLLED[0]], 0.0
             if k > 0:
                 integral += error * (t[k] - t[k - 1])
-            slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            if CONTROLLED[1] >= 0:
+                slope = reference_rate[k] - measured[k, CONTROLLED[1]]
+            elif k > 0:  # no sensor reads the rate: the last step stands for it
+                slope = reference_rate[k] - (measured[k, CONTROLLED[0]] - measured[k - 1, CONTROLLED[0]]) / (t[k] - t[k - 1])
             voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
             if k == 0:
                 _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
@@ -1206,18 +1224,18 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
                     _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
-            if parameters[28] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 28)
-            if now_t < parameters[28] < until:  # something begins or ends within
-                until = parameters[28]
-            if parameters[30] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 30)
-            if now_t < parameters[30] < until:  # something begins or ends within
-                until = parameters[30]
+            if parameters[29] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+            if now_t < parameters[29] < until:  # something begins or ends within
+                until = parameters[29]
             if parameters[31] == now_t and linearise:
                 _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
+            if parameters[32] == now_t and linearise:
+                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+            if now_t < parameters[32] < until:  # something begins or ends within
+                until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
@@ -1347,18 +1365,18 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
                         _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
                     acting += 1
                 until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
-                if parameters[28] == now_t and linearise:
-                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 28)
-                if now_t < parameters[28] < until:  # something begins or ends within
-                    until = parameters[28]
-                if parameters[30] == now_t and linearise:
-                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 30)
-                if now_t < parameters[30] < until:  # something begins or ends within
-                    until = parameters[30]
+                if parameters[29] == now_t and linearise:
+                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 29)
+                if now_t < parameters[29] < until:  # something begins or ends within
+                    until = parameters[29]
                 if parameters[31] == now_t and linearise:
                     _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 31)
                 if now_t < parameters[31] < until:  # something begins or ends within
                     until = parameters[31]
+                if parameters[32] == now_t and linearise:
+                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 32)
+                if now_t < parameters[32] < until:  # something begins or ends within
+                    until = parameters[32]
                 steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
                 h = (until - now_t) / steps
                 for step in range(steps):
@@ -1506,83 +1524,92 @@ def regressor(t, state, rate, voltage, parameters):
     ddtheta_p = rate[1]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[18]
-    slope_angle = parameters[21]
-    com_offset_angle = parameters[25]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    R = parameters[50]
-    g = parameters[51]
-    alpha = parameters[52]
-    J_w = parameters[53]
-    L = parameters[54]
-    origin = parameters[55]
+    X7 = parameters[6]
+    load_friction_share = parameters[10]
+    stribeck_drive_speed = parameters[13]
+    cogging_periods = parameters[19]
+    slope_angle = parameters[22]
+    com_offset_angle = parameters[26]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    R = parameters[51]
+    g = parameters[52]
+    alpha = parameters[53]
+    J_w = parameters[54]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = 1/R
     c1 = g*math.sin(slope_angle)
     c2 = c0*c1
-    c3 = -ddtheta_p + ddtheta_w
-    c4 = com_offset_angle + theta_p
-    c5 = c4 + slope_angle
-    c6 = math.cos(c5)
-    c7 = c6*ddtheta_p
-    c8 = (dtheta_p*dtheta_p)
-    c9 = c8*math.sin(c5)
-    c10 = -t
-    c11 = payload_step_ratio*_step(-c10 - payload_step_time)
-    c12 = c11/L
-    c13 = -dtheta_p
-    c14 = (direction_drive*direction_drive)
-    c15 = abs(-dtheta_p + dtheta_w)
-    c16 = stribeck_drive_speed**(-2)
-    c17 = direction_drive*math.exp(-c16*c8)*math.exp(-c16*(dtheta_w*dtheta_w))*math.exp(2*c16*dtheta_p*dtheta_w)
-    c18 = -c17 + direction_drive
-    c19 = -c15*dtheta_p + c15*dtheta_w
-    c20 = cogging_periods*theta_p - cogging_periods*theta_w
-    c21 = math.sin(c20)
-    c22 = -math.cos(c20)
-    c23 = c6*ddtheta_w
-    c24 = math.sin(c4)
-    tau[0] = 2*J_w*c2/alpha + v_in
-    tau[1] = v_in
+    c3 = X7*dtheta_p
+    c4 = X7*dtheta_w
+    c5 = c3 - c4 + v_in
+    c6 = direction_drive*load_friction_share
+    c7 = _sign(c5)
+    c8 = c6*c7
+    c9 = c3*c8 - c4*c8 - c6*abs(c5) + v_in
+    c10 = -ddtheta_p + ddtheta_w
+    c11 = com_offset_angle + theta_p
+    c12 = c11 + slope_angle
+    c13 = math.cos(c12)
+    c14 = c13*ddtheta_p
+    c15 = (dtheta_p*dtheta_p)
+    c16 = c15*math.sin(c12)
+    c17 = -t
+    c18 = payload_step_ratio*_step(-c17 - payload_step_time)
+    c19 = c18/L
+    c20 = c7*direction_drive*dtheta_p*load_friction_share - c8*dtheta_w - dtheta_p
+    c21 = (direction_drive*direction_drive)
+    c22 = abs(-dtheta_p + dtheta_w)
+    c23 = stribeck_drive_speed**(-2)
+    c24 = direction_drive*math.exp(-c15*c23)*math.exp(-c23*(dtheta_w*dtheta_w))*math.exp(2*c23*dtheta_p*dtheta_w)
+    c25 = -c24 + direction_drive
+    c26 = -c22*dtheta_p + c22*dtheta_w
+    c27 = cogging_periods*theta_p - cogging_periods*theta_w
+    c28 = math.sin(c27)
+    c29 = -math.cos(c27)
+    c30 = c13*ddtheta_w
+    c31 = math.sin(c11)
+    tau[0] = 2*J_w*c2/alpha + c9
+    tau[1] = c9
     phi[0, 0] = c2 + ddtheta_w
-    phi[0, 1] = c3
-    phi[0, 2] = R*c12*ddtheta_w + c1*c12 + c11*c7 - c11*c9 + c7 - c9
+    phi[0, 1] = c10
+    phi[0, 2] = R*c19*ddtheta_w + c1*c19 + c14*c18 + c14 - c16*c18 - c16
     phi[0, 5] = dtheta_w
-    phi[0, 6] = c13
+    phi[0, 6] = c20
     phi[0, 7] = direction_drive
-    phi[0, 8] = c14
-    phi[0, 9] = c15
-    phi[0, 10] = c17
-    phi[0, 11] = c18
-    phi[0, 12] = c19
-    phi[0, 13] = c21
-    phi[0, 14] = c22
+    phi[0, 8] = c21
+    phi[0, 9] = c22
+    phi[0, 10] = c24
+    phi[0, 11] = c25
+    phi[0, 12] = c26
+    phi[0, 13] = c28
+    phi[0, 14] = c29
     phi[0, 15] = dtheta_w
     phi[0, 16] = direction_ground
     phi[0, 17] = -math.sin(theta_w)
     phi[0, 18] = -math.cos(theta_w)
     phi[0, 19] = dtheta_w*abs(dtheta_w)
     phi[0, 21] = -origin + theta_w
-    phi[0, 22] = _step(-c10 - external_push_end) - _step(-c10 - external_push_start)
+    phi[0, 22] = _step(-c17 - external_push_end) - _step(-c17 - external_push_start)
     phi[0, 23] = -1
-    phi[1, 1] = c3
-    phi[1, 2] = -L*c0*c11*ddtheta_p - c11*c23 - c23
+    phi[1, 1] = c10
+    phi[1, 2] = -L*c0*c18*ddtheta_p - c18*c30 - c30
     phi[1, 3] = -ddtheta_p
-    phi[1, 4] = c11*c24 + c24
+    phi[1, 4] = c18*c31 + c31
     phi[1, 5] = dtheta_w
-    phi[1, 6] = c13
+    phi[1, 6] = c20
     phi[1, 7] = direction_drive
-    phi[1, 8] = c14
-    phi[1, 9] = c15
-    phi[1, 10] = c17
-    phi[1, 11] = c18
-    phi[1, 12] = c19
-    phi[1, 13] = c21
-    phi[1, 14] = c22
-    phi[1, 20] = c13
+    phi[1, 8] = c21
+    phi[1, 9] = c22
+    phi[1, 10] = c24
+    phi[1, 11] = c25
+    phi[1, 12] = c26
+    phi[1, 13] = c28
+    phi[1, 14] = c29
+    phi[1, 20] = -dtheta_p
     phi[1, 24] = 1
 
     return tau, phi
@@ -1592,24 +1619,27 @@ def regressor(t, state, rate, voltage, parameters):
 def regressor_parts(t, state, voltage, parameters):
     """φ2, φ1, φ0 (NQ, len(LINEAR)) each, with φ = d²φ2/dt² + dφ1/dt + φ0 (paper eqs. 25, 26)."""
     phi2, phi1, phi0 = np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR))), np.zeros((NQ, len(LINEAR)))
+    v_in = voltage
     theta_w = state[0]
     theta_p = state[1]
     dtheta_w = state[2]
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[18]
-    slope_angle = parameters[21]
-    com_offset_angle = parameters[25]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    R = parameters[50]
-    g = parameters[51]
-    L = parameters[54]
-    origin = parameters[55]
+    X7 = parameters[6]
+    load_friction_share = parameters[10]
+    stribeck_drive_speed = parameters[13]
+    cogging_periods = parameters[19]
+    slope_angle = parameters[22]
+    com_offset_angle = parameters[26]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    R = parameters[51]
+    g = parameters[52]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = -theta_w
     c1 = -c0 - theta_p
     c2 = -t
@@ -1622,18 +1652,20 @@ def regressor_parts(t, state, voltage, parameters):
     c9 = math.cos(c8)
     c10 = c3*c9 + c9
     c11 = g*math.sin(slope_angle)
-    c12 = (direction_drive*direction_drive)
-    c13 = abs(-dtheta_p + dtheta_w)
-    c14 = stribeck_drive_speed**(-2)
-    c15 = dtheta_p*dtheta_w
-    c16 = direction_drive*math.exp(2*c14*c15)*math.exp(-c14*(dtheta_p*dtheta_p))*math.exp(-c14*(dtheta_w*dtheta_w))
-    c17 = -c16 + direction_drive
-    c18 = -c13*dtheta_p + c13*dtheta_w
-    c19 = cogging_periods*theta_p - cogging_periods*theta_w
-    c20 = math.sin(c19)
-    c21 = -math.cos(c19)
-    c22 = c15*math.sin(c8)
-    c23 = math.sin(c7)
+    c12 = _sign(X7*dtheta_p - X7*dtheta_w + v_in)
+    c13 = c12*direction_drive*dtheta_p*load_friction_share - c12*direction_drive*dtheta_w*load_friction_share - dtheta_p
+    c14 = (direction_drive*direction_drive)
+    c15 = abs(-dtheta_p + dtheta_w)
+    c16 = stribeck_drive_speed**(-2)
+    c17 = dtheta_p*dtheta_w
+    c18 = direction_drive*math.exp(2*c16*c17)*math.exp(-c16*(dtheta_p*dtheta_p))*math.exp(-c16*(dtheta_w*dtheta_w))
+    c19 = -c18 + direction_drive
+    c20 = -c15*dtheta_p + c15*dtheta_w
+    c21 = cogging_periods*theta_p - cogging_periods*theta_w
+    c22 = math.sin(c21)
+    c23 = -math.cos(c21)
+    c24 = c17*math.sin(c8)
+    c25 = math.sin(c7)
     phi2[0, 0] = theta_w
     phi2[0, 1] = c1
     phi2[0, 2] = R*c4*theta_w
@@ -1642,22 +1674,21 @@ def regressor_parts(t, state, voltage, parameters):
     phi2[1, 3] = c6
     phi1[0, 2] = c10*dtheta_p
     phi1[0, 5] = theta_w
-    phi1[0, 6] = c6
     phi1[0, 15] = theta_w
     phi1[1, 2] = -c10*dtheta_w
     phi1[1, 5] = theta_w
-    phi1[1, 6] = c6
     phi1[1, 20] = c6
     phi0[0, 0] = c11*c5
     phi0[0, 2] = c11*c4
+    phi0[0, 6] = c13
     phi0[0, 7] = direction_drive
-    phi0[0, 8] = c12
-    phi0[0, 9] = c13
-    phi0[0, 10] = c16
-    phi0[0, 11] = c17
-    phi0[0, 12] = c18
-    phi0[0, 13] = c20
-    phi0[0, 14] = c21
+    phi0[0, 8] = c14
+    phi0[0, 9] = c15
+    phi0[0, 10] = c18
+    phi0[0, 11] = c19
+    phi0[0, 12] = c20
+    phi0[0, 13] = c22
+    phi0[0, 14] = c23
     phi0[0, 16] = direction_ground
     phi0[0, 17] = -math.sin(theta_w)
     phi0[0, 18] = -math.cos(theta_w)
@@ -1665,16 +1696,17 @@ def regressor_parts(t, state, voltage, parameters):
     phi0[0, 21] = -c0 - origin
     phi0[0, 22] = _step(-c2 - external_push_end) - _step(-c2 - external_push_start)
     phi0[0, 23] = -1
-    phi0[1, 2] = -c22*c3 - c22
-    phi0[1, 4] = c23*c3 + c23
+    phi0[1, 2] = -c24*c3 - c24
+    phi0[1, 4] = c25*c3 + c25
+    phi0[1, 6] = c13
     phi0[1, 7] = direction_drive
-    phi0[1, 8] = c12
-    phi0[1, 9] = c13
-    phi0[1, 10] = c16
-    phi0[1, 11] = c17
-    phi0[1, 12] = c18
-    phi0[1, 13] = c20
-    phi0[1, 14] = c21
+    phi0[1, 8] = c14
+    phi0[1, 9] = c15
+    phi0[1, 10] = c18
+    phi0[1, 11] = c19
+    phi0[1, 12] = c20
+    phi0[1, 13] = c22
+    phi0[1, 14] = c23
     phi0[1, 24] = 1
 
     return phi2, phi1, phi0
@@ -1694,90 +1726,98 @@ def energy_parts(t, state, voltage, parameters):
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[18]
-    slope_angle = parameters[21]
-    com_offset_angle = parameters[25]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    R = parameters[50]
-    g = parameters[51]
-    alpha = parameters[52]
-    J_w = parameters[53]
-    L = parameters[54]
-    origin = parameters[55]
+    X7 = parameters[6]
+    load_friction_share = parameters[10]
+    stribeck_drive_speed = parameters[13]
+    cogging_periods = parameters[19]
+    slope_angle = parameters[22]
+    com_offset_angle = parameters[26]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    R = parameters[51]
+    g = parameters[52]
+    alpha = parameters[53]
+    J_w = parameters[54]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = (dtheta_w*dtheta_w)
     c1 = (1/2)*c0
     c2 = 1/R
     c3 = g*math.sin(slope_angle)
     c4 = c2*c3
     c5 = dtheta_p*dtheta_w
-    c6 = -c5
-    c7 = (dtheta_p*dtheta_p)
-    c8 = (1/2)*c7
-    c9 = com_offset_angle + theta_p
-    c10 = c5*math.cos(c9 + slope_angle)
-    c11 = -t
-    c12 = payload_step_ratio*_step(-c11 - payload_step_time)
-    c13 = c12/L
-    c14 = (direction_drive*direction_drive)
-    c15 = 1/cogging_periods
-    c16 = cogging_periods*theta_p - cogging_periods*theta_w
-    c17 = math.cos(c16)
-    c18 = c15*c17
-    c19 = (cogging_periods != 0)
-    c20 = math.sin(c16)
-    c21 = c15*c20
-    c22 = dtheta_p*math.sin(c9)
-    c23 = abs(-dtheta_p + dtheta_w)
-    c24 = direction_drive*dtheta_p
-    c25 = stribeck_drive_speed**(-2)
-    c26 = 2*c5
-    c27 = math.exp(-c0*c25)*math.exp(c25*c26)*math.exp(-c25*c7)
-    c28 = c24*c27
-    c29 = c27*direction_drive*dtheta_w
-    c30 = ((c20) if c19 else (0))
-    c31 = ((-c20) if c19 else (0))
-    c32 = ((c17) if c19 else (1))
-    c33 = ((-c17) if c19 else (0))
+    c6 = (dtheta_p*dtheta_p)
+    c7 = (1/2)*c6
+    c8 = com_offset_angle + theta_p
+    c9 = c5*math.cos(c8 + slope_angle)
+    c10 = -t
+    c11 = payload_step_ratio*_step(-c10 - payload_step_time)
+    c12 = c11/L
+    c13 = (direction_drive*direction_drive)
+    c14 = 1/cogging_periods
+    c15 = cogging_periods*theta_p - cogging_periods*theta_w
+    c16 = math.cos(c15)
+    c17 = c14*c16
+    c18 = (cogging_periods != 0)
+    c19 = math.sin(c15)
+    c20 = c14*c19
+    c21 = dtheta_p*math.sin(c8)
+    c22 = X7*dtheta_p - X7*dtheta_w + v_in
+    c23 = _sign(c22)
+    c24 = c23*direction_drive*load_friction_share
+    c25 = c24*c6
+    c26 = c0*c24
+    c27 = abs(-dtheta_p + dtheta_w)
+    c28 = direction_drive*dtheta_p
+    c29 = stribeck_drive_speed**(-2)
+    c30 = 2*c5
+    c31 = math.exp(-c0*c29)*math.exp(c29*c30)*math.exp(-c29*c6)
+    c32 = c28*c31
+    c33 = direction_drive*dtheta_w
+    c34 = c31*c33
+    c35 = ((c19) if c18 else (0))
+    c36 = ((-c19) if c18 else (0))
+    c37 = ((c16) if c18 else (1))
+    c38 = ((-c16) if c18 else (0))
+    c39 = load_friction_share*abs(c22)
     stored[0] = c1 + c4*theta_w
-    stored[1] = c1 + c6 + c8
-    stored[2] = L*c12*c2*c8 + R*c1*c13 + c10*c12 + c10
-    stored[3] = c8
+    stored[1] = c1 - c5 + c7
+    stored[2] = L*c11*c2*c7 + R*c1*c12 + c11*c9 + c9
+    stored[3] = c7
     stored[7] = -direction_drive*theta_p + direction_drive*theta_w
-    stored[8] = -c14*theta_p + c14*theta_w
-    stored[13] = -((-c18) if c19 else (0)) + ((c18) if c19 else (0))
-    stored[14] = -((-c21) if c19 else (theta_w)) + ((c21) if c19 else (theta_p))
+    stored[8] = -c13*theta_p + c13*theta_w
+    stored[13] = -((-c17) if c18 else (0)) + ((c17) if c18 else (0))
+    stored[14] = -((-c20) if c18 else (theta_w)) + ((c20) if c18 else (theta_p))
     stored[16] = direction_ground*theta_w
     stored[17] = math.cos(theta_w)
     stored[18] = -math.sin(theta_w)
     stored[21] = -origin*theta_w + (1/2)*(theta_w*theta_w)
     stored[23] = -theta_w
     stored[24] = -theta_p
-    taken[2] = c13*c3*dtheta_w
-    taken[4] = -c12*c22 - c22
+    taken[2] = c12*c3*dtheta_w
+    taken[4] = -c11*c21 - c21
     taken[5] = c0 - c5
-    taken[6] = c6 + c7
-    taken[9] = -c23*dtheta_p + c23*dtheta_w
-    taken[10] = -c28 + c29
-    taken[11] = -c24 + c28 - c29 + direction_drive*dtheta_w
-    taken[12] = c0*c23 - c23*c26 + c23*c7
-    taken[13] = -c20*dtheta_p + c20*dtheta_w + c30*dtheta_p - c30*dtheta_w - c31*dtheta_p + c31*dtheta_w
-    taken[14] = c17*dtheta_p - c17*dtheta_w - c32*dtheta_p + c32*dtheta_w + c33*dtheta_p - c33*dtheta_w
+    taken[6] = 2*c23*direction_drive*dtheta_p*dtheta_w*load_friction_share - c25 - c26 - c5 + c6
+    taken[9] = -c27*dtheta_p + c27*dtheta_w
+    taken[10] = -c32 + c34
+    taken[11] = -c28 + c32 - c34 + direction_drive*dtheta_w
+    taken[12] = c0*c27 - c27*c30 + c27*c6
+    taken[13] = -c19*dtheta_p + c19*dtheta_w + c35*dtheta_p - c35*dtheta_w - c36*dtheta_p + c36*dtheta_w
+    taken[14] = c16*dtheta_p - c16*dtheta_w - c37*dtheta_p + c37*dtheta_w + c38*dtheta_p - c38*dtheta_w
     taken[15] = c0
     taken[19] = c0*abs(dtheta_w)
-    taken[20] = c7
-    taken[22] = dtheta_w*_step(-c11 - external_push_end) - dtheta_w*_step(-c11 - external_push_start)
-    supplied[0] = 2*J_w*c4*dtheta_w/alpha - dtheta_p*v_in + dtheta_w*v_in
+    taken[20] = c6
+    taken[22] = dtheta_w*_step(-c10 - external_push_end) - dtheta_w*_step(-c10 - external_push_start)
+    supplied[0] = 2*J_w*c4*dtheta_w/alpha + X7*c24*c30 - X7*c25 - X7*c26 + c28*c39 - c33*c39 - dtheta_p*v_in + dtheta_w*v_in
 
     return stored, taken, supplied[0]
 
 
-SIGNALS = 30
-DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 0, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
+SIGNALS = 31
+DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 2, 0, 0])  # how often each signal is differentiated
+HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 
@@ -1792,69 +1832,79 @@ def _signals(t, state, voltage, parameters, signal):
     dtheta_p = state[3]
     direction_drive = _sign(1.0 * state[2] + -1.0 * state[3])
     direction_ground = _sign(1.0 * state[2])
-    stribeck_drive_speed = parameters[12]
-    cogging_periods = parameters[18]
-    slope_angle = parameters[21]
-    com_offset_angle = parameters[25]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    external_push_start = parameters[30]
-    external_push_end = parameters[31]
-    R = parameters[50]
-    g = parameters[51]
-    alpha = parameters[52]
-    J_w = parameters[53]
-    L = parameters[54]
-    origin = parameters[55]
+    X7 = parameters[6]
+    load_friction_share = parameters[10]
+    stribeck_drive_speed = parameters[13]
+    cogging_periods = parameters[19]
+    slope_angle = parameters[22]
+    com_offset_angle = parameters[26]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    external_push_start = parameters[31]
+    external_push_end = parameters[32]
+    R = parameters[51]
+    g = parameters[52]
+    alpha = parameters[53]
+    J_w = parameters[54]
+    L = parameters[55]
+    origin = parameters[56]
     c0 = 1/R
     c1 = g*math.sin(slope_angle)
     c2 = c0*c1
     c3 = -t
     c4 = payload_step_ratio*_step(-c3 - payload_step_time)
     c5 = c4/L
-    c6 = abs(-dtheta_p + dtheta_w)
-    c7 = stribeck_drive_speed**(-2)
-    c8 = dtheta_p*dtheta_w
-    c9 = direction_drive*math.exp(2*c7*c8)*math.exp(-c7*(dtheta_p*dtheta_p))*math.exp(-c7*(dtheta_w*dtheta_w))
-    c10 = cogging_periods*theta_p - cogging_periods*theta_w
-    c11 = -theta_w
-    c12 = com_offset_angle + theta_p
-    c13 = c12 + slope_angle
-    c14 = c8*math.sin(c13)
-    c15 = math.sin(c12)
-    c16 = math.cos(c13)
-    c17 = c16*c4 + c16
-    c18 = -theta_p
+    c6 = X7*dtheta_p
+    c7 = X7*dtheta_w
+    c8 = c6 - c7 + v_in
+    c9 = _sign(c8)
+    c10 = direction_drive*load_friction_share
+    c11 = c10*c9
+    c12 = abs(-dtheta_p + dtheta_w)
+    c13 = stribeck_drive_speed**(-2)
+    c14 = dtheta_p*dtheta_w
+    c15 = direction_drive*math.exp(2*c13*c14)*math.exp(-c13*(dtheta_p*dtheta_p))*math.exp(-c13*(dtheta_w*dtheta_w))
+    c16 = cogging_periods*theta_p - cogging_periods*theta_w
+    c17 = -theta_w
+    c18 = com_offset_angle + theta_p
+    c19 = c18 + slope_angle
+    c20 = c14*math.sin(c19)
+    c21 = math.sin(c18)
+    c22 = math.cos(c19)
+    c23 = c22*c4 + c22
+    c24 = -theta_p
+    c25 = -c10*abs(c8) + c11*c6 - c11*c7 + v_in
     signal[0] = c2
     signal[1] = c1*c5
-    signal[2] = direction_drive
-    signal[3] = (direction_drive*direction_drive)
-    signal[4] = c6
-    signal[5] = c9
-    signal[6] = -c9 + direction_drive
-    signal[7] = -c6*dtheta_p + c6*dtheta_w
-    signal[8] = math.sin(c10)
-    signal[9] = -math.cos(c10)
-    signal[10] = direction_ground
-    signal[11] = -math.sin(theta_w)
-    signal[12] = -math.cos(theta_w)
-    signal[13] = dtheta_w*abs(dtheta_w)
-    signal[14] = -c11 - origin
-    signal[15] = _step(-c3 - external_push_end) - _step(-c3 - external_push_start)
-    signal[16] = -1
-    signal[17] = -c14*c4 - c14
-    signal[18] = c15*c4 + c15
-    signal[19] = c17*dtheta_p
-    signal[20] = theta_w
-    signal[21] = c18
-    signal[22] = -c17*dtheta_w
-    signal[23] = theta_w
-    signal[24] = -c11 - theta_p
-    signal[25] = R*c5*theta_w
-    signal[26] = -L*c0*c4*theta_p
-    signal[27] = c18
-    signal[28] = 2*J_w*c2/alpha + v_in
-    signal[29] = v_in
+    signal[2] = -c11*dtheta_w + c9*direction_drive*dtheta_p*load_friction_share - dtheta_p
+    signal[3] = direction_drive
+    signal[4] = (direction_drive*direction_drive)
+    signal[5] = c12
+    signal[6] = c15
+    signal[7] = -c15 + direction_drive
+    signal[8] = -c12*dtheta_p + c12*dtheta_w
+    signal[9] = math.sin(c16)
+    signal[10] = -math.cos(c16)
+    signal[11] = direction_ground
+    signal[12] = -math.sin(theta_w)
+    signal[13] = -math.cos(theta_w)
+    signal[14] = dtheta_w*abs(dtheta_w)
+    signal[15] = -c17 - origin
+    signal[16] = _step(-c3 - external_push_end) - _step(-c3 - external_push_start)
+    signal[17] = -1
+    signal[18] = -c20*c4 - c20
+    signal[19] = c21*c4 + c21
+    signal[20] = c23*dtheta_p
+    signal[21] = theta_w
+    signal[22] = -c23*dtheta_w
+    signal[23] = c24
+    signal[24] = theta_w
+    signal[25] = -c17 - theta_p
+    signal[26] = R*c5*theta_w
+    signal[27] = -L*c0*c4*theta_p
+    signal[28] = c24
+    signal[29] = 2*J_w*c2/alpha + c25
+    signal[30] = c25
 
 
 @internal
@@ -1862,16 +1912,16 @@ def _signal_rates(t, state, voltage, parameters, speed):
     """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
-    payload_step_time = parameters[28]
-    payload_step_ratio = parameters[29]
-    R = parameters[50]
-    L = parameters[54]
+    payload_step_time = parameters[29]
+    payload_step_ratio = parameters[30]
+    R = parameters[51]
+    L = parameters[55]
     c0 = payload_step_ratio*_step(-payload_step_time + t)
-    speed[23] = dtheta_w
-    speed[24] = -dtheta_p + dtheta_w
-    speed[25] = R*c0*dtheta_w/L
-    speed[26] = -L*c0*dtheta_p/R
-    speed[27] = -dtheta_p
+    speed[24] = dtheta_w
+    speed[25] = -dtheta_p + dtheta_w
+    speed[26] = R*c0*dtheta_w/L
+    speed[27] = -L*c0*dtheta_p/R
+    speed[28] = -dtheta_p
 
 
 @internal
@@ -1907,45 +1957,46 @@ def _assemble(signal, tau, phi):
     signal_27 = signal[27]
     signal_28 = signal[28]
     signal_29 = signal[29]
-    tau[0] = signal_28
-    tau[1] = signal_29
-    phi[0, 0] = signal_0 + signal_23
-    phi[0, 1] = signal_24
-    phi[0, 2] = signal_1 + signal_19 + signal_25
-    phi[0, 5] = signal_20
-    phi[0, 6] = signal_21
-    phi[0, 7] = signal_2
-    phi[0, 8] = signal_3
-    phi[0, 9] = signal_4
-    phi[0, 10] = signal_5
-    phi[0, 11] = signal_6
-    phi[0, 12] = signal_7
-    phi[0, 13] = signal_8
-    phi[0, 14] = signal_9
-    phi[0, 15] = signal_20
-    phi[0, 16] = signal_10
-    phi[0, 17] = signal_11
-    phi[0, 18] = signal_12
-    phi[0, 19] = signal_13
-    phi[0, 21] = signal_14
-    phi[0, 22] = signal_15
-    phi[0, 23] = signal_16
-    phi[1, 1] = signal_24
-    phi[1, 2] = signal_17 + signal_22 + signal_26
-    phi[1, 3] = signal_27
-    phi[1, 4] = signal_18
-    phi[1, 5] = signal_20
-    phi[1, 6] = signal_21
-    phi[1, 7] = signal_2
-    phi[1, 8] = signal_3
-    phi[1, 9] = signal_4
-    phi[1, 10] = signal_5
-    phi[1, 11] = signal_6
-    phi[1, 12] = signal_7
-    phi[1, 13] = signal_8
-    phi[1, 14] = signal_9
-    phi[1, 20] = signal_21
-    phi[1, 24] = -signal_16
+    signal_30 = signal[30]
+    tau[0] = signal_29
+    tau[1] = signal_30
+    phi[0, 0] = signal_0 + signal_24
+    phi[0, 1] = signal_25
+    phi[0, 2] = signal_1 + signal_20 + signal_26
+    phi[0, 5] = signal_21
+    phi[0, 6] = signal_2
+    phi[0, 7] = signal_3
+    phi[0, 8] = signal_4
+    phi[0, 9] = signal_5
+    phi[0, 10] = signal_6
+    phi[0, 11] = signal_7
+    phi[0, 12] = signal_8
+    phi[0, 13] = signal_9
+    phi[0, 14] = signal_10
+    phi[0, 15] = signal_21
+    phi[0, 16] = signal_11
+    phi[0, 17] = signal_12
+    phi[0, 18] = signal_13
+    phi[0, 19] = signal_14
+    phi[0, 21] = signal_15
+    phi[0, 22] = signal_16
+    phi[0, 23] = signal_17
+    phi[1, 1] = signal_25
+    phi[1, 2] = signal_18 + signal_22 + signal_27
+    phi[1, 3] = signal_28
+    phi[1, 4] = signal_19
+    phi[1, 5] = signal_21
+    phi[1, 6] = signal_2
+    phi[1, 7] = signal_3
+    phi[1, 8] = signal_4
+    phi[1, 9] = signal_5
+    phi[1, 10] = signal_6
+    phi[1, 11] = signal_7
+    phi[1, 12] = signal_8
+    phi[1, 13] = signal_9
+    phi[1, 14] = signal_10
+    phi[1, 20] = signal_23
+    phi[1, 24] = -signal_17
 
 
 @compiled

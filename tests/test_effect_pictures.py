@@ -97,6 +97,6 @@ def test_what_has_no_law_to_draw_is_shown_by_what_it_changes_in_the_readings(stu
 
 def test_a_drawing_says_what_a_volt_is_worth(study):
     effect = derive.effects.find("coulomb_drive")
-    figure = effect_figure(effect, study, fitted(study, effect), 165.42)
+    figure = effect_figure(effect, study, fitted(study, effect))
     assert "N·m" in figure.data[-1].hovertemplate
     assert figure.layout.xaxis.title.text == "speed at the drive [rad/s]"

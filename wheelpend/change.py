@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +17,17 @@ from wheelpend.study import enlarged, refuse_meaningless
 
 
 def change(
-    effect: str, data: Sequence[Path], holdout: Sequence[Path], path: Path, json: str | None, *, remove: bool
+    effect: str,
+    data: Sequence[Path],
+    holdout: Sequence[Path],
+    open_model: Callable[[], Model],
+    json: str | None,
+    *,
+    remove: bool,
 ) -> None:
     """Add or remove an effect, refit where data are given, save the workspace and show what it did."""
     with failures(json):
-        model = checked(Model.open(path), effect, remove)
+        model = checked(open_model(), effect, remove)
         if not data:
             if holdout:
                 raise Failure("--holdout judges a refit, so it needs --data as well.")

@@ -30,13 +30,20 @@ ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its
 Json = Annotated[
     str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")
 ]
+PlantFile = Annotated[
+    Path | None,
+    typer.Option("--plant", metavar="FILE.py", help="A plant of your own: Python code, run because it is named here."),
+]
 MODEL = Path("model.toml")
 
 
-def open_model(path: Path):
-    """Open the model named on the command line."""
+def open_model(path: Path, plant: Path | None = None):
+    """Open the model named on the command line; its plant may be that of a file of the user's own, named there too."""
     from wheelpend.model import Model
+    from wheelpend.own_plants import load_plant
 
+    if plant is not None:
+        load_plant(plant)
     return Model.open(path)
 
 
@@ -50,13 +57,20 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and th
 
 
 @app.command()
-def new(folder: Annotated[Path, typer.Argument(help="Where to start the workspace.")] = Path()) -> None:
-    """Start a workspace with the paper's model: model.toml and generated/."""
+def new(
+    folder: Annotated[Path, typer.Argument(help="Where to start the workspace.")] = Path(),
+    plant: Annotated[
+        str, typer.Option(help="wheel_pendulum, slide, pendulum, cart_pole, or a plant of your own: FILE.py.")
+    ] = "wheel_pendulum",
+) -> None:
+    """Start a workspace with the paper's model, or that of another plant: model.toml and generated/."""
     from wheelpend import workspace
+    from wheelpend.own_plants import named_plant
 
     with failures(), progress("deriving the model"):
-        model = workspace.create(folder)
-        say(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv` there.")
+        model = workspace.create(folder, named_plant(plant))
+        again = f" --plant {plant}" if plant.endswith(".py") else ""
+        say(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv{again}` there.")
 
 
 @app.command()
@@ -67,12 +81,13 @@ def equations(
         typer.Option(metavar="OTHER", help="Print what changes: OTHER is a model file, or ASSUMPTION=CHOICE."),
     ] = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
 ) -> None:
     """Print the derived equations, regressor and filtered pieces, or what changed between two models."""
     from wheelpend.equations import describe, difference, other_model
 
     with failures(), progress("deriving"):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         say(difference(opened, other_model(opened, diff), latex) if diff else describe(opened, latex))
 
 
@@ -119,13 +134,14 @@ def reproduce(
 def generate(
     check: Annotated[bool, typer.Option("--check", help="Say what is stale and change nothing.")] = False,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
 ) -> None:
     """Derive the model and write generated/."""
     from wheelpend import workspace
     from wheelpend.failures import Failure
 
     with failures(), progress("deriving the model"):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         if not check:
             workspace.generate_into(opened.workspace / "generated", opened)
             say(f"Wrote {opened.workspace / 'generated'}.")
@@ -153,6 +169,7 @@ def simulate(
     seed: Annotated[int, typer.Option(help="Seed of the sensor noise.")] = 0,
     noise: Annotated[bool, typer.Option("--noise/--no-noise", help="Ideal sensors without --noise.")] = True,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
 ) -> None:
     """Write a closed-loop measurement file, with hidden effects on request."""
     from wheelpend.logs import save_log
@@ -160,8 +177,9 @@ def simulate(
     from wheelpend.simulation import simulate as run
 
     with failures(), progress("simulating"):
-        opened, hidden = open_model(model), parse_hidden(hide or [])
-        save_log(output, run(opened, command=command, duration=duration, hide=hidden, seed=seed, noise=noise))
+        opened, hidden = open_model(model, plant), parse_hidden(hide or [])
+        made = run(opened, command=command, duration=duration, hide=hidden, seed=seed, noise=noise)
+        save_log(output, made, table=opened.table)
         machine = "the machine of [simulation]" if opened.simulation else "the model as identified"
         extra = ", with " + ", ".join(f"{k} = {v:g}" for k, v in hidden.items()) if hidden else ""
         say(f"Wrote {output}: {machine}{extra}.")
@@ -185,6 +203,7 @@ def identify(
     ] = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Identify the parameters, with standard errors."""
@@ -195,7 +214,13 @@ def identify(
         times = parse_tau(tau, tau_map)
         with progress("reading") as update:
             result = run(
-                open_model(model), logs, method=method, tau=times, hold=hold, forgetting=forgetting, progress=update
+                open_model(model, plant),
+                logs,
+                method=method,
+                tau=times,
+                hold=hold,
+                forgetting=forgetting,
+                progress=update,
             )
         warn(result.warnings)
         show(result, json, lambda: wording.show_identification(result))
@@ -226,13 +251,15 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
 
 
 @app.command()
-def compare(logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, json: Json = None) -> None:
+def compare(
+    logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, plant: PlantFile = None, json: Json = None
+) -> None:
     """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
     from wheelpend import wording
     from wheelpend.comparison import compare as run
 
     with failures(json):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         check_logs(logs, opened)
         with progress("reading") as update:
             result = run(opened, logs, holdout or [], progress=update)
@@ -246,7 +273,7 @@ def check_logs(logs: list[Path], model) -> None:
     from wheelpend.study import noise_of, read_logs
 
     for log in read_logs(logs, model):
-        found = inspect_log(log, relative=model.assumptions["encoder"] == "relative", noise=noise_of(log, model))
+        found = inspect_log(log, relative=model.assumptions.get("encoder") == "relative", noise=noise_of(log, model))
         warn([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])
 
 
@@ -258,6 +285,7 @@ def diagnose(
     law: Law = False,
     accept: Accept = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
@@ -265,7 +293,7 @@ def diagnose(
     from wheelpend.climb import diagnose as run
 
     with failures(json):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
@@ -282,12 +310,13 @@ def add(
     data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
     from wheelpend.change import change
 
-    change(effect, data or [], holdout or [], model, json, remove=False)
+    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=False)
 
 
 @app.command()
@@ -296,12 +325,13 @@ def remove(
     data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Remove an effect from the model; the opposite of add."""
     from wheelpend.change import change
 
-    change(effect, data or [], holdout or [], model, json, remove=True)
+    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=True)
 
 
 @app.command()
@@ -314,6 +344,7 @@ def explain(
     accept: Accept = None,
     save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Diagnose and add in turn until nothing is missing; the error ladder."""
@@ -322,7 +353,7 @@ def explain(
     from wheelpend.explanation import explain as run
 
     with failures(json):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         unexplained.check_name(opened, accept)
         check_logs(logs, opened)
         with progress("reading") as update:
@@ -338,13 +369,13 @@ def explain(
 
 
 @app.command()
-def history(model: ModelFile = MODEL, json: Json = None) -> None:
+def history(model: ModelFile = MODEL, plant: PlantFile = None, json: Json = None) -> None:
     """The error ladder of this workspace: every change and what it did to the error."""
     from wheelpend import workspace
     from wheelpend.wording import number
 
     with failures(json):
-        entries = workspace.history(open_model(model).workspace)
+        entries = workspace.history(open_model(model, plant).workspace)
 
         def text() -> None:
             rows = [(e["change"], number(e.get("error_before")), number(e.get("error_after")),
@@ -379,6 +410,7 @@ def design(
         float | None, typer.Option(metavar="S", help="Sample interval [s]; that of the log, or 0.001.")
     ] = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """A command that excites what the last log left open, within limits of pitch and voltage."""
@@ -388,8 +420,8 @@ def design(
     with failures(json):
         with progress("reading") as update:
             result = run(
-                open_model(model), logs or [], effects, output, pitch_limit=pitch_limit, voltage_limit=voltage_limit,
-                duration=duration, sample=sample, progress=update,
+                open_model(model, plant), logs or [], effects, output, pitch_limit=pitch_limit,
+                voltage_limit=voltage_limit, duration=duration, sample=sample, progress=update,
             )  # fmt: skip
         show(result.to_json(), json, result.tell)
 
@@ -401,6 +433,7 @@ def report(
     output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
     law: Law = False,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
 ) -> None:
     """One self-contained HTML page with everything above."""
     from wheelpend.reporting import write_report
@@ -410,7 +443,7 @@ def report(
         from wheelpend.explanation import explain as run
 
         with progress("reading") as update:
-            result = run(open_model(model), logs, holdout or [], law=law, progress=update)
+            result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
         parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
         command = " ".join(parts)
         say(f"Wrote {write_report(result, output, version=version(), command=command)}.")
@@ -420,6 +453,7 @@ def report(
 def effects(
     effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None,
     model: ModelFile = MODEL,
+    plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """The library of effects, and your own: name, family, sentence, unit, equation."""
@@ -427,7 +461,7 @@ def effects(
     from wheelpend.failures import Failure
 
     with failures(json):
-        own = open_model(model).own if model != MODEL or model.exists() else ()
+        own = open_model(model, plant).own if model != MODEL or model.exists() else ()
         try:
             rows = [derive.effects.find(effect)] if effect else derive.effects.all_with(own)
         except KeyError as error:
@@ -450,7 +484,10 @@ def effects(
 
 @app.command(name="inspect")
 def inspect_(
-    log: Annotated[Path, typer.Argument(help="Measurement file.")], model: ModelFile = MODEL, json: Json = None
+    log: Annotated[Path, typer.Argument(help="Measurement file.")],
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
 ) -> None:
     """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
     from wheelpend.inspection import inspect_log
@@ -458,11 +495,11 @@ def inspect_(
     from wheelpend.wording import number
 
     with failures(json):
-        opened = open_model(model)
+        opened = open_model(model, plant)
         with progress("reading"):
             loaded = read_logs([log], opened)[0]
             result = inspect_log(
-                loaded, relative=opened.assumptions["encoder"] == "relative", noise=noise_of(loaded, opened)
+                loaded, relative=opened.assumptions.get("encoder") == "relative", noise=noise_of(loaded, opened)
             )
         warn(loaded.warnings)
 
@@ -481,12 +518,12 @@ def inspect_(
 
 
 @app.command()
-def warm(model: ModelFile = MODEL) -> None:
+def warm(model: ModelFile = MODEL, plant: PlantFile = None) -> None:
     """Compile the kernels ahead of time."""
     from wheelpend.warm import compile_all
 
     with failures(), progress("compiling") as update:
-        compile_all(open_model(model), update)
+        compile_all(open_model(model, plant), update)
         say(f"Compiled; the machine code is kept in {_cache()}.")
 
 

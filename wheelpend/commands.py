@@ -11,6 +11,7 @@ import polars as pl
 from wheelpend import logs
 from wheelpend.console import write_text
 from wheelpend.failures import Failure
+from wheelpend.tables import check_length, open_table
 
 COMMANDS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "simple": lambda t: 20.0 * np.sin(t),
@@ -56,15 +57,11 @@ def known_file(command: str) -> Path:
 
 def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times from the first row [s], pitch [rad] and its rate [rad/s] of a file, (N,) each."""
-    parquet = logs.is_parquet(path)
-    separator = "" if parquet else logs.find_separator(path)
-    names = logs.parquet_names(path) if parquet else logs.csv_names(path, separator)
-    if absent := [n for n in ("t", logs.REFERENCE) if n not in names]:
+    file = open_table(path)
+    if absent := [n for n in ("t", logs.REFERENCE) if n not in file.names]:
         raise Failure(f"{path.name}: a command needs the columns t and theta_ref, but {' and '.join(absent)} "
                       f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes one.")  # fmt: skip
-    wanted = [n for n in names if n in ("t", logs.REFERENCE, RATE)]
-    table = logs.read_parquet(path, wanted) if parquet else logs.read_csv(path, names, wanted, separator)
-    numbers = {n: logs.to_numbers(path.name, table[n]) for n in wanted}
+    numbers = file.read([n for n in file.names if n in ("t", logs.REFERENCE, RATE)])
     _check(path.name, numbers)
     t = numbers["t"] - numbers["t"][0]
     angle = numbers[logs.REFERENCE]
@@ -72,7 +69,7 @@ def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _check(name: str, numbers: dict[str, np.ndarray]) -> None:
-    logs.check_length(name, len(numbers["t"]))
+    check_length(name, len(numbers["t"]))
     logs.check_time(name, numbers["t"])
     for column, values in numbers.items():
         unknown = np.flatnonzero(~np.isfinite(values))

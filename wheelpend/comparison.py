@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 
@@ -103,7 +104,7 @@ def compare(
     progress("predicting segments")
     residuals, squares, count = [], 0.0, 0
     for part, mine in zip(judged, own, strict=True):
-        _, residual = prediction_error(study.module, part, mine, study.relative, step)
+        _, residual = prediction_error(study.module, part, mine, step)
         residuals.append(residual)
         squares += float(np.nansum(residual**2))
         count += part.values - study.module.NX * len(part.bounds)
@@ -149,7 +150,7 @@ def per_log_table(model: Model, parts: Sequence[Part], own: Sequence[dict]) -> l
 def _as_fit(study: Study, own: Sequence[dict[str, float]]) -> Fit:
     states = []
     for part, values in zip(study.training, own, strict=True):
-        first = initial_states(study.module, part, study.relative)
+        first = initial_states(study.module, part)
         states.append(fit_states(study.module, part, first, vector(study.module, values, part.log), study.max_step)[0])
     empty = np.zeros((0, 0))
     return Fit(own[0], tuple(own), (), empty, empty, tuple(states), 0.0, 0, 1.0, (), True)
@@ -178,7 +179,7 @@ def error_at(study: Study, part: Part, values: dict[str, float], horizon: float)
         return Horizon(horizon, None, True)
     cut = replace(part, bounds=bounds)
     parameters = vector(study.module, values, part.log)
-    states = initial_states(study.module, cut, study.relative)
+    states = initial_states(study.module, cut)
     if horizon > 2.0:  # an unstable plant: start long predictions from states fitted over the first half second
         head = replace(
             cut, bounds=np.ascontiguousarray([[a, min(b, a + max(6, round(0.5 / part.log.dt)))] for a, b in bounds])
@@ -188,10 +189,16 @@ def error_at(study: Study, part: Part, values: dict[str, float], horizon: float)
     else:
         states, shot = fit_states(study.module, cut, states, parameters, study.max_step)
     error = part_error(cut, shot)
-    pitch = part.log.measured[:, 1] - shot.residual[:, 1] * part.sigma[1]
-    inside = np.concatenate([pitch[a:b] for a, b in bounds])
-    diverged = not np.isfinite(error) or bool(np.nanmax(np.abs(inside)) > FALLEN)
+    diverged = not np.isfinite(error) or fallen(study.module, cut, shot.residual)
     return Horizon(horizon, None if diverged else error, diverged)
+
+
+def fallen(module: ModuleType, part: Part, residual: np.ndarray) -> bool:
+    """Whether a prediction left the plant's range in some segment."""
+    if module.FALLS < 0:
+        return False
+    angle = part.log.measured[:, module.FALLS] - residual[:, module.FALLS] * part.sigma[module.FALLS]
+    return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in part.bounds]))) > FALLEN)
 
 
 def rmse_of(parts: Sequence[Part], residuals: list[np.ndarray]) -> dict[str, float]:
@@ -209,14 +216,15 @@ def replay(study: Study, part: Part, values: dict[str, float]) -> ClosedLoop | N
     if controller is None or log.reference is None or not np.isfinite(log.reference).all():
         return None
     module = study.module
-    state = initial_states(module, replace(part, bounds=part.bounds[:1]), study.relative)[0]
+    state = initial_states(module, replace(part, bounds=part.bounds[:1]))[0]
     state, _ = fit_states(module, replace(part, bounds=part.bounds[:1]), state[None], vector(module, values, log))
     zeros = np.zeros((len(log), module.NY))
     _, outputs, voltage = module.closed_loop(
         log.t, log.reference, np.gradient(log.reference, log.t), np.array(controller.gains, dtype=float), state[0],
         vector(module, values, log), zeros, np.zeros(module.NY), study.max_step,
     )  # fmt: skip
-    diverged = not np.isfinite(outputs).all() or bool(np.max(np.abs(outputs[:, module.CONTROLLED[0]])) > FALLEN)
+    diverged = not np.isfinite(outputs).all()
+    diverged |= module.FALLS >= 0 and bool(np.max(np.abs(outputs[:, module.FALLS])) > FALLEN)
     difference = np.sqrt(np.nanmean((outputs - log.measured) ** 2, axis=0))
     return ClosedLoop(
         {} if diverged else dict(zip(log.channels, map(float, difference), strict=True)),

@@ -44,7 +44,7 @@ def start_with_contacts(study: Study, origin: Mapping[str, float], own, free: Se
     module, log = study.module, study.training[0].log
     study = replace(study, max_step=min(study.max_step, 2.0 * stable_step(module, origin, log)))  # as logs are played
     parts = shortened(study, 0.1 * study.horizon, most=10_000)
-    row = effect_parameter(size)
+    row = effect_parameter(size, study.plant)
     assert row is not None, f"{size} is a parameter of the library"
     values = spared_fit(study, parts, {**origin, size: 0.5 * row.typical}, own, free)
     costs = {gap: cost_at(study, parts, values, own, free, {size: gap}) for gap in (row.absent, *COARSE)}
@@ -95,7 +95,7 @@ def followed(study: Study, parts: Sequence[Part], values, own, states=None, roun
     residuals, squares, found = [], [], []
     for k, part in enumerate(parts):
         parameters = vector(study.module, {**values, **(own[k] if k < len(own) else {})}, part.log)
-        begun = states[k] if states else initial_states(study.module, part, study.relative)
+        begun = states[k] if states else initial_states(study.module, part)
         begun, shot = fit_states(study.module, part, begun, parameters, study.max_step, rounds)
         residuals += [np.nan_to_num(shot.residual[a:b].ravel()) for a, b in part.bounds]
         squares.append(shot.gram[:, -1, -1] / counts(part, study.module.NX))
@@ -106,7 +106,7 @@ def followed(study: Study, parts: Sequence[Part], values, own, states=None, roun
 def followed_fit(study: Study, parts: Sequence[Part], values, own, free: Sequence[str], rounds: int) -> dict:
     """Gauss-Newton by differences on the logarithm of the segments' squares, for the parameters that logs share."""
     names = [n for n in free if n not in per_log_names(free)]
-    limits = limits_of(names)
+    limits = limits_of(names, study.plant)
     values, damping = dict(values), 1e-3
     here = followed(study, parts, values, own)
     for _ in range(rounds):

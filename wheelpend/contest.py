@@ -29,7 +29,7 @@ from wheelpend.refit import (
 )
 from wheelpend.screening import Screen, linear_names
 from wheelpend.shooting import Fit
-from wheelpend.study import EXPLAINED, VISIBLE, Study, fit_model, steadied
+from wheelpend.study import EXPLAINED, FAR, VISIBLE, Study, fit_model, steadied
 
 REFITTED = 5  # best candidates of each screening that are refitted
 PROMISING = 10.0  # expected fall of the sum of squares per coefficient, in noise variances, that is worth a refit
@@ -39,6 +39,7 @@ RIVAL = 1.1  # times their error, above which after a few rounds none goes on wh
 SETTLED = 1.03  # error over noise floor from which on nothing is tried that frees something inside the machine
 BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
 RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
+SIMILAR = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
 HOPEFUL = 2.0  # cost on middling segments, over the best, up to which a candidate is judged on held-out data
 
 Begun = tuple[str, Fit]  # an effect, and how far its refit is
@@ -140,7 +141,7 @@ class Contest:
     def with_smaller(self, tried: Sequence[Tried], judged: int) -> list[Tried]:
         """Effects, those that the best one contains refitted from there where that is a better fit of them."""
         leader, found = min(tried, key=lambda t: t.error_after), list(tried)
-        for smaller in with_contained(self.study, [leader.effect])[1:]:
+        for smaller in simpler(self.study, leader.effect):
             again = self.finish((smaller, within(self.study, leader, smaller)), judged)
             known = next((t for t in found if t.effect == smaller), None)
             if again and (known is None or again.fit.cost < known.fit.cost):
@@ -159,7 +160,9 @@ def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
 
 
 def within(study: Study, larger: Tried, smaller: str) -> Fit:
-    """Where an effect is nearest to one that contains it: its refit may have gone astray where that one's has not."""
+    """Where an effect is nearest to one that contains or approaches it: its refit may have gone astray, not that one's."""
+    if smaller not in study.module.CONTAINS.get(larger.effect, {}):
+        return at_the_end(larger, smaller)
     weights = np.array(study.module.CONTAINS[larger.effect][smaller])
     sizes, names = linear_names(derive.effects.find(larger.effect)), linear_names(derive.effects.find(smaller))
 
@@ -173,14 +176,45 @@ def within(study: Study, larger: Tried, smaller: str) -> Fit:
     return replace(fit, values=shrunk(fit.values), per_log=tuple(map(shrunk, fit.per_log)))
 
 
+def at_the_end(larger: Tried, smaller: str) -> Fit:
+    """Where an effect is that another one approaches: its parameters have the same names."""
+    names = [p.name for p in derive.effects.find(smaller).parameters]
+
+    def taken_over(values: Mapping[str, float]) -> dict[str, float]:
+        rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger.effect}
+        own = {f"{smaller}.{n}": v for n in names if (v := values.get(f"{larger.effect}.{n}")) is not None}
+        return rest | own
+
+    fit = larger.fit
+    free = tuple(dict.fromkeys(n for n in (*fit.names, *(f"{smaller}.{n}" for n in names))
+                               if n.partition(".")[0] != larger.effect))  # fmt: skip
+    return replace(fit, values=taken_over(fit.values), per_log=tuple(map(taken_over, fit.per_log)), free=free)
+
+
+def simpler(study: Study, effect: str) -> list[str]:
+    """Effects that one contains, and the one that it approaches, as far as the model may be missing them."""
+    approached = derive.effects.find(effect).approaches
+    missable = {e.name for e in study.missable()}
+    return [*with_contained(study, [effect])[1:], *([approached] if approached in missable else [])]
+
+
 def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
-    """Effects by held-out error, the best first; one that frees something and leaves a rest counts with reluctance."""
+    """Effects by held-out error, the best first; one that frees something and leaves a rest counts with reluctance.
+
+    Where even the best leaves much, its lead over one with fewer parameters says little: more parameters bend further
+    to whatever else is missing. Then the simplest of those that are nearly as good comes first.
+    """
 
     def rank(one: Tried) -> float:
         partial = derive.effects.find(one.effect).frees and one.error_after > EXPLAINED * study.floor
         return one.error_after * (RELUCTANCE if partial else 1.0)
 
-    return sorted(tried, key=rank)
+    ordered = sorted(tried, key=rank)
+    rivals = [t for t in ordered if t.physical and rank(t) < SIMILAR * rank(ordered[0])]
+    if not rivals or ordered[0].error_after < FAR * study.floor:
+        return ordered
+    simplest = min(rivals, key=lambda t: (len(t.coefficients), rank(t)))
+    return [simplest, *(t for t in ordered if t is not simplest)]
 
 
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:

@@ -276,7 +276,9 @@ def conclude(study, base, before, residuals, tried, far: Screen, missing: Missin
         experiment=experiment(study, named[0], named[1:]) if verdict == "ambiguous" else None,
         detectable=detectable(study, far) if verdict == "nothing_missing" else {},
         where=concentrations(study, missing) if missing and before > VISIBLE * study.floor else (),
-        not_judged={e.name: why for e in derive.effects.all_with(study.model.own) if (why := study.lacking(e))},
+        not_judged={
+            e.name: why for e in derive.effects.possible_on(study.plant, study.model.own) if (why := study.lacking(e))
+        },
         warnings=study.warnings,
         fit=base,
         study=study,
@@ -294,9 +296,9 @@ def verdict_on(study: Study, named: Sequence[Tried], before: float) -> str:
 
 
 def stands_alone(study: Study, tried: Tried, others: Sequence[Tried]) -> bool:
-    """Whether an effect is worth naming over every effect that it contains."""
-    contained = study.module.CONTAINS.get(tried.effect, {})
-    return all(tried.worth_more_than(o) for o in others if o.effect in contained)
+    """Whether an effect is worth naming over every effect that it contains, and over what it approaches."""
+    smaller = {*study.module.CONTAINS.get(tried.effect, {}), derive.effects.find(tried.effect).approaches}
+    return all(tried.worth_more_than(o) for o in others if o.effect in smaller)
 
 
 def always_alike(study: Study, tried: Tried) -> set[str]:

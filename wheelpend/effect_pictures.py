@@ -15,7 +15,8 @@ import sympy as sp
 
 import derive
 from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputLag, InputMap, SensorMap
-from derive.functions import Magnitude, Ramp, Sign, Step, symbol
+from derive.functions import LOAD, Magnitude, Ramp, Sign, Step, symbol
+from wheelpend.quantities import units_of
 from wheelpend.regression import measured_states
 from wheelpend.shapes import port_weights
 from wheelpend.shooting import Fit, Part, fit_states, initial_states, shoot, vector
@@ -74,21 +75,24 @@ def _force(effect: Effect, study: Study, part: Part, values: Values) -> Picture 
         law = effect.enters.law(Sign(speed), speed, **effect.symbols)
     else:
         law = effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
-    states, window = measured_states(part.log, study.relative), _window(part)
-    size, weights = study.module.NQ, port_weights(study, port)
+    states, window = measured_states(study.module, part.log), _window(part)
+    size, weights, force = study.module.NQ, port_weights(study, port), study.plant.input_unit
+    unit = study.plant.unit_along(study.plant.port(port).coordinate)
     origin = part.log.measured[np.isfinite(part.log.measured[:, 0]), 0]
     law = law.subs(symbol("origin"), float(origin[0]) if origin.size else 0.0)
     covered = _motion(study, part) | {
-        speed: (f"speed at the {port}", "rad/s", states[window, size:] @ weights),
-        angle: (f"angle at the {port}", "rad", states[window, :size] @ weights),
+        speed: (f"speed at the {port}", f"{unit}/s", states[window, size:] @ weights),
+        angle: (f"{'angle' if unit == 'rad' else 'place'} at the {port}", unit, states[window, :size] @ weights),
+        LOAD: ("load", force, part.log.voltage[window]),
     }
-    return _over_what_it_depends_on(effect, law, covered, f"resistance at the {port} [V]", values)
+    return _over_what_it_depends_on(effect, law, covered, f"resistance at the {port} [{force}]", values)
 
 
 def _motion(study: Study, part: Part) -> dict:
     """Everything else that a law may know, along a part of a log: name, unit and values by its symbol."""
-    states, window = measured_states(part.log, study.relative), _window(part)
-    known = {symbol(n): (n, _unit(n), states[window, k]) for k, n in enumerate(study.module.STATES[: states.shape[1]])}
+    states, window = measured_states(study.module, part.log), _window(part)
+    units = units_of(study.plant)
+    known = {symbol(n): (n, units[n], states[window, k]) for k, n in enumerate(study.module.STATES[: states.shape[1]])}
     time = (part.log.t - part.log.t[0])[window]
     return known | {symbol("t"): ("time", "s", time), derive.functions.TIME: ("time", "s", time)}
 
@@ -132,7 +136,7 @@ def _evaluated(effect: Effect, law: sp.Expr, free: Sequence[sp.Symbol]) -> Calla
 
 def _input(effect: Effect, study: Study, part: Part, values: Values) -> Picture | None:
     """The voltage that acts over the commanded one; at the log's two ends where it is another one later on."""
-    command, time = symbol("v_in"), symbol("t")
+    command, time = study.plant.input, symbol("t")
     law = effect.enters.law(command, time, **effect.symbols)  # type: ignore[union-attr]
     voltage = part.log.voltage[_window(part)]
     if law.diff(time, 2) != 0 or law.free_symbols - set(effect.symbols.values()) - {command, time}:
@@ -174,7 +178,7 @@ def _sensor(effect: Effect, study: Study, part: Part, values: Values) -> Picture
     """What a sensor reports over what it should."""
     channel, reading = effect.enters.channel, symbol("reading")  # type: ignore[union-attr]
     law = effect.enters.law(reading, **effect.symbols)  # type: ignore[union-attr]
-    unit, signal = _unit(channel), part.log.measured[_window(part), part.log.channels.index(channel)]
+    unit, signal = units_of(study.plant)[channel], part.log.measured[_window(part), part.log.channels.index(channel)]
     if law.free_symbols - set(effect.symbols.values()) - {reading}:
         covered = _motion(study, part) | {reading: (f"true {channel}", unit, signal)}
         return _over_what_it_depends_on(effect, law, covered, f"reported − true [{unit}]", values, reading)
@@ -197,8 +201,8 @@ def _at_rest(effect: Effect, study: Study, fitted: Fit, part: Part) -> Picture |
         return None
     rows = [(row, law) for row, law in zip(study.module.ROWS, laws, strict=True) if law != 0]
     at = {f"{row} row": _evaluated(effect, law, [along]) for row, law in rows}
-    x = _grid(measured_states(part.log, study.relative)[_window(part), study.module.NQ - 1])
-    return Picture(f"{along} [{_unit(str(along))}]", "force at rest [V]", x,
+    x = _grid(measured_states(study.module, part.log)[_window(part), study.module.NQ - 1])
+    return Picture(f"{along} [{units_of(study.plant)[str(along)]}]", "force at rest [V]", x,
                    lambda values: {n: f(values, x) for n, f in at.items()})  # fmt: skip
 
 
@@ -210,7 +214,7 @@ def _in_the_readings(effect: Effect, study: Study, fitted: Fit, number: int) -> 
     part, module = study.training[number], study.module
     own = fitted.of_log(number)
     absent = {n: module.ABSENT[module.PARAMETERS.index(n)] for n in effect.full_names}
-    first = initial_states(module, part, study.relative)
+    first = initial_states(module, part)
     states, _ = fit_states(module, part, first, vector(module, own, part.log), study.max_step)
 
     def residual(values: Values, where: Part, begin: np.ndarray) -> np.ndarray:
@@ -243,7 +247,3 @@ def _grid(signal: np.ndarray) -> np.ndarray:
     """Points over what a signal covers."""
     low, high = np.quantile(signal[np.isfinite(signal)], COVERED)
     return np.linspace(low, high if high > low else low + 1.0, POINTS)
-
-
-def _unit(name: str) -> str:
-    return {"t": "s", "v_in": "V"}.get(name, "rad/s" if name.startswith("dtheta") else "rad")

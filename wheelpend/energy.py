@@ -15,33 +15,31 @@ from wheelpend.logs import Log
 from wheelpend.regression import LinearFit
 
 
-def energy(module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: float = np.inf) -> LinearFit:
+def energy(module: ModuleType, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
     """Least squares on the energy balance, integrated (τ infinite) or behind τ/(τs + 1).
 
     The energy at the start, which depends on a single noisy reading, is fitted along and thrown away.
     """
-    sides, regressors = energy_regressor(module, log, parameters, relative, tau)
+    sides, regressors = energy_regressor(module, log, parameters, tau)
     decay = np.exp(-(log.t - log.t[0]) / tau)
     return regression.solve(module, sides, regressors, decay[:, None])
 
 
 def energy_limit(
-    module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, taus: np.ndarray
+    module: ModuleType, log: Log, parameters: np.ndarray, taus: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimates (len(taus), n) behind filters, and by integration (n,), to which they tend as τ grows."""
-    behind = [energy(module, log, parameters, relative, float(tau)).estimate for tau in taus]
-    return np.array(behind), energy(module, log, parameters, relative).estimate
+    behind = [energy(module, log, parameters, float(tau)).estimate for tau in taus]
+    return np.array(behind), energy(module, log, parameters).estimate
 
 
-def energy_regressor(
-    module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: float
-) -> tuple[np.ndarray, np.ndarray]:
+def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: float) -> tuple[np.ndarray, np.ndarray]:
     """Energy supplied (N,) and regressor (N, n), both in V rad.
 
     The supply is the held voltage times the increment of the angle, which is exact; the rest is taken as linear between
     samples.
     """
-    states, voltage = rates_by_spline(log, relative), regression.acting_input(module, log, parameters)
+    states, voltage = rates_by_spline(module, log), regression.acting_input(module, log, parameters)
     stored, taken = np.zeros((2, len(log), len(module.LINEAR)))
     for k, (t, state, volts) in enumerate(zip(log.t, states, voltage, strict=True)):
         stored[k], taken[k], _ = module.energy_parts(t, state, volts, parameters)
@@ -54,15 +52,16 @@ def energy_regressor(
     return filtered_integral(log.t, power[:, None], power[:, None], tau)[:, 0], gathered + spent
 
 
-def rates_by_spline(log: Log, relative: bool) -> np.ndarray:
-    """States (N, 4) with θ̇w, which no sensor reads, from a cubic spline through the encoder's angles.
+def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
+    """States (N, NX); rates that no sensor reads are those of a cubic spline through the measured positions.
 
     Central differences cost 2.1 % of X2 on ideal data of the paper's robot, the spline 1.0 %.
     """
     from scipy.interpolate import CubicSpline  # imported late: it is slow to load, and only this method needs it
 
-    states = regression.measured_states(log, relative)
-    states[:, 2] = CubicSpline(log.t, states[:, 0])(log.t, 1)
+    states = regression.measured_states(module, log)
+    for x in module.UNMEASURED:
+        states[:, x] = CubicSpline(log.t, states[:, x - module.NQ])(log.t, 1)
     return states
 
 

@@ -85,7 +85,7 @@ def other_model(model: Model, other: str) -> Model:
     name, equals, choice = other.partition("=")
     if not equals or Path(other).exists():
         return Model.open(other)
-    known = {a.name: a for a in derive.plants.find(model.plant).ASSUMPTIONS}
+    known = {a.name: a for a in derive.plants.assumptions_of(model.plant)}
     if name not in known:
         raise Failure(f"No assumption named '{name}'. Known assumptions: {', '.join(known)}."
                       f"{did_you_mean(name, list(known))}")  # fmt: skip

@@ -230,12 +230,12 @@ def add(
         effect,
         {p: large.of_log(0)[n] for p, n in names.items()},
         {p: standard_error(study, large, n) for p, n in names.items()},
-        {p: _unit(effect, p) for p in names},
+        {p: _unit(study, effect, p) for p in names},
         None, (), errors[0], errors[1], {n: after.values[n] for n in study.base},
         sizes_per_log(study, large, derive.effects.find(effect)),
     )  # fmt: skip
     return Change(step, fitted_model(changed, after), changed, before, after)
 
 
-def _unit(effect: str, parameter: str) -> str:
-    return next(p.unit for p in derive.effects.find(effect).parameters if p.name == parameter)
+def _unit(study: Study, effect: str, parameter: str) -> str:
+    return next(p.unit for p in study.effect(effect).parameters if p.name == parameter)

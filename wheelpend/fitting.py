@@ -112,7 +112,6 @@ def fit(
     free: Sequence[str],
     *,
     per_log: Sequence[str] = (),
-    relative: bool = False,
     limits: Mapping[str, tuple[float, float]] | None = None,
     start_per_log: Sequence[Mapping[str, float]] = (),
     states: Sequence[np.ndarray] | None = None,
@@ -151,7 +150,7 @@ def fit(
 
     if states is None:
         states = [
-            fit_states(module, p, initial_states(module, p, relative),
+            fit_states(module, p, initial_states(module, p),
                        vector(module, _values(start, plan, theta, k, start_per_log), p.log), max_step, rounds=2)[0]
             for k, p in enumerate(parts)
         ]  # fmt: skip

@@ -100,7 +100,7 @@ class Law(NamedTuple):
 
 def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
     """The law that explains most of what a fitted model misses; None where no term is worth having."""
-    plant = derive.plants.find(study.model.plant).build(study.model.assumptions)
+    plant = derive.plants.build(study.model.plant, study.model.assumptions)
     law = Law({}, study, base, {}, held_residuals(study, base)[0])
     progress("looking for the terms of a law")
     views, pays = views_of(study, base), FAR

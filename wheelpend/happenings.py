@@ -104,7 +104,7 @@ def strength(study: Study, part: Part, values: Mapping[str, float], effect: Effe
     """What an event changes in each segment of a part if it lasts throughout."""
     throughout = dict(zip(moments_of(effect.name), (NEVER, float(part.log.t[-1]) + 1.0), strict=False))
     parameters = vector(study.module, {**values, **throughout}, part.log)
-    states, _ = fit_states(study.module, part, initial_states(study.module, part, study.relative), parameters,
+    states, _ = fit_states(study.module, part, initial_states(study.module, part), parameters,
                            study.max_step, rounds=2)  # fmt: skip
     names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
     columns, nx = [study.module.PARAMETERS.index(n) for n in names], study.module.NX

@@ -16,6 +16,7 @@ from wheelpend.bias import Bias, bias_of
 from wheelpend.energy import energy
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.filter_choice import Guide
+from wheelpend.inverse_dynamics import force_error, inverse_dynamics
 from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.recursion import Moment, recursive
@@ -24,7 +25,7 @@ from wheelpend.rehearsal import Rehearsal, rehearse, shooting_fit
 from wheelpend.shooting import vector
 from wheelpend.study import Study, known_values, read_logs
 
-METHODS = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy")
+METHODS = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy", "inverse")
 PAPER_TAU = (2.25, 6.5)  # s, the paper's Tables 1 and 2
 DEFAULT_TAU: dict[str, tuple[float, ...]] = {
     "filtered": PAPER_TAU,
@@ -34,7 +35,7 @@ DEFAULT_TAU: dict[str, tuple[float, ...]] = {
 }
 HOLDS = {"zero": False, "first": True}
 DEFAULT_HOLD = {"filtered": "first", "recursive": "zero"}  # zero is the paper's (41)
-LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy")  # what noise in the regressor biases
+LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy", "inverse")  # what noise in the regressor biases
 Progress = Callable[[str], None]
 
 
@@ -57,6 +58,7 @@ class Identification:
     track: tuple[Moment, ...] = ()  # of recursive: the estimate as time went on
     bias: Bias | None = None  # of least squares: whether noise in the regressor shows
     guide: Guide | None = None  # for --tau auto
+    force_error: float | None = None  # of inverse: what the equations leave of the input [%]
 
 
 class Settings(NamedTuple):
@@ -76,7 +78,6 @@ class Setting:
     module: ModuleType
     log: Log
     parameters: np.ndarray
-    relative: bool
     progress: Progress
 
     @cached_property
@@ -183,7 +184,7 @@ def _setting(model: Model, logs: Sequence, method: str, progress: Progress) -> S
         raise Failure(f"The method '{method}' takes one log, but {len(loaded)} were given. Use `--method shooting`.")
     module = kernels.lean(model.plant, model.assumptions, model.effects)
     parameters = vector(module, known_values(model), loaded[0])
-    return Setting(model, module, loaded[0], parameters, model.assumptions["encoder"] == "relative", progress)
+    return Setting(model, module, loaded[0], parameters, progress)
 
 
 def _regress(at: Setting, settings: Settings, auto: bool, test_bias: bool, warnings: tuple[str, ...]) -> Identification:
@@ -196,17 +197,21 @@ def _regress(at: Setting, settings: Settings, auto: bool, test_bias: bool, warni
     if test_bias and settings.method in LEAST_SQUARES:
         bias, untested = _test(at, settings, fitted)
         warnings = (*warnings, *untested)
-    return _result(at, settings, fitted, warnings, track=track, bias=bias, guide=guide)
+    values = {**dict(zip(at.module.PARAMETERS, at.parameters, strict=True)), **fitted.values}
+    left = force_error(at.module, at.log, values) if settings.method == "inverse" else None
+    return _result(at, settings, fitted, warnings, track=track, bias=bias, guide=guide, force_error=left)
 
 
 def _fit(at: Setting, settings: Settings, log: Log) -> tuple[LinearFit, tuple[Moment, ...]]:
     """One regression of a log, with the way to it where it is recursive."""
-    common = (at.module, log, at.parameters, at.relative)
+    common = (at.module, log, at.parameters)
     method, tau, held = settings.method, settings.tau, HOLDS[settings.hold or "first"]
     if method == "differentiation":
         return regression.differentiation(*common), ()
     if method == "energy":
         return energy(*common, tau[0]), ()
+    if method == "inverse":
+        return inverse_dynamics(*common), ()
     pair = (tau[0], tau[1])
     if method == "iv":
         return instruments.instrumental(at.model, at.module, log, at.parameters, pair).fit, ()
@@ -230,7 +235,7 @@ def _estimator(at: Setting, settings: Settings, tau: filter_choice.Tau) -> Calla
 
 
 def _with_instruments(at: Setting, tau: filter_choice.Tau, chosen: np.ndarray, log: Log) -> np.ndarray:
-    rows = instruments.equations(at.module, log, at.parameters, at.relative, tau)
+    rows = instruments.equations(at.module, log, at.parameters, tau)
     return instruments.solve(at.module, rows, chosen).estimate
 
 

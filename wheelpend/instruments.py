@@ -19,6 +19,7 @@ from wheelpend.logs import Log
 from wheelpend.model import Model
 from wheelpend.regression import LinearFit
 from wheelpend.shooting import Part, initial_states, stable_step
+from wheelpend.simulation import leaves_range
 from wheelpend.study import START_TIMES, known_values, noise_of
 
 TAU = (0.5, 1.0)  # s, where the error is least on the paper's log; anything from 0.4 to 2.5 is within a tenth of it
@@ -56,7 +57,7 @@ class Loop:
                           f"{'has none' if log.reference is None else 'misses some'}. Map it in [columns], "
                           "or use `--method shooting`.")  # fmt: skip
         whole = Part(log, np.ones(len(log.channels)), np.array([[0, len(log)]]))
-        start = initial_states(module, whole, model.assumptions["encoder"] == "relative")[0]
+        start = initial_states(module, whole)[0]
         return cls(module, log, np.array(model.controller.gains, dtype=float), start)
 
     def run(
@@ -72,8 +73,7 @@ class Loop:
         run = Run(*module.closed_loop(
             log.t, reference, rate, self.gains, self.start, parameters, noise, quantum, step
         ))  # fmt: skip
-        upright = np.isfinite(run.states).all() and np.abs(run.states[:, 1]).max() < np.pi / 2
-        return run if upright else None
+        return run if leaves_range(module, run.states) is None else None
 
 
 class Equations(NamedTuple):
@@ -104,10 +104,9 @@ def instrumental(
 
     Raises Failure where the loop cannot be simulated and where no start leads anywhere.
     """
-    relative = model.assumptions["encoder"] == "relative"
     loop = Loop.of(model, module, log)
-    rows = equations(module, log, parameters, relative, tau)
-    for start in starts(model, module, log, parameters, relative):
+    rows = equations(module, log, parameters, tau)
+    for start in starts(model, module, log, parameters):
         found = _iterate(loop, rows, with_linear(module, parameters, start), tau)
         if found is not None:
             return with_errors(model, loop, rows, found, parameters, tau) if errors else found
@@ -116,14 +115,14 @@ def instrumental(
                   )  # fmt: skip
 
 
-def starts(model: Model, module: ModuleType, log: Log, parameters: np.ndarray, relative: bool) -> Iterator[np.ndarray]:
+def starts(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> Iterator[np.ndarray]:
     """Possible values of the linear parameters: the model's, then filtered regressions, slow filters first."""
     known = known_values(model)
     if all(n in known for n in module.LINEAR):
         yield np.array([known[n] for n in module.LINEAR])
     for time in reversed(START_TIMES):
         if 4 * log.dt < time < log.duration / 4:
-            values = regression.positive(module, log, parameters, relative, (time, 1.3 * time))
+            values = regression.positive(module, log, parameters, (time, 1.3 * time))
             yield np.array(list(values.values()))
 
 
@@ -139,11 +138,9 @@ def linear_of(module: ModuleType, parameters: np.ndarray) -> np.ndarray:
     return parameters[[module.PARAMETERS.index(n) for n in module.LINEAR]]
 
 
-def equations(
-    module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: tuple[float, float]
-) -> Equations:
+def equations(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]) -> Equations:
     """The paper's filtered equations of a measured log."""
-    states, voltage = regression.measured_states(log, relative), regression.acting_input(module, log, parameters)
+    states, voltage = regression.measured_states(module, log), regression.acting_input(module, log, parameters)
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     decay = regression.free_decay(log.t, tau, module.NQ).reshape(sides.size, -1)
     return Equations(*regression.project_out(decay, sides.ravel(), regressors.reshape(sides.size, -1)))
@@ -205,10 +202,10 @@ def with_errors(
     Where the residual is larger than that noise makes it, so are the errors.
     """
     log, draws = loop.log, np.random.default_rng(len(loop.log)).normal(size=(DRAWS, *loop.log.measured.shape))
-    relative, own = model.assumptions["encoder"] == "relative", noise_of(log, model).sigma
+    own = noise_of(log, model).sigma
     scores, power = [], 0.0
     for draw in draws:
-        other = equations(loop.module, replace(log, measured=log.measured + own * draw), parameters, relative, tau)
+        other = equations(loop.module, replace(log, measured=log.measured + own * draw), parameters, tau)
         added = other.right - rows.right - (other.matrix - rows.matrix) @ found.fit.estimate
         scores.append(found.columns.T @ added)
         power += float(added @ added) / DRAWS

@@ -137,7 +137,8 @@ def _text(
     its own, and with what is free.
     """
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    decides = (plant, sorted(assumptions.items()), sorted(effects), own, library, free, forces)
+    place = (plant, derive.plants.fingerprint(plant))
+    decides = (place, sorted(assumptions.items()), sorted(effects), own, library, free, forces)
     key = repr((*decides, derivation_fingerprint()))
     path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path.exists():

@@ -17,7 +17,8 @@ from derive.effects.own import DIRECTION
 from derive.functions import symbol
 from derive.grammar import read
 from derive.model import slip_row
-from derive.records import Plant
+from derive.records import Plant, Port
+from wheelpend.reading import signed
 
 NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
             "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
@@ -77,7 +78,7 @@ def terms(plant: Plant, covered: Range) -> list[Term]:
     """Every term that may act on a plant's ports, as far as the logs cover what it depends on."""
     angles, rates = [c.q.name for c in plant.coordinates], [c.dq.name for c in plant.coordinates]
     found = []
-    for port in plant.ports:
+    for port in distinct(plant):
         weights = dict(zip(angles, slip_row(plant, port.name), strict=True))
         angle, speed = signed(weights), signed({f"d{n}": w for n, w in weights.items()})
         own_rates = list(dict.fromkeys([speed, *rates]))
@@ -91,10 +92,9 @@ def terms(plant: Plant, covered: Range) -> list[Term]:
     return list({t.key: t for t in found}.values())
 
 
-def signed(weights: Mapping[str, float]) -> str:
-    """A combination with weights ±1 as text: theta_w - theta_p."""
-    parts = [(n, w) for n, w in weights.items() if w]
-    return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
+def distinct(plant: Plant) -> list[Port]:
+    """Ports along coordinates of their own: of several along the same one, the first."""
+    return list({port.coordinate: port for port in reversed(plant.ports)}.values())[::-1]
 
 
 RATE, ANGLE, VOLT = {"rad": 1, "s": -1}, {"rad": 1}, {"V": 1}

@@ -1,4 +1,4 @@
-"""Measurement files: one header row, then one row per sample, as CSV or Parquet.
+"""Measurement files: one row per sample, as CSV, Parquet or MATLAB file.
 
 Angles in rad, rates in rad/s, times in s, voltages in V after reading, whatever the file used. Rows are counted from 1,
 the header not included.
@@ -6,7 +6,6 @@ the header not included.
 
 from __future__ import annotations
 
-import csv
 import difflib
 import math
 import os
@@ -18,12 +17,13 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from wheelpend.continuity import continued
 from wheelpend.failures import Failure, did_you_mean
+from wheelpend.tables import check_length, open_table
 
-CHANNELS = ("theta_w", "theta_p", "dtheta_p")
+CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
 REFERENCE = "theta_ref"
 PITCH = "theta_p"  # the angle that must stay within ±π/2
-MISSING = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
 UNITS = {  # unit: (the unit it becomes, factor)
     "rad": ("rad", 1.0),
     "deg": ("rad", math.pi / 180),
@@ -32,21 +32,28 @@ UNITS = {  # unit: (the unit it becomes, factor)
     "deg/s": ("rad/s", math.pi / 180),
     "rev/s": ("rad/s", 2 * math.pi),
     "rpm": ("rad/s", 2 * math.pi / 60),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
     "s": ("s", 1.0),
     "ms": ("s", 1e-3),
     "us": ("s", 1e-6),
+    "ns": ("s", 1e-9),
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
 }
-OWN_UNITS = {"v_": "V", "theta": "rad", "dtheta": "rad/s"}  # by how a quantity's name begins
 ALIASES = {  # what other people call our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
     "v_in": ("volt", "input", "motor", "command", "u"),
     "theta_w": ("wheel", "encoder", "enc"),
     "dtheta_p": ("gyro", "rate", "pitch_rate", "dpitch"),
-    "theta_p": ("pitch", "tilt", "lean", "imu"),
+    "theta_p": ("pitch", "tilt", "lean", "imu", "pole"),
+    "theta_1": ("theta", "angle", "position", "encoder"),
+    "theta_2": ("angle2", "encoder2", "elbow"),
+    "x": ("pos", "position", "cart", "slide", "axis"),
 }
-SHORTEST_LOG = 20  # samples
 SHORTEST_SEGMENT = 5  # samples
 GAP = 5.0  # an interval this many times the median one is a gap
 
@@ -58,6 +65,7 @@ class ColumnMap:
     column: str
     unit: str = ""  # one of UNITS; empty means the quantity's own
     sign: int = 1  # -1 where the log counts the other way
+    scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNITS:
@@ -65,6 +73,38 @@ class ColumnMap:
             raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNITS)}.{hint}")
         if self.sign not in (1, -1):
             raise Failure(f"sign must be 1 or -1, not {self.sign}.")
+        if not (math.isfinite(self.scale) and self.scale > 0):
+            raise Failure(f"scale must be a positive number, not {self.scale}; sign = -1 turns a column round.")
+
+
+@dataclass(frozen=True)
+class ColumnTable:
+    """The columns that the logs of a plant have, by our names."""
+
+    input: str  # empty where nothing drives the plant
+    channels: tuple[str, ...]
+    units: Mapping[str, str]  # of t, the input, the channels and the reference
+    reference: str = ""  # column of what was commanded; empty where nothing is
+    falls: str = ""  # channel that must stay within ±π/2
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Columns without which a log cannot be used."""
+        return ("t", *((self.input,) if self.input else ()), *self.channels)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every column that is read where a log has it."""
+        return (*self.needed, *((self.reference,) if self.reference else ()))
+
+
+WHEEL_PENDULUM = ColumnTable(
+    "v_in",
+    CHANNELS,
+    {"t": "s", "v_in": "V", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", REFERENCE: "rad"},
+    REFERENCE,
+    PITCH,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +118,7 @@ class Log:
     channels: tuple[str, ...]  # column names of measured
     reference: np.ndarray | None = None  # (N,) rad, commanded pitch
     warnings: tuple[str, ...] = ()  # what is odd about the file, for people
+    falls: str = PITCH  # channel that must stay within ±π/2, where the log has it
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -115,63 +156,73 @@ class Source(NamedTuple):
 def load_log(
     path: str | os.PathLike,
     columns: Mapping[str, ColumnMap] | None = None,
-    channels: Sequence[str] = CHANNELS,
-    input: str = "v_in",
+    table: ColumnTable = WHEEL_PENDULUM,
 ) -> Log:
-    """Read a measurement file.
+    """Read a measurement file of a plant whose columns are those of ``table``.
 
-    ``columns`` maps our names to the file's where they differ. Raises Failure when the file cannot be used; what is odd
-    but usable is in the log's ``warnings``.
+    ``columns`` maps our names to the file's where they differ. Angles that wrap and encoders that start again are made
+    continuous. Raises Failure when the file cannot be used; what is odd but usable is in the log's ``warnings``.
     """
     path = Path(path)
-    parquet = is_parquet(path)
-    separator = "" if parquet else find_separator(path)
-    names = parquet_names(path) if parquet else csv_names(path, separator)
-    sources, notes = find_sources(path.name, names, ("t", input, *channels), columns or {})
-    wanted = sorted({s.column for s in sources.values()}, key=names.index)
-    table = read_parquet(path, wanted) if parquet else read_csv(path, names, wanted, separator)
-    numbers = {c: to_numbers(path.name, table[c]) for c in wanted}
-    check_length(path.name, table.height)
+    file = open_table(path)
+    sources, notes = find_sources(path.name, file.names, table, columns or {})
+    wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
+    numbers = file.read(wanted)
+    check_length(path.name, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
     check_time(path.name, raw_t)
     scaled = {name: numbers[s.column] * s.factor for name, s in sources.items() if name != "t"}
-    for name in (input, *channels):
+    del numbers
+    if not table.input:
+        scaled[""] = np.zeros(len(raw_t))
+    for name in table.needed[1:]:
         check_values(path.name, name, scaled[name])
-    check_moves(path.name, input, scaled[input])
-    reference = scaled.get(REFERENCE, np.array([math.nan]))
+    if table.input:
+        check_moves(path.name, table.input, scaled[table.input], table.units[table.input])
+    for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
+        scaled[name], remarks = continued(
+            name, scaled[name], raw_t, table.units[name], starts_again=name != table.falls
+        )
+        notes += remarks
+    reference = scaled.get(table.reference, np.array([math.nan])) if table.reference else np.array([math.nan])
     log = Log(
         name=path.name,
         t=(raw_t - raw_t[0]) * sources["t"].factor,  # subtract first: a clock's large offset would cost digits
-        voltage=scaled[input],
-        measured=np.column_stack([scaled[c] for c in channels]),
-        channels=tuple(channels),
+        voltage=scaled[table.input],
+        measured=np.column_stack([scaled[c] for c in table.channels]),
+        channels=table.channels,
         reference=None if np.isnan(reference).all() else reference,
+        falls=table.falls,
     )
-    return replace(log, warnings=(*notes, *oddities(log, input, sources)))
+    return replace(log, warnings=(*notes, *oddities(log, table.input, sources)))
 
 
 def save_log(
-    path: str | os.PathLike, log: Log, extra: Mapping[str, np.ndarray] | None = None, input: str = "v_in"
+    path: str | os.PathLike,
+    log: Log,
+    extra: Mapping[str, np.ndarray] | None = None,
+    table: ColumnTable = WHEEL_PENDULUM,
 ) -> None:
     """Write a log as Parquet (.parquet, .pq) or CSV (any other suffix); ``extra`` holds further (N,) columns.
 
     The file appears complete or not at all.
     """
     path = Path(path)
-    data = {"t": log.t, input: log.voltage, **{c: log.measured[:, k] for k, c in enumerate(log.channels)}}
-    if log.reference is not None:
-        data[REFERENCE] = log.reference
+    data = {"t": log.t, **({table.input: log.voltage} if table.input else {})}
+    data |= {c: log.measured[:, k] for k, c in enumerate(log.channels)}
+    if log.reference is not None and table.reference:
+        data[table.reference] = log.reference
     data.update({name: np.asarray(column) for name, column in (extra or {}).items()})
     for name, column in data.items():
         if len(column) != len(log):
             raise Failure(f"Every column must have {len(log)} values to be saved; {name} has {len(column)}.")
-    table = pl.DataFrame(data).fill_nan(None)
+    rows = pl.DataFrame(data).fill_nan(None)
     beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         if path.suffix in (".parquet", ".pq"):
-            table.write_parquet(beside)
+            rows.write_parquet(beside)
         else:
-            table.write_csv(beside)
+            rows.write_csv(beside)
         os.replace(beside, path)
     except OSError as error:
         raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
@@ -206,8 +257,8 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
 def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     """Ranges of usable samples between start and stop, each without a gap."""
     usable = ~np.isnan(log.voltage[start:stop])
-    if PITCH in log.channels:
-        usable &= ~(np.abs(log.measured[start:stop, log.channels.index(PITCH)]) > math.pi / 2)
+    if log.falls in log.channels:
+        usable &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
     if not usable.any():
         return []
     interval = np.diff(log.t[start:stop])
@@ -217,187 +268,45 @@ def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     return [(start + int(a), start + int(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-# ---- reading
-
-
-def is_parquet(path: Path) -> bool:
-    """Look into a file; raises Failure when it is not there, empty, or neither text nor Parquet."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(4096)
-    except FileNotFoundError:
-        raise Failure(f"A measurement file must exist; there is none at {path}.") from None
-    except IsADirectoryError:
-        raise Failure(f"A measurement file is a CSV or Parquet file; {path} is a folder.") from None
-    except OSError as error:
-        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
-    if not head.strip():
-        raise Failure(f"{path.name}: the file is empty. It needs a header row and one row per sample.")
-    if head[:4] != b"PAR1" and b"\0" in head:
-        raise Failure(f"{path.name} is neither CSV (UTF-8 text) nor Parquet. Export it as one of them.")
-    return head[:4] == b"PAR1"
-
-
-def header_line(path: Path) -> str:
-    """First line of a text file."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return file.readline()
-
-
-def find_separator(path: Path) -> str:
-    """The separator that the header uses: comma, semicolon or tab."""
-    line = header_line(path)
-    return max(",;\t", key=line.count)
-
-
-def csv_names(path: Path, separator: str) -> list[str]:
-    """Column names in a header row, without the spaces around them; unnamed ones are numbered."""
-    row = next(csv.reader([header_line(path)], delimiter=separator, skipinitialspace=True), [])
-    names = [name.strip() or f"column {k}" for k, name in enumerate(row, 1)]
-    return check_unique(path.name, names)
-
-
-def parquet_names(path: Path) -> list[str]:
-    """Column names of a Parquet file."""
-    try:
-        return check_unique(path.name, list(pl.read_parquet_schema(path)))
-    except (pl.exceptions.PolarsError, OSError) as error:
-        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
-
-
-def check_unique(log: str, names: list[str]) -> list[str]:
-    """Return the names; raises Failure when one is there twice."""
-    twice = sorted({n for n in names if names.count(n) > 1})
-    if twice:
-        raise Failure(f"{log}: column names must differ; {', '.join(twice)} is there more than once. Rename one.")
-    return names
-
-
-def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) -> pl.DataFrame:
-    """Read the wanted columns; as text where a cell is not a plain number, so that it can be looked at."""
-    numeric = {n: pl.Float64() if n in wanted else pl.String() for n in names}
-    for schema in (numeric, dict.fromkeys(names, pl.String())):
-        try:
-            table = pl.read_csv(
-                path,
-                has_header=False,
-                skip_rows=1,  # the header, whose names may have spaces around them
-                separator=separator,
-                columns=[names.index(w) for w in wanted],
-                schema=schema,
-                null_values=list(MISSING),
-                encoding="utf8-lossy",
-            )
-        except pl.exceptions.NoDataError:
-            return pl.DataFrame(schema=dict.fromkeys(wanted, pl.Float64()))
-        except (pl.exceptions.PolarsError, OSError) as error:
-            failure = error
-        else:
-            return without_blank_end(table)
-    reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
-    raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
-
-
-def uneven_row(path: Path, width: int, separator: str) -> str:
-    """Describe the first row that does not have as many cells as the header, if there is one."""
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        try:
-            for number, row in enumerate(csv.reader(file, delimiter=separator)):
-                if row and len(row) != width:
-                    return f"row {number} has {len(row)}, the header {width}"
-        except csv.Error:  # a quotation mark that never closes, for instance
-            pass
-    return ""
-
-
-def without_blank_end(table: pl.DataFrame) -> pl.DataFrame:
-    """Leave out blank lines at the end of a file."""
-    end = table.height
-    while end and all(cell is None for cell in table.row(end - 1)):
-        end -= 1
-    return table.head(end)
-
-
-def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
-    """Read the wanted columns of a Parquet file."""
-    try:
-        return pl.read_parquet(path, columns=wanted)
-    except (pl.exceptions.PolarsError, OSError) as error:
-        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
-
-
-def first_line(error: Exception) -> str:
-    """The first line of another library's message, without its full stop."""
-    return str(error).strip().partition("\n")[0].rstrip(".")
-
-
-def to_numbers(log: str, column: pl.Series) -> np.ndarray:
-    """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
-    if column.dtype == pl.String:
-        text = column.str.strip_chars()
-        text = pl.select(pl.when(text.is_in(list(MISSING))).then(None).otherwise(text)).to_series()
-        numbers = text.cast(pl.Float64, strict=False)
-        bad = (text.is_not_null() & numbers.is_null()).arg_true()
-        if len(bad):
-            row = int(bad[0])
-            raise Failure(
-                f"{log}: cells must be numbers or empty; row {row + 1} of column {column.name} has {text[row]!r}"
-                + (f", and {len(bad) - 1} more like it." if len(bad) > 1 else ".")
-            )
-    elif column.dtype.is_numeric() or column.dtype == pl.Null:
-        numbers = column.cast(pl.Float64)
-    else:
-        raise Failure(f"{log}: column {column.name} must hold numbers; it holds {column.dtype}. Convert it first.")
-    return numbers.fill_null(math.nan).to_numpy()
-
-
 # ---- finding columns
 
 
 def find_sources(
-    log: str, names: Sequence[str], needed: Sequence[str], columns: Mapping[str, ColumnMap]
+    log: str, names: Sequence[str], table: ColumnTable, columns: Mapping[str, ColumnMap]
 ) -> tuple[dict[str, Source], list[str]]:
     """Where each quantity is in a file, with remarks; raises Failure when one that is needed is not there."""
     sources, notes = {}, []
-    for name in (*needed, REFERENCE):
+    for name in table.names:
         mapped = columns.get(name)
         if mapped and mapped.column in names:
-            sources[name] = Source(mapped.column, mapped.sign * factor(name, mapped.unit))
+            known = factor(name, mapped.unit, table.units[name])
+            sources[name] = Source(mapped.column, mapped.sign * mapped.scale * known)
         elif name in names:
             sources[name] = Source(name, 1.0)
             if mapped:
                 notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
-    absent = [n for n in needed if n not in sources]
+    absent = [n for n in table.needed if n not in sources]
     if absent:
-        raise Failure(missing_columns(log, names, absent, {s.column for s in sources.values()}))
+        raise Failure(missing_columns(log, names, absent, {s.column for s in sources.values()}, table.units))
     return sources, notes
 
 
-def factor(name: str, unit: str) -> float:
-    """Factor from a unit to ours; raises Failure when the quantity cannot have that unit."""
-    becomes, value = UNITS[unit] if unit else (own_unit(name), 1.0)
-    own = own_unit(name)
-    if own and own != becomes:
+def factor(name: str, unit: str, own: str) -> float:
+    """Factor from a unit to a quantity's own; raises Failure when the quantity cannot have that unit."""
+    becomes, value = UNITS[unit] if unit else (own, 1.0)
+    if own != becomes:
         fitting = ", ".join(u for u, (base, _) in UNITS.items() if base == own)
         raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.")
     return value
 
 
-def own_unit(name: str) -> str:
-    """The unit of a quantity by its name, or nothing where the name does not say."""
-    if name == "t":
-        return "s"
-    return next((unit for start, unit in OWN_UNITS.items() if name.startswith(start)), "")
-
-
-def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set[str]) -> str:
+def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]) -> str:
     """Message that says what is there and how to map it."""
-    lines = []
-    free = [n for n in names if n not in used]
-    for name in sorted(absent, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
-        guess = guess_column(name, free)
-        free = [n for n in free if n != guess]
-        lines.append(f'{name} = {{ column = "{guess or "..."}", unit = "{guess_unit(name, guess)}" }}')
+    guesses = guessed_columns([n for n in names if n not in used], absent)
+    lines = [
+        f'{name} = {{ column = "{guesses[name] or "..."}", unit = "{guess_unit(units[name], guesses[name])}" }}'
+        for name in guesses
+    ]
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
         f"{log}: {what} missing. The file has: {', '.join(names)}. "
@@ -414,21 +323,24 @@ def guess_column(name: str, free: Sequence[str]) -> str:
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
 
 
-def guess_unit(name: str, column: str) -> str:
+def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
+    """The unused column that is most likely meant by each name, or nothing; none is meant twice."""
+    left, found = list(free), {}
+    for name in sorted(wanted, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
+        found[name] = guess_column(name, left)
+        left = [n for n in left if n != found[name]]
+    return found
+
+
+def guess_unit(own: str, column: str) -> str:
     """The unit that a column's name ends with, or else the quantity's own."""
-    own = own_unit(name)
-    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s")
-    fitting = [u for u, (base, _) in UNITS.items() if base == own and ending.endswith(f"_{u.lower()}")]
-    return max(fitting, key=len, default=own or "rad")
+    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
+    endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNITS.items() if base == own}
+    fitting = [u for u, known in endings.items() if ending.endswith(known)]
+    return max(fitting, key=len, default=own)
 
 
 # ---- checks
-
-
-def check_length(log: str, samples: int) -> None:
-    """Raise Failure when there is too little to learn from."""
-    if samples < SHORTEST_LOG:
-        raise Failure(f"{log}: the log is too short. It must have at least {SHORTEST_LOG} samples; it has {samples}.")
 
 
 def check_time(log: str, t: np.ndarray) -> None:
@@ -457,12 +369,12 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
         raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
 
 
-def check_moves(log: str, input: str, voltage: np.ndarray) -> None:
+def check_moves(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
     """Raise Failure when the input never changes: nothing can be learnt from it."""
     lowest = np.nanmin(voltage)
     if lowest == np.nanmax(voltage):
         raise Failure(
-            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} V throughout. "
+            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {unit} throughout. "
             "Record a log in which the motors work."
         )
 
@@ -488,20 +400,21 @@ def odd_times(log: Log) -> list[str]:
 
 def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
     """A pitch that looks like degrees, or a robot that fell over."""
-    if PITCH not in log.channels:
+    name = log.falls
+    if name not in log.channels:
         return []
-    pitch = np.abs(log.measured[:, log.channels.index(PITCH)])
+    pitch = np.abs(log.measured[:, log.channels.index(name)])
     fallen = np.flatnonzero(pitch > math.pi / 2)
     found = []
     if np.nanmax(pitch) > 3.2:
         found.append(
-            f"{PITCH} reaches {np.nanmax(pitch):.3g} rad and looks like degrees; if it is, map it in model.toml: "
-            f'{PITCH} = {{ column = "{sources[PITCH].column}", unit = "deg" }}.'
+            f"{name} reaches {np.nanmax(pitch):.3g} rad and looks like degrees; if it is, map it in model.toml: "
+            f'{name} = {{ column = "{sources[name].column}", unit = "deg" }}.'
         )
     if len(fallen):
         share = 100 * len(fallen) / len(pitch)
         found.append(
-            f"{PITCH} is beyond ±π/2 from t = {log.t[fallen[0]]:.6g} s: the robot fell over. "
+            f"{name} is beyond ±π/2 from t = {log.t[fallen[0]]:.6g} s: the robot fell over. "
             f"Those samples ({share:.2g} %) are left out."
         )
     return found
@@ -510,7 +423,8 @@ def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
 def odd_channels(log: Log, input: str) -> list[str]:
     """Missing cells and channels that never change."""
     found = []
-    for name, values in ((input, log.voltage), *zip(log.channels, log.measured.T, strict=True)):
+    driven = ((input, log.voltage),) if input else ()
+    for name, values in (*driven, *zip(log.channels, log.measured.T, strict=True)):
         missing = int(np.isnan(values).sum())
         if missing:
             share = 100 * missing / len(values)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.regression import measured_states
+from wheelpend.reading import measured_states, slips
 from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study
 
@@ -102,13 +102,18 @@ def _evidence(information: np.ndarray, score: np.ndarray, sizes: np.ndarray) -> 
 
 def _variables(study: Study, part: Part, centres: np.ndarray) -> dict[str, np.ndarray]:
     """States, slip speed, input and time at the pieces."""
-    states = measured_states(part.log, study.relative)
+    states = measured_states(study.module, part.log)
     table = {name: states[centres, k] for k, name in enumerate(study.module.STATES)}
     width = max(1, round(0.01 / part.log.dt))
-    speed = np.convolve(states[:, 2], np.ones(2 * width + 1) / (2 * width + 1), mode="same")
-    table["dtheta_w"] = speed[centres]
-    table["dtheta_w - dtheta_p"] = speed[centres] - states[centres, 3]
-    table["v_in"] = part.log.voltage[centres]
+    smooth = np.ones(2 * width + 1) / (2 * width + 1)
+    for x in study.module.UNMEASURED:  # a difference of readings, hidden in their noise
+        states[:, x] = np.convolve(states[:, x], smooth, mode="same")
+        table[study.module.STATES[x]] = states[centres, x]
+    for name, weights in slips(study.module).items():
+        if not weights[: study.module.NQ].any():
+            table[name] = states[centres] @ weights
+    if study.module.INPUT:
+        table[study.module.INPUT] = part.log.voltage[centres]
     table["t"] = part.log.t[centres]
     return table
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import textwrap
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -22,10 +21,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from derive import effects as library
 from derive import plants
-from derive.plants import wheel_pendulum
 from derive.records import Plant
 from wheelpend.failures import Failure, did_you_mean
-from wheelpend.logs import REFERENCE, ColumnMap
+from wheelpend.logs import ColumnMap, ColumnTable
 from wheelpend.own_effects import read_own
 
 FILE = "model.toml"
@@ -73,8 +71,21 @@ class Sensors(Table):
 
     encoder: Literal["absolute", "relative"] = "absolute"  # relative: theta_w is wheel minus body
     encoder_counts: Size | None = None  # per revolution; 0 or nothing where unknown
-    pitch_noise: Noise = "auto"  # standard deviation [rad]
-    rate_noise: Noise = "auto"  # standard deviation [rad/s]
+    pitch_noise: Noise = "auto"  # standard deviation of theta_p [rad]
+    rate_noise: Noise = "auto"  # standard deviation of dtheta_p [rad/s]
+    noise: dict[str, Noise] = Field(default_factory=dict)  # standard deviation of any channel, in its unit
+    step: dict[str, Size] = Field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
+
+    def noise_of(self, channel: str) -> float | None:
+        """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
+        named = {"theta_p": self.pitch_noise, "dtheta_p": self.rate_noise}
+        stated = self.noise.get(channel, named.get(channel, "auto"))
+        return None if stated == "auto" else float(stated)
+
+    def step_of(self, channel: str) -> float | None:
+        """Step of a quantised channel as stated [its unit]; None where nothing is known."""
+        counts = self.encoder_counts if channel == "theta_w" else None
+        return self.step.get(channel) or (2 * math.pi / counts if counts else None)
 
 
 class Controller(Table):
@@ -90,6 +101,7 @@ class Column(Table):
     column: str
     unit: str = ""
     sign: Literal[1, -1] = 1
+    scale: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)] = 1.0
 
 
 def plain(key: str) -> BeforeValidator:
@@ -131,6 +143,7 @@ class Model:
     columns: dict[str, ColumnMap]
     simulation: dict[str, float] | None  # true parameters and noises of the machine that simulations play
     text: str  # of the file
+    table: ColumnTable  # columns that its plant's logs have
     own: tuple[str, ...] = ()  # names of the effects that effects.toml beside it adds to the library
 
     @classmethod
@@ -157,9 +170,14 @@ class Model:
             raise Failure(f"{path or FILE}: {failure}") from failure
 
     @classmethod
-    def default(cls) -> Model:
-        """The paper's model, with nominal values a tenth below its Table 1."""
-        return cls.parse(default_text())
+    def default(cls, plant: str = "wheel_pendulum") -> Model:
+        """A first model of a plant, with nominal values a tenth below its reference: the paper's unless one is named.
+
+        Raises Failure where there is no plant of that name.
+        """
+        from wheelpend.first_model import text_of  # imported late: it makes the text that a Model is read from
+
+        return cls.parse(ask(text_of, plant))
 
     @property
     def workspace(self) -> Path:
@@ -250,14 +268,18 @@ def describe(error: Any) -> str:
 def build(file: File, text: str, path: Path | None) -> Model:
     """Check every name against plant and library."""
     assumptions = settle(file)
-    plant = plants.find(file.plant).build(assumptions)
+    plant = plants.build(file.plant, assumptions)
     brought = plants.brought(file.plant, assumptions)
     own = library.register(read_own(path.parent, plant)) if path else ()
     effects = (*check_effects(file.effects, plant, own), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
-    check_known("quantity", file.columns, columns_of(plant), " in [columns]")
+    table = columns_of(plant)
+    check_known("quantity", file.columns, table.names, " in [columns]")
+    for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
+        check_known("channel", stated, table.channels, f" in [sensors.{place}]")
     check_base(file.parameters, "[parameters]")
-    check_base([k for k in file.simulation or () if k not in NOISE_KEYS], "[simulation]", NOISE_KEYS)
+    further = (*NOISE_KEYS, *(str(s) for c in plant.coordinates for s in (c.q, c.dq)))
+    check_base([k for k in file.simulation or () if k not in further], "[simulation]", further)
     for name, values in file.effect.items():
         known = [p.name for p in ask(library.find, name).parameters]
         check_known("parameter", values, known, f" in [effect.{name}]")
@@ -271,16 +293,17 @@ def build(file: File, text: str, path: Path | None) -> Model:
         effect_values={f"{e}.{p}": v for e in effects for p, v in file.effect.get(e, {}).items()},
         sensors=file.sensors.model_copy(update={"encoder_counts": file.sensors.encoder_counts or None}),
         controller=file.controller,
-        columns={name: ColumnMap(c.column, c.unit, c.sign) for name, c in file.columns.items()},
+        columns={name: ColumnMap(c.column, c.unit, c.sign, c.scale) for name, c in file.columns.items()},
         simulation=file.simulation,
         own=own,
         text=text,
+        table=table,
     )
 
 
 def settle(file: File) -> dict[str, Any]:
     """Every assumption of the plant, with the encoder as [sensors] has it."""
-    known = [a.name for a in ask(plants.find, file.plant).ASSUMPTIONS]
+    known = [a.name for a in ask(plants.assumptions_of, file.plant)]
     encoder = {"encoder": file.sensors.encoder} if "encoder" in known else {}
     check_known("assumption", file.assumptions, [k for k in known if k != "encoder"], " in [assumptions]")
     return ask(plants.settle, file.plant, {**file.assumptions, **encoder})
@@ -314,9 +337,15 @@ def check_known(what: str, names: Iterable[str], known: Collection[str], place: 
             raise Failure(f"No {what} named '{name}'{place}. Known {plural}: {', '.join(known)}.{hint}")
 
 
-def columns_of(plant: Plant) -> list[str]:
-    """Names of the columns that a log of this plant may have."""
-    return ["t", plant.input.name, *(c.name for c in plant.channels), REFERENCE]
+def columns_of(plant: Plant) -> ColumnTable:
+    """The columns that a log of this plant has."""
+    units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
+    if plant.driven:
+        units[plant.input.name] = plant.input_unit
+    if plant.reference:
+        units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
+    channels = tuple(c.name for c in plant.channels)
+    return ColumnTable(plant.input.name if plant.driven else "", channels, units, plant.reference, plant.falls)
 
 
 def ask(look_up: Callable[..., T], *arguments: Any) -> T:
@@ -428,68 +457,3 @@ def find_table(lines: list[str], header: tuple[str, ...]) -> tuple[int, int] | N
     while end > first + 1 and re.fullmatch(r"\s*(#.*)?\s*", lines[end - 1]):
         end -= 1
     return first, end
-
-
-# ---- the paper's model
-
-TEMPLATE = """\
-# The model of this workspace. It is the only source of the code in generated/: edit it, then run `wheelpend generate`.
-# Angles are in rad, times in s, voltages in V. Comments survive the tool.
-
-plant = "{plant}"
-effects = []                           # `wheelpend effects` lists them, `wheelpend add` adds one
-
-[assumptions]
-{assumptions}
-
-[constants]                            # known, never identified; only some effects and the display in N·m need them
-{constants}
-
-[parameters]                           # nominal: the paper's Table 1, a tenth too small; identification corrects it
-{parameters}
-
-[sensors]
-encoder = "absolute"                   # or "relative": theta_w is then wheel minus body
-encoder_counts = 60000                 # per revolution; 0 where unknown
-pitch_noise = "auto"                   # standard deviation [rad], or "auto": from the data
-rate_noise = "auto"                    # [rad/s]
-
-[controller]                           # only where known: for closed-loop simulation, prediction and instruments
-kind = "pid"
-gains = [-168.0, -800.0, -8.8]
-
-[columns]                              # only where a log names or measures things differently, for instance
-# theta_p = {{ column = "pitch_deg", unit = "deg" }}
-
-[simulation]                           # the machine that `wheelpend simulate` plays: the paper's Table 1
-{simulation}
-pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]
-rate_noise = 0.008726646259971648      # 0.5 deg/s [rad/s]
-"""
-
-
-def default_text() -> str:
-    """The paper's model as a commented model.toml."""
-    reference = wheel_pendulum.REFERENCE
-    return TEMPLATE.format(
-        plant=wheel_pendulum.NAME,
-        assumptions="\n".join(commented(a) for a in wheel_pendulum.ASSUMPTIONS if a.name != "encoder"),
-        constants="\n".join(described_constants()),
-        parameters="\n".join(f"{x} = {{ nominal = {0.9 * v:.6g} }}" for x, v in reference.items()),
-        simulation="\n".join(f"{x} = {v!r}" for x, v in reference.items()),
-    )
-
-
-def commented(assumption: Any) -> str:
-    """An assumption at its default, under its sentence and its choices."""
-    choices = " or ".join(tomlkit.item(c).as_string() for c in assumption.choices)
-    sentence = textwrap.wrap(f"{assumption.sentence} {choices}.", 118)
-    default = tomlkit.item(assumption.default).as_string()
-    return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
-
-
-def described_constants() -> list[str]:
-    """The paper's constants, each with its unit and what it is."""
-    constants = {c.name: c for c in wheel_pendulum.build(plants.settle(wheel_pendulum.NAME, {})).constants}
-    entries = [(f"{name} = {value!r}", constants[name]) for name, value in wheel_pendulum.CONSTANTS.items()]
-    return [f"{entry:<39}# {c.sentence} [{c.unit}]" for entry, c in entries]

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.fitting import bounded_step, layout
+from wheelpend.reading import slips
 from wheelpend.refit import SHORT
 from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, fit_model, fit_parts, limits_of, per_log_names, shortened
@@ -44,6 +45,7 @@ class View(NamedTuple):
     pieces: tuple[Pieces, ...]  # of each log
     noise: int  # expected sum of squares of the true model
     cost: float  # sum of squares at the point
+    limits: dict[str, tuple[float, float]]  # of the model's own parameters
 
 
 def views_of(study: Study, base: Fit) -> list[View]:
@@ -66,7 +68,7 @@ def view_at(study: Study, fitted: Fit, parts: Sequence[Part]) -> View:
     own = tuple(fitted.names)
     pieces = tuple(pieces_of(study, fitted, part, number, own) for number, part in enumerate(parts))
     noise = fitted.count - sum(s.size for s in fitted.states)
-    return View(fitted, own, pieces, noise, fitted.cost)
+    return View(fitted, own, pieces, noise, fitted.cost, limits_of(own, study.plant))
 
 
 def pieces_of(study: Study, fitted: Fit, part: Part, number: int, own: Sequence[str]) -> Pieces:
@@ -107,9 +109,10 @@ def motion_of(study: Study, fitted: Fit, part: Part, number: int) -> dict[str, n
     for (a, b), start in zip(part.bounds, fitted.states[number], strict=True):
         states[a:b] = module.simulate(log.t[a:b], log.voltage[a:b], start, parameters, study.max_step)[:, : len(names)]
     table = {name: states[:, k] for k, name in enumerate(names)}
-    table["theta_w - theta_p"] = table["theta_w"] - table["theta_p"]
-    table["dtheta_w - dtheta_p"] = table["dtheta_w"] - table["dtheta_p"]
-    table["v_in"] = np.nan_to_num(log.voltage)
+    for name, weights in slips(module).items():
+        table[name] = states @ weights
+    if module.INPUT:
+        table[module.INPUT] = np.nan_to_num(log.voltage)
     table["t"] = log.t - log.t[0]
     return table
 
@@ -224,11 +227,10 @@ def folded(pieces: Pieces, columns: np.ndarray) -> list[tuple[np.ndarray, np.nda
 
 def bounds_of(view: View, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """How far each parameter may change: the model's own are never negative; columns are free."""
-    limits = limits_of(view.own)
     lowest, highest = [], []
     for label in labels:
         name, _, log = label.partition("@")
-        low, high = limits.get(name, (-np.inf, np.inf))
+        low, high = view.limits.get(name, (-np.inf, np.inf))
         value = view.fit.of_log(int(log or 0)).get(name, 0.0)
         lowest.append(low - value)
         highest.append(high - value)

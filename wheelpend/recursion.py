@@ -35,7 +35,6 @@ def recursive(
     module: ModuleType,
     log: Log,
     parameters: np.ndarray,
-    relative: bool,
     tau: tuple[float, float],
     *,
     first_order_hold: bool = False,
@@ -46,7 +45,7 @@ def recursive(
     With ``forgetting`` 1 it ends where least squares over the whole log from the same start of the filters does. Below
     1 the weight of a sample falls by that factor with every later one: the memory is dt/(1 - forgetting) seconds.
     """
-    states, voltage = regression.measured_states(log, relative), regression.acting_input(module, log, parameters)
+    states, voltage = regression.measured_states(module, log), regression.acting_input(module, log, parameters)
     common = (log.t, states, voltage, parameters, *tau, first_order_hold, states[0])
     sides, regressors = module.filter_regressor(*common)
     batch = regression.solve(module, sides, regressors)

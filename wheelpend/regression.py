@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from wheelpend.logs import Log
+from wheelpend.reading import fill_gaps, measured_states
 
 
 @dataclass(frozen=True)
@@ -28,20 +29,6 @@ class LinearFit:
         return dict(zip(self.names, map(float, self.estimate), strict=True))
 
 
-def measured_states(log: Log, relative: bool) -> np.ndarray:
-    """Angles and rates (N, 4) at the samples; θ̇w, which no sensor gives, is the central difference of the encoder."""
-    wheel, pitch, rate = (fill_gaps(log.t, log.measured[:, c]) for c in range(3))
-    if relative:
-        wheel = wheel + pitch
-    return np.column_stack([wheel, pitch, np.gradient(wheel, log.t, edge_order=2), rate])
-
-
-def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
-    """Missing values, interpolated linearly."""
-    good = np.isfinite(signal)
-    return signal if good.all() else np.interp(t, t[good], signal[good])
-
-
 def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
     """The input (N,) that acts in the mean from each sample to the next: the commanded one unless the motor lags."""
     voltage = fill_gaps(log.t, log.voltage)
@@ -51,9 +38,9 @@ def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.nda
     return np.append(0.5 * (acting[:-1] + acting[1:]), acting[-1:])
 
 
-def differentiation(module: ModuleType, log: Log, parameters: np.ndarray, relative: bool) -> LinearFit:
+def differentiation(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
     """Least squares with accelerations from numerical differences (paper eqs. 16, 17, 24)."""
-    states = measured_states(log, relative)
+    states = measured_states(module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     voltage = acting_input(module, log, parameters)
     pairs = [module.regressor(*row, parameters) for row in zip(log.t, states, rates, voltage, strict=True)]
@@ -64,7 +51,6 @@ def filtered(
     module: ModuleType,
     log: Log,
     parameters: np.ndarray,
-    relative: bool,
     tau: tuple[float, float],
     *,
     first_order_hold: bool = True,
@@ -75,7 +61,7 @@ def filtered(
     ``start`` (4,) is the state from which the filters' initial conditions (42) are made. Without it what a wrong start
     would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
     """
-    states, voltage = measured_states(log, relative), acting_input(module, log, parameters)
+    states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     begin = states[0] if start is None else start
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
     return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
@@ -98,18 +84,16 @@ def free_decay(t: np.ndarray, tau: tuple[float, float], rows: int) -> np.ndarray
     return np.einsum("kc,rs->krsc", pair, np.eye(rows)).reshape(len(t), rows, 2 * rows)
 
 
-def positive(
-    module: ModuleType, log: Log, parameters: np.ndarray, relative: bool, tau: tuple[float, float]
-) -> dict[str, float]:
+def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]) -> dict[str, float]:
     """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
 
-    A constant on each row, dry friction in the slip and the filters' own start are fitted along and thrown away, so
-    that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at zero gets a
-    thousandth of the largest share.
+    A constant on each row, dry friction in the slip of the first port and the filters' own start are fitted along and
+    thrown away, so that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at
+    zero gets a thousandth of the largest share.
     """
-    states = measured_states(log, relative)
+    states = measured_states(module, log)
     voltage = acting_input(module, log, parameters)
-    slip = states[:, module.NQ] - states[:, module.NQ + 1]
+    slip = states[:, module.NQ :] @ np.array(next(iter(module.PORTS.values())))
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     dry, constant = (
         module.filter_regressor(log.t, states, u, parameters, *tau, True, states[0])[0]

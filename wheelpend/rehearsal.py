@@ -83,7 +83,6 @@ def rehearse(
 
 
 def _in_closed_loop(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> Rehearsal:
-    relative = model.assumptions["encoder"] == "relative"
     noise = noise_of(log, model)
     found = instruments.instrumental(model, module, log, parameters, instruments.TAU)
     centre = instruments.with_linear(module, parameters, found.fit.estimate)
@@ -96,7 +95,7 @@ def _in_closed_loop(model: Model, module: ModuleType, log: Log, parameters: np.n
         return None if run is None else (run.voltage, run.measured)
 
     def again(replica: Log) -> np.ndarray:
-        equations = instruments.equations(module, replica, centre, relative, instruments.TAU)
+        equations = instruments.equations(module, replica, centre, instruments.TAU)
         return instruments.solve(module, equations, found.columns).estimate
 
     return Rehearsal(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, again)

@@ -159,7 +159,7 @@ class Bend(NamedTuple):
     @staticmethod
     def of(name: str, seen: np.ndarray) -> Bend:
         """From the values that the logs cover."""
-        jumps = (name.startswith("d") or name == "v_in") and seen.min() < 0.0 < seen.max()
+        jumps = name.startswith(("d", "v_")) and seen.min() < 0.0 < seen.max()
         knots = tuple(map(float, np.unique(np.quantile(seen, KNOTS))))
         ends = np.quantile(seen, ENDS)
         return Bend(float(seen.mean()), float(seen.std()), (float(ends[0]), float(ends[1])), knots, bool(jumps))

@@ -29,6 +29,7 @@ from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
 from wheelpend.free_law import FreeLaw
+from wheelpend.quantities import Quantities, quantities_of
 from wheelpend.repeatable import Repeats
 from wheelpend.reporting_figures import pretty
 from wheelpend.study import Study
@@ -64,22 +65,22 @@ def render(explanation: Explanation, *, version: str = "", command: str = "") ->
         "pretty": pretty,
         "probability": probability,
     }
-    alpha = explanation.model.constants.get("alpha")
+    q = quantities_of(explanation.model)
     return environment.from_string(PAGE).render(
         style=Markup(STYLE),
         plotly=Markup(get_plotlyjs()),
         title=title(explanation),
-        headline=headline(explanation, alpha),
+        headline=headline(explanation, q),
         verdict=verdict(explanation),
         doubts=doubts(explanation),
-        remains=places(explanation.last, alpha) if explanation.verdict == "unexplained" else [],
+        remains=places(explanation.last, q) if explanation.verdict == "unexplained" else [],
         repeats=[pretty(line) for line in repeat_sentences(explanation.repeats)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
-        charts=charts(explanation, alpha),
-        places=places(explanation.first, alpha),
+        charts=charts(explanation, q),
+        places=places(explanation.first, q),
         rungs=figures.ladder(explanation),
-        candidates=[candidate_row(t, alpha) for t in explanation.first.candidates],
+        candidates=[candidate_row(t, q) for t in explanation.first.candidates],
         detectable=detectable(explanation.last),
         parameters=parameter_rows(explanation),
         equations=equations(explanation),
@@ -109,9 +110,9 @@ def verdict(explanation: Explanation) -> str:
     return known.get(explanation.verdict, explanation.verdict)
 
 
-def headline(explanation: Explanation, alpha: float | None) -> list[str]:
+def headline(explanation: Explanation, q: Quantities) -> list[str]:
     """What is missing, how large it is, and what adding it did to the held-out error."""
-    lines = [sized(step, explanation, alpha) for step in explanation.steps]
+    lines = [sized(step, explanation, q) for step in explanation.steps]
     before, after, floor = map(error_text, (explanation.base_error, explanation.error, explanation.noise_floor))
     kind = "held-out" if explanation.study.held else "training"
     if not explanation.steps:
@@ -121,7 +122,7 @@ def headline(explanation: Explanation, alpha: float | None) -> list[str]:
                     f"the noise floor is {floor}."]  # fmt: skip
 
 
-def sized(step: Step, explanation: Explanation, alpha: float | None) -> str:
+def sized(step: Step, explanation: Explanation, q: Quantities) -> str:
     """An effect with its sentence and the sizes of its coefficients in the final model."""
     sizes = []
     for name, unit in step.unit.items():
@@ -130,8 +131,8 @@ def sized(step: Step, explanation: Explanation, alpha: float | None) -> str:
         text = f"{name} {uncertain(value, sigma)} {shown_unit(unit)}".rstrip()
         own = explanation.parameters.get(f"{step.effect}.{name}", {}).get("per_log", [])
         text = f"{name} {in_each_log(own, unit)}" if own else text
-        extra = [in_torque(value, unit, alpha)] if in_torque(value, unit, alpha) else []
-        if unit == "V":
+        extra = [in_torque(value, unit, q)] if in_torque(value, unit, q) else []
+        if unit == q.force and explanation.study.module.INPUT:
             extra.append(f"{100 * abs(value) / rms_voltage(explanation.study):.3g} % of the rms drive voltage")
         sizes.append(text + (f" ({', '.join(extra)})" if extra else ""))
     return f"{derive.effects.find(step.effect).sentence.rstrip('.')} ({step.effect}): {', '.join(sizes)}."
@@ -142,11 +143,10 @@ def in_each_log(rows: list[dict], unit: str) -> str:
     return ", ".join(f"{uncertain(r['value'], r['sigma'])} {shown_unit(unit)} in {r['log']}" for r in rows)
 
 
-def in_torque(value: float, unit: str, alpha: float | None) -> str:
+def in_torque(value: float, unit: str, q: Quantities) -> str:
     """A force in V as a torque, or nothing where it is not a force or the volt's worth is unknown."""
-    if alpha is None or not (unit == "V" or unit.startswith("V ")):
-        return ""
-    return f"{number(value * alpha, 3)} {shown_unit(unit.replace('V', 'N·m', 1))}"
+    found = q.in_physical(value, unit)
+    return f"{number(found[0], 3)} {shown_unit(found[1])}" if found else ""
 
 
 def rms_voltage(study: Study) -> float:
@@ -164,11 +164,11 @@ def doubts(explanation: Explanation) -> list[str]:
     ]
 
 
-def places(diagnosis: Diagnosis, alpha: float | None) -> list[str]:
+def places(diagnosis: Diagnosis, q: Quantities) -> list[str]:
     """Where the missing force is concentrated, as sentences."""
     return [
         f"{100 * p.share:.0f} % of what the {p.row} row misses lies where {figures.quantity(p.state)} is between "
-        f"{number(p.low, 3)} and {number(p.high, 3)} {figures.unit_of(p.state)}."
+        f"{number(p.low, 3)} and {number(p.high, 3)} {q.unit(p.state)}."
         for p in diagnosis.where
     ]
 
@@ -248,13 +248,13 @@ class CandidateRow(NamedTuple):
     sizes: list[str]
 
 
-def candidate_row(tried: Tried, alpha: float | None) -> CandidateRow:
+def candidate_row(tried: Tried, q: Quantities) -> CandidateRow:
     """Texts of a candidate."""
     effect = derive.effects.find(tried.effect)
     sizes = []
     for name, value in tried.coefficients.items():
         unit = tried.unit[name]
-        torque = in_torque(value, unit, alpha)
+        torque = in_torque(value, unit, q)
         text = f"{name} = {uncertain(value, tried.sigma[name])} {shown_unit(unit)}"
         sizes.append(text.rstrip() + (f" ({torque})" if torque else ""))
         further = [o for o in tried.per_log[1:] if name in o.coefficients]
@@ -266,7 +266,7 @@ def detectable(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """The smallest size of each effect that the logs would have shown."""
     rows = []
     for effect, sizes in diagnosis.detectable.items():
-        units = {p.name: shown_unit(p.unit) for p in derive.effects.find(effect).parameters}
+        units = {p.name: shown_unit(p.unit) for p in diagnosis.study.effect(effect).parameters}
         rows.append((effect, ", ".join(f"{n} {number(v, 2)} {units.get(n, '')}".rstrip() for n, v in sizes.items())))
     return rows
 
@@ -311,9 +311,9 @@ def log_rows(study: Study) -> list[LogRow]:
     own = {h.training for h in study.held}
     logs = [(log, "fit; last third held out" if k in own else "fit") for k, log in enumerate(study.logs)]
     logs += [(h.part.log, "held out") for h in study.held if h.training is None]
-    rows = []
+    rows, units = [], quantities_of(study.model)
     for (log, role), noise in zip(logs, study.noise, strict=False):
-        sigma = [(c, f"{number(s, 3)} {figures.unit_of(c)}") for c, s in zip(log.channels, noise.sigma, strict=True)]
+        sigma = [(c, f"{number(s, 3)} {units.unit(c)}") for c, s in zip(log.channels, noise.sigma, strict=True)]
         seconds = float(log.t[-1] - log.t[0])
         rows.append(LogRow(log.name, role, len(log.t), seconds, log.reference is not None, sigma, noise.floor))
     return rows
@@ -406,24 +406,24 @@ def _typeset(term: str) -> str:
 # ---- charts
 
 
-def charts(explanation: Explanation, alpha: float | None) -> dict:
+def charts(explanation: Explanation, q: Quantities) -> dict:
     """Every chart of the page, as markup; logs come with their names."""
     first = explanation.first
     changed = bool(explanation.steps)
     compared = figures.comparisons(explanation)
     rows = first.study.module.ROWS
-    state = figures.state_figure(first, alpha)
-    force = figures.force_figure(first.missing, rows, alpha) if first.missing is not None else None
+    state = figures.state_figure(first, q)
+    force = figures.force_figure(first.missing, rows, q) if first.missing is not None else None
     return {
         "ladder": chart("ladder", figures.ladder_figure(explanation)),
         "logs": [
-            (c.part.log.name, chart(f"log{k}", figures.prediction_figure(c, changed)))
+            (c.part.log.name, chart(f"log{k}", figures.prediction_figure(c, changed, q)))
             for k, c in enumerate(compared[: figures.MOST_LOGS])
         ],
         "left_out": len(compared) - figures.MOST_LOGS,
         "force": chart("force", force),
         "state": chart("state", state),
-        "repeats": chart("repeats", repeating(explanation.repeats, alpha)),
+        "repeats": chart("repeats", repeating(explanation.repeats, q)),
         "dotted": state is not None and any(t.line.dash == "dot" for t in state.data),
         "parameters": chart("parameters", figures.parameter_figure(explanation)),
         "effects": [
@@ -433,9 +433,9 @@ def charts(explanation: Explanation, alpha: float | None) -> dict:
     }
 
 
-def repeating(repeats: Sequence[Repeats], alpha: float | None) -> go.Figure | None:
+def repeating(repeats: Sequence[Repeats], q: Quantities) -> go.Figure | None:
     """The missing force over what it depends on, where it repeats most."""
-    return figures.repeats_figure(repeats[0], alpha) if repeats and repeats[0].curves else None
+    return figures.repeats_figure(repeats[0], q) if repeats and repeats[0].curves else None
 
 
 def chart(name: str, figure: go.Figure | None) -> Markup:

@@ -10,8 +10,10 @@ import plotly.graph_objects as go
 
 import derive
 from derive.effects import Effect
+from derive.records import Plant
 from wheelpend.effect_pictures import Lines, Picture, picture_of
 from wheelpend.explanation import Explanation
+from wheelpend.quantities import Quantities, quantities_of
 from wheelpend.reporting_figures import AFTER, QUIET, in_torque, pretty, styled
 from wheelpend.shooting import Fit
 from wheelpend.study import Study, limits_of, per_log_names
@@ -40,7 +42,7 @@ def drawn_effects(explanation: Explanation) -> list[Drawn]:
             role,
             e.equation,
             e.sentence,
-            effect_figure(e, study, fitted, explanation.model.constants.get("alpha")),
+            effect_figure(e, study, fitted),
         )
         for e, role, study, fitted in _chosen(explanation)
     ]
@@ -57,11 +59,11 @@ def _chosen(explanation: Explanation) -> Iterator[tuple[Effect, str, Study, Fit]
         yield derive.effects.find(tried.effect), role, explanation.first.study, tried.fit
 
 
-def effect_figure(effect: Effect, study: Study, fitted: Fit, alpha: float | None = None) -> go.Figure:
+def effect_figure(effect: Effect, study: Study, fitted: Fit) -> go.Figure:
     """An effect's drawing; where each log has its own size, a line for each of the first three."""
     several = len(study.logs) > 1 and bool(per_log_names(effect.full_names))
     figure, shown = go.Figure(), range(min(len(study.logs), MOST_LOGS) if several else 1)
-    pictures = [picture_of(effect, study, fitted, k) for k in shown]
+    pictures, q = [picture_of(effect, study, fitted, k) for k in shown], quantities_of(study.model)
     if pictures[0].reference is not None:
         _line(figure, pictures[0].x, pictures[0].reference, "without", QUIET, None, dash="dash")
     colours = iter(COLOURS * 4)
@@ -69,14 +71,14 @@ def effect_figure(effect: Effect, study: Study, fitted: Fit, alpha: float | None
         values = {n: fitted.of_log(k)[n] for n in effect.full_names}
         for name, y in picture.lines(values).items():
             label = ", ".join(filter(None, (pretty(name), study.logs[k].name if several else "")))
-            edges = band(picture.lines, name, values, fitted, k)
-            torque = alpha if "[V]" in picture.up and "voltage" not in picture.up else None
-            _line(figure, picture.x, y, label, next(colours), edges, alpha=torque)
+            edges = band(picture.lines, name, values, fitted, k, study.plant)
+            known = q if f"[{q.force}]" in picture.up and "voltage" not in picture.up else None
+            _line(figure, picture.x, y, label, next(colours), edges, q=known)
     return _finished(figure, pictures[0])
 
 
 def band(
-    lines: Lines, name: str, values: dict[str, float], fitted: Fit, log: int
+    lines: Lines, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Plant | None = None
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Where 95 % of a line's points lie when its coefficients are drawn from their errors; None where all are known.
 
@@ -84,7 +86,7 @@ def band(
     """
     labels = {n: (n if n in fitted.free else f"{n}@{log}") for n in values}
     known = [n for n in values if labels[n] in fitted.free]
-    places, limits = [fitted.free.index(labels[n]) for n in known], limits_of(known)
+    places, limits = [fitted.free.index(labels[n]) for n in known], limits_of(known, plant)
     if not known:
         return None
     normal, edges = np.random.default_rng(0).normal(size=(DRAWS, len(known))), []
@@ -99,7 +101,7 @@ def band(
 
 def _line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour: str,
           edges: tuple[np.ndarray, np.ndarray] | None, *,
-          dash: str = "solid", alpha: float | None = None) -> None:  # fmt: skip
+          dash: str = "solid", q: Quantities | None = None) -> None:  # fmt: skip
     if edges is not None and np.any(edges[1] > edges[0]):
         edge = np.concatenate([edges[1], edges[0][::-1]])
         figure.add_trace(go.Scatter(
@@ -109,7 +111,7 @@ def _line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour: st
     figure.add_trace(go.Scatter(
         x=x.astype(np.float32), y=np.asarray(y, dtype=np.float32), mode="lines", name=name, showlegend=bool(name),
         line={"color": colour, "width": 2, "dash": dash},
-        **(in_torque(y, alpha) if alpha else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
+        **(in_torque(y, q) if q else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
     ))  # fmt: skip
 
 

@@ -21,6 +21,8 @@ from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation
 from wheelpend.missing_force import MissingForce
+from wheelpend.quantities import Quantities
+from wheelpend.reading import slips
 from wheelpend.repeatable import Repeats
 from wheelpend.shooting import Fit, Part, prediction_error, vector
 from wheelpend.study import Study, held_residuals
@@ -30,15 +32,8 @@ SHADES = ("#1f6fb4", "#7a4fa3", "#1b8a7a", "#a67c1e")  # of steps and candidates
 MOST_POINTS = 3000  # of one trace
 MOST_LOGS = 3  # shown in full
 BINS = 24
-STATE = "dtheta_w - dtheta_p"  # shown where no state stands out
 NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
             "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
-UNITS = {"v_in": "V", "t": "s"}
-
-
-def unit_of(name: str) -> str:
-    """Unit of a state, channel or input by its name."""
-    return UNITS.get(name, "rad/s" if name.startswith("dtheta") else "rad")
 
 
 def pretty(text: str) -> str:
@@ -122,12 +117,12 @@ def _residuals(study: Study, fitted: Fit) -> list[np.ndarray]:
     if study.held:
         return held_residuals(study, fitted)[1]
     return [
-        prediction_error(study.module, part, fitted.of_log(k), study.relative, study.max_step)[1]
+        prediction_error(study.module, part, fitted.of_log(k), study.max_step)[1]
         for k, part in enumerate(study.training)
     ]
 
 
-def prediction_figure(comparison: Comparison, changed: bool) -> go.Figure:
+def prediction_figure(comparison: Comparison, changed: bool, units: Quantities) -> go.Figure:
     """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ."""
     part = comparison.part
     channels = part.log.channels
@@ -138,7 +133,7 @@ def prediction_figure(comparison: Comparison, changed: bool) -> go.Figure:
     models = [*before, ("after" if changed else "predicted", AFTER, comparison.after)]
     for c, channel in enumerate(channels):
         _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
-        figure.update_yaxes(title=f"{pretty(channel)} [{unit_of(channel)}]", row=2 * c + 1, col=1)
+        figure.update_yaxes(title=f"{pretty(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
         figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
     figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)
     return styled(figure, 80 + 270 * len(channels))
@@ -176,7 +171,7 @@ def _taken(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 # ---- where the model fails
 
 
-def force_figure(missing: MissingForce, rows: Sequence[str], alpha: float | None) -> go.Figure:
+def force_figure(missing: MissingForce, rows: Sequence[str], q: Quantities) -> go.Figure:
     """Missing force on each row over time, with a band of two standard deviations."""
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.06)
     order = np.argsort(missing.t)
@@ -191,30 +186,32 @@ def force_figure(missing: MissingForce, rows: Sequence[str], alpha: float | None
         ), row=k + 1, col=1)  # fmt: skip
         figure.add_trace(go.Scatter(
             x=t.astype(np.float32), y=force.astype(np.float32), mode="lines", line={"color": BEFORE, "width": 1.4},
-            name="missing force", showlegend=k == 0, **in_torque(force, alpha),
+            name="missing force", showlegend=k == 0, **in_torque(force, q),
         ), row=k + 1, col=1)  # fmt: skip
-        figure.update_yaxes(title=f"{row} row [V]", row=k + 1, col=1)
+        figure.update_yaxes(title=f"{row} row [{q.force}]", row=k + 1, col=1)
     figure.update_xaxes(title="time [s]", row=len(rows), col=1)
     return styled(figure, 90 + 190 * len(rows))
 
 
-def in_torque(force: np.ndarray, alpha: float | None) -> dict:
+def in_torque(force: np.ndarray, q: Quantities) -> dict:
     """Hover text in V, and in N·m where the plant's volt is known."""
-    if alpha is None:
-        return {"hovertemplate": "%{x:.4g}: %{y:.3g} V<extra></extra>"}
-    return {"customdata": np.asarray(force * alpha, dtype=np.float32),
-            "hovertemplate": "%{x:.4g}: %{y:.3g} V = %{customdata:.3g} N·m<extra></extra>"}  # fmt: skip
+    unit = "" if q.force == "1" else f" {q.force}"
+    if q.worth is None:
+        return {"hovertemplate": f"%{{x:.4g}}: %{{y:.3g}}{unit}<extra></extra>"}
+    shown = f"%{{x:.4g}}: %{{y:.3g}}{unit} = %{{customdata:.3g}} {q.physical}<extra></extra>"
+    return {"customdata": np.asarray(force * q.worth, dtype=np.float32), "hovertemplate": shown}
 
 
 def guilty(diagnosis: Diagnosis) -> tuple[int, str]:
     """Row and state of the chart: where the missing force is concentrated most."""
     rows = diagnosis.study.module.ROWS
     if not diagnosis.where:
-        return 0, STATE
+        module = diagnosis.study.module
+        return 0, next((n for n, w in slips(module).items() if w[module.NQ :].any()), module.STATES[module.NQ])
     return list(rows).index(diagnosis.where[0].row), diagnosis.where[0].state
 
 
-def state_figure(diagnosis: Diagnosis, alpha: float | None) -> go.Figure | None:
+def state_figure(diagnosis: Diagnosis, q: Quantities) -> go.Figure | None:
     """Missing force against the guilty state: pieces, binned means, and what each candidate says it should be."""
     missing = diagnosis.missing
     row, state = guilty(diagnosis)
@@ -224,20 +221,20 @@ def state_figure(diagnosis: Diagnosis, alpha: float | None) -> go.Figure | None:
     thin = slice(None, None, max(1, -(-len(x) // MOST_POINTS)))
     figure = go.Figure(go.Scatter(
         x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
-        marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], alpha),
+        marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], q),
     ))  # fmt: skip
     bins = bins_of(x)
     means = binned(x, force, bins)
     figure.add_trace(go.Scatter(
         x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE}, mode="markers",
-        marker={"color": BEFORE, "size": 8}, name="mean ± std. error", **in_torque(means[:, 1], alpha),
+        marker={"color": BEFORE, "size": 8}, name="mean ± std. error", **in_torque(means[:, 1], q),
     ))  # fmt: skip
     for number, tried in enumerate(diagnosis.candidates[: len(SHADES)]):
         _shape(figure, diagnosis, tried, (row, state), bins, SHADES[number])
     spread = np.quantile(force, [0.005, 0.995])
-    figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [V]",
+    figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [{q.force}]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
-    figure.update_xaxes(title=f"{quantity(state)} [{unit_of(state)}]")
+    figure.update_xaxes(title=f"{quantity(state)} [{q.unit(state)}]")
     return styled(figure, 440)
 
 
@@ -281,7 +278,7 @@ def law_along(study: Study, tried: Tried, row: int, state: str):
     effect = derive.effects.find(tried.effect)
     if not isinstance(effect.enters, Force | DryForce):
         return None
-    plant = derive.plants.find(study.model.plant).build(study.model.assumptions)
+    plant = derive.plants.build(study.model.plant, study.model.assumptions)
     angle = plant.port(effect.enters.port).coordinate
     speed = derive_rate(angle, plant)
     along = symbol("along")
@@ -319,14 +316,19 @@ def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
     states = np.column_stack([table[n] for n in study.module.STATES])
     parameters = vector(study.module, tried.fit.of_log(0), study.training[0].log)
     rates = np.array([study.module.acceleration(t, s, v, parameters)
-                      for t, s, v in zip(table["t"], states, table["v_in"], strict=True)])  # fmt: skip
+                      for t, s, v in zip(table["t"], states, input_of(study, table), strict=True)])  # fmt: skip
     found = _left_over(study, diagnosis.fit, table, rates)
     return found if found is not None and np.isfinite(found).all() else None
 
 
+def input_of(study: Study, table: dict[str, np.ndarray]) -> np.ndarray:
+    """The input among some variables; 0 where nothing drives the machine."""
+    return table[study.module.INPUT] if study.module.INPUT else np.zeros_like(table["t"])
+
+
 def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray) -> np.ndarray | None:
     model = derive.compose(study.model.plant, study.model.assumptions, study.model.effects)
-    known = {**fitted.of_log(0), "origin": float(table["theta_w"][0]), **table}
+    known = {**fitted.of_log(0), "origin": float(table[study.module.STATES[0]][0]), **table}
     known |= {f"dd{c.name}": rates[:, k] for k, c in enumerate(model.plant.coordinates)}
     columns = []
     for row, residual in enumerate(model.residual):
@@ -344,7 +346,7 @@ def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: n
 # ---- what is unexplained
 
 
-def repeats_figure(found: Repeats, alpha: float | None) -> go.Figure:
+def repeats_figure(found: Repeats, q: Quantities) -> go.Figure:
     """The missing force over each variable it depends on, the others at their medians, with a band of two σ."""
     figure = make_subplots(rows=1, cols=len(found.curves), shared_yaxes=True, horizontal_spacing=0.04)
     for number, c in enumerate(found.curves, 1):
@@ -356,12 +358,12 @@ def repeats_figure(found: Repeats, alpha: float | None) -> go.Figure:
         ), row=1, col=number)  # fmt: skip
         figure.add_trace(go.Scatter(
             x=c.x, y=c.force, mode="lines", line={"color": BEFORE, "width": 2}, name="missing force",
-            showlegend=number == 1, **in_torque(c.force, alpha),
+            showlegend=number == 1, **in_torque(c.force, q),
         ), row=1, col=number)  # fmt: skip
         base, _, within = c.variable.partition(" within")
-        figure.update_xaxes(title=f"{quantity(base)}{' within' + within if within else ''} [{unit_of(base)}]",
+        figure.update_xaxes(title=f"{quantity(base)}{' within' + within if within else ''} [{q.unit(base)}]",
                             row=1, col=number)  # fmt: skip
-    figure.update_yaxes(title="missing force [V]", row=1, col=1)
+    figure.update_yaxes(title=f"missing force [{q.force}]", row=1, col=1)
     return styled(figure, 380)
 
 

@@ -65,6 +65,8 @@ def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
 
     ``others`` are the refits of other candidates, from which shapes and limits are taken.
     """
+    if study.module.FALLS < 0:
+        return _unrehearsed(study, first)
     question = of_fit(study, first, others)
     if settled := _settled(question, first, others):
         return settled
@@ -76,6 +78,14 @@ def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
         logs = ", ".join(p.log.name for p in study.training)
         return f"More than three other effects fit {logs} as well, because it moves too little to tell. {text}"
     return text
+
+
+def _unrehearsed(study: Study, first: Tried) -> str:
+    """What to record where no command can be rehearsed: that takes a plant which is held upright."""
+    names = ", ".join((first.effect, *first.equivalent_to))
+    driven = "small and large commands, slow and fast, both ways, and standstills between them"
+    free = "releases from small and large angles, to the very end of each swing"
+    return f"To tell {names} apart, record one log with {driven if study.module.INPUT else free}."
 
 
 def recommend(question: Question) -> list[Experiment]:

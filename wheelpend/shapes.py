@@ -14,7 +14,6 @@ import numpy as np
 from scipy.signal import decimate, lfilter
 from scipy.special import gammaincc
 
-import derive
 from derive.effects import INPUT, Effect, Quantiles, Ripple, Values
 from derive.model import slip_row
 from wheelpend import kernels, regression
@@ -56,7 +55,7 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
 def first_settings(study: Study) -> dict[str, float]:
     """A value from the log for each parameter of the model's effects that cannot be fitted from where it is absent."""
     found: dict[str, float] = {}
-    for effect in map(derive.effects.find, study.model.effects):
+    for effect in map(study.effect, study.model.effects):
         parameter = effect.profiled
         if parameter is not None and isinstance(parameter.starts, Quantiles | Values):
             quantiles = isinstance(parameter.starts, Quantiles)
@@ -78,14 +77,14 @@ def magnitude(study: Study, part: Part, of: str) -> np.ndarray:
     if of == INPUT:
         signal = log.voltage[window]
     else:
-        states = regression.measured_states(log, study.relative)[window]
+        states = regression.measured_states(study.module, log)[window]
         signal = states[:, study.module.NQ :] @ port_weights(study, of)
     return np.abs(signal[np.isfinite(signal)])
 
 
 def port_weights(study: Study, port: str) -> np.ndarray:
     """A port's coordinate as weights on the generalised coordinates."""
-    return np.array(slip_row(derive.plants.find(study.model.plant).build(study.model.assumptions), port))
+    return np.array(slip_row(study.plant, port))
 
 
 def nothing(study: Study, effect: Effect) -> dict[str, float]:
@@ -153,7 +152,7 @@ def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float)
     log, segment = study.training[number].log, study.training[number].bounds
     values = fitted.of_log(number)
     parameters = vector(plain, values, log)
-    states, voltage = regression.measured_states(log, study.relative), regression.acting_input(plain, log, parameters)
+    states, voltage = regression.measured_states(study.module, log), regression.acting_input(plain, log, parameters)
     tau = max(tau, 4 * log.dt)
     thin, first, last = max(1, round(tau / (5 * log.dt))), int(segment[0, 0]), int(segment[-1, 1])
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])

@@ -16,6 +16,7 @@ import numpy as np
 import derive
 from derive.effects import InnerForce, PathForce
 from wheelpend.logs import Log, segment_bounds
+from wheelpend.reading import states_from
 
 EVERYWHERE = np.iinfo(np.int64).max
 FEW = 3  # rounds up to which initial states are only brought up to date, from one start
@@ -131,7 +132,7 @@ def shoot(
     return Shot(gram, residual)
 
 
-def initial_states(module: ModuleType, part: Part, relative: bool) -> np.ndarray:
+def initial_states(module: ModuleType, part: Part) -> np.ndarray:
     """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
     Angles and rates come from short parabolas through what follows, or what the points allow.
@@ -141,11 +142,8 @@ def initial_states(module: ModuleType, part: Part, relative: bool) -> np.ndarray
     beyond = places >= part.bounds[:, 1:]
     places = np.minimum(places, len(log) - 1)
     t, measured = log.t[places] - log.t[first], np.where(beyond[:, :, None], np.nan, log.measured[places])
-    wheel, pitch, rate = (polynomials(t, measured[:, :, c]) for c in range(3))
-    speed = np.where(np.isfinite(rate[:, 0]), rate[:, 0], pitch[:, 1])
-    if relative:
-        wheel = wheel + np.column_stack([pitch[:, 0], speed])
-    return np.nan_to_num(np.column_stack([wheel[:, 0], pitch[:, 0], wheel[:, 1], speed]))
+    curves = np.stack([polynomials(t, measured[:, :, c]) for c in range(module.NY)], axis=2)
+    return states_from(module, curves[:, 0], curves[:, 1])
 
 
 def polynomials(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
@@ -235,14 +233,14 @@ def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | fl
 
 
 def prediction_error(
-    module: ModuleType, part: Part, values: Mapping[str, float], relative: bool, max_step: float = 0.002, lead: int = 0
+    module: ModuleType, part: Part, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
 ) -> tuple[float, np.ndarray]:
     """The error of a model on a part: only the initial states are fitted. Also returns the residual (N, channels).
 
     What carries on from segment to segment is followed through ``lead`` segments before the first.
     """
     longer, before = led_in(part, lead)
-    states = initial_states(module, longer, relative)
+    states = initial_states(module, longer)
     states, shot = fit_states(module, longer, states, vector(module, values, part.log), max_step)
     residual = shot.residual.copy()
     residual[: part.bounds[0, 0]] = np.nan

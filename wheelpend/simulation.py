@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from wheelpend.shooting import stable_step, vector
 from wheelpend.study import known_values
 
 NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
+USUAL_NOISE = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # of sensors that nobody described
 SAMPLE = 0.001  # s (paper, section 4)
 
 
@@ -42,14 +44,15 @@ def simulate(
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
-    if model.controller is None:
+    if model.controller is None and model.table.input:
         raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
     duration = length(command) if duration is None else duration
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
-    empty = Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
+    begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
+    empty = Log("", t, t, begin[None, : module.NQ] @ module.READS[:, : module.NQ].T, tuple(module.OUTPUTS))
     parameters = vector(module, machine, empty)
     step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
     normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
@@ -57,19 +60,27 @@ def simulate(
         t,
         angle,
         rate,
-        np.array(model.controller.gains, dtype=float),
-        np.zeros(module.NX),
+        np.array(model.controller.gains if model.controller else (0.0, 0.0, 0.0), dtype=float),
+        begin,
         parameters,
         normal,
         quantum,
         step,
     )
-    if not np.isfinite(states).all() or np.abs(states[:, 1]).max() > np.pi / 2:
-        fell = t[int(np.argmax(~(np.abs(states[:, 1]) <= np.pi / 2)))]
+    if (lost := leaves_range(module, states)) is not None:
         raise Fallen(
-            f"The robot must stay up, but it falls at {fell:.2f} s. Use smaller hidden effects or other gains."
+            f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
         )
-    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), angle)
+    commanded = angle if model.table.reference else None
+    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, falls=model.table.falls)
+
+
+def leaves_range(module: ModuleType, states: np.ndarray) -> int | None:
+    """The first sample at which a simulation (N, NX) has left the plant's range; None where it stays."""
+    kept = np.isfinite(states).all(axis=1)
+    if module.FALLS >= 0:
+        kept &= np.abs(states @ module.READS[module.FALLS]) <= np.pi / 2
+    return None if kept.all() else int(np.argmin(kept))
 
 
 def in_full(hide: Mapping[str, float]) -> dict[str, float]:
@@ -131,21 +142,21 @@ def sensor_errors(
     """Noise (samples, channels) and quantisation (channels,) of the sensors; none without a seed."""
     if seed is None:
         return np.zeros((samples, len(outputs))), np.zeros(len(outputs))
-    counts = model.sensors.encoder_counts
-    quantum = np.array([2 * np.pi / counts if counts and n == "theta_w" else 0.0 for n in outputs])
+    quantum = np.array([model.sensors.step_of(n) or 0.0 for n in outputs])
     return np.random.default_rng(seed).normal(size=(samples, len(outputs))) * noise_levels(model, outputs), quantum
 
 
 def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
     """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
     own = model.simulation or {}
-    stated = {"theta_p": model.sensors.pitch_noise, "dtheta_p": model.sensors.rate_noise}
     simulated = {"theta_p": own.get("pitch_noise"), "dtheta_p": own.get("rate_noise")}
-    levels = []
-    for name in outputs:
-        given = simulated.get(name) or (stated.get(name) if stated.get(name) != "auto" else None)
-        levels.append(float(given) if given else NOISE.get(name, 0.0))
-    return np.array(levels)
+    levels = [simulated.get(n) or model.sensors.noise_of(n) or NOISE.get(n, default_noise(model, n)) for n in outputs]
+    return np.array(levels, dtype=float)
+
+
+def default_noise(model: Model, channel: str) -> float:
+    """Noise of a channel of which nothing is known: none where it is quantised, else a small one for its unit."""
+    return 0.0 if model.sensors.step_of(channel) else USUAL_NOISE.get(model.table.units[channel], 0.0)
 
 
 def parse_hidden(texts: Sequence[str]) -> dict[str, float]:

@@ -12,6 +12,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, EffectParameter
+from derive.records import Plant
 from wheelpend import kernels, regression
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.fitting import fit
@@ -58,14 +59,18 @@ class Study:
     carries: bool = False  # whether something in the model carries on from one segment to the next
 
     @property
-    def relative(self) -> bool:
-        """Whether the encoder measures against the body."""
-        return self.model.assumptions["encoder"] == "relative"
-
-    @property
     def floor(self) -> float:
         """Expected error of the true model."""
         return float(np.mean([n.floor for n in self.noise]))
+
+    @property
+    def plant(self) -> Plant:
+        """The plant under the model's assumptions."""
+        return derive.plants.build(self.model.plant, self.model.assumptions)
+
+    def effect(self, name: str) -> Effect:
+        """A row of the library as it reads on this plant."""
+        return derive.effects.suited(derive.effects.find(name), self.plant)
 
     @property
     def base(self) -> tuple[str, ...]:
@@ -79,7 +84,8 @@ class Study:
 
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that the plant, its assumptions and the known constants allow."""
-        return tuple(e for e in derive.effects.all_with(self.model.own) if not self.lacking(e))
+        rows = derive.effects.possible_on(self.plant, self.model.own)
+        return tuple(derive.effects.suited(e, self.plant) for e in rows if not self.lacking(e))
 
     def missable(self) -> tuple[Effect, ...]:
         """Those of them that the model may be missing: neither in it nor contained in one that is."""
@@ -133,18 +139,13 @@ def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
 
 def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
     """Load logs as the model's [columns] say; a Log is taken as it is."""
-    return tuple(p if isinstance(p, Log) else load_log(p, model.columns) for p in paths)
+    return tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
 
 
 def noise_of(log: Log, model: Model) -> Noise:
     """Sensor noise as [sensors] states it, or from the log."""
-    sensors = model.sensors
-    given = {
-        "theta_p": None if sensors.pitch_noise == "auto" else float(sensors.pitch_noise),
-        "dtheta_p": None if sensors.rate_noise == "auto" else float(sensors.rate_noise),
-    }
-    counts = sensors.encoder_counts
-    return sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
+    stated = {c: model.sensors.noise_of(c) for c in log.channels}
+    return sensor_noise(log, stated, {c: model.sensors.step_of(c) for c in log.channels})
 
 
 def prepare(
@@ -277,7 +278,7 @@ def steadied(study: Study, values: Mapping[str, float]) -> Study:
     if study.module.NA == study.module.NQ:
         return study
     known = study.module.PARAMETERS
-    rows = [e for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
+    rows = [study.effect(e.name) for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
     step = 2.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.5 over the fastest rate
@@ -306,7 +307,7 @@ def starts(study: Study) -> list[dict[str, float]]:
     for time in START_TIMES:
         if 4 * log.dt < time < log.duration / 4:
             tau = (time, 1.3 * time)
-            found.append({**known, **regression.positive(plain, log, vector(plain, known, log), study.relative, tau)})
+            found.append({**known, **regression.positive(plain, log, vector(plain, known, log), tau)})
     if not found:
         raise Failure(f"{log.name} must last at least {4 * START_TIMES[0]} s to start without nominal values; "
                       f"it lasts {log.duration:.3f} s. Give nominal values in [parameters].")  # fmt: skip
@@ -332,24 +333,30 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
 
 
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
-    states = initial_states(study.module, part, study.relative)
+    states = initial_states(study.module, part)
     parameters = vector(study.module, values, part.log)
     return part_error(part, fit_states(study.module, part, states, parameters, rounds=3)[1])
 
 
-def limits_of(names: Sequence[str]) -> dict[str, tuple[float, float]]:
+def limits_of(names: Sequence[str], plant: Plant | None = None) -> dict[str, tuple[float, float]]:
     """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
     constants, without which a corrupted fit leaves everything that can be simulated.
     """
     limits = {name: (0.0, np.inf) for name in names if "." not in name}
-    bounded = {n: p for n in names if (p := effect_parameter(n)) and p.bounded}
+    bounded = {n: p for n in names if (p := effect_parameter(n, plant)) and p.bounded}
     return limits | {n: (p.minimum, p.maximum) for n, p in bounded.items()}
 
 
-def effect_parameter(name: str) -> EffectParameter | None:
-    """The library's row of effect.parameter; None for the plant's own parameters and for missing forces."""
+def effect_parameter(name: str, plant: Plant | None = None) -> EffectParameter | None:
+    """The library's row of effect.parameter, as it reads on a plant where one is given.
+
+    None for the plant's own parameters and for missing forces.
+    """
     effect, _, parameter = name.partition(".")
-    rows = () if not parameter or effect.startswith("missing") else derive.effects.find(effect).parameters
+    if not parameter or effect.startswith("missing"):
+        return None
+    row = derive.effects.find(effect)
+    rows = (derive.effects.suited(row, plant) if plant else row).parameters
     return next((p for p in rows if p.name == parameter), None)
 
 
@@ -393,8 +400,7 @@ def _fitted(study: Study, parts, start, free, start_per_log, rounds: int, **ties
         start,
         free,
         per_log=per_log_names(free),
-        relative=study.relative,
-        limits=limits_of(free),
+        limits=limits_of(free, study.plant),
         start_per_log=start_per_log,
         max_step=study.max_step,
         rounds=rounds,
@@ -489,7 +495,7 @@ def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
     for held in study.held:
         values = _held_values(study, fitted, held)
         lead = LEAD if study.carries else 0
-        _, residual = prediction_error(study.module, held.part, values, study.relative, study.max_step, lead)
+        _, residual = prediction_error(study.module, held.part, values, study.max_step, lead)
         squares += (
             float(np.nansum(residual**2))
             if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any()

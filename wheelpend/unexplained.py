@@ -26,7 +26,7 @@ OFFER = "`--law` fits a free-form law to it, which you may accept as an effect o
 
 def plant_of(model: Model):
     """The model's plant."""
-    return derive.plants.find(model.plant).build(model.assumptions)
+    return derive.plants.build(model.plant, model.assumptions)
 
 
 def check_name(model: Model, name: str | None) -> None:

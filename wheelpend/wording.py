@@ -16,6 +16,7 @@ from wheelpend.filter_choice import Guide
 from wheelpend.identification import Identification
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
+from wheelpend.quantities import Quantities, quantities_of
 
 NOTHING = unexplained.Asked()  # besides the diagnosis
 
@@ -32,14 +33,13 @@ def with_sigma(value: float, sigma: float | None, unit: str) -> str:
 
 
 def size(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float | None = None) -> str:
-    """Coefficients of an effect, in N·m too where alpha is known, and as a share of the drive voltage."""
-    parts = []
+    """Coefficients of an effect, in N·m or N too where a volt's worth is known, and as a share of the drive voltage."""
+    parts, quantities = [], quantities_of(model)
     for name, value in coefficients.items():
         text = f"{name} {with_sigma(value, sigma.get(name), unit[name])}"
-        alpha = model.constants.get("alpha")
-        if alpha and unit[name].startswith("V"):
-            text += f" = {value * alpha:.4g} {unit[name].replace('V', 'N·m', 1)}"
-        if drive and unit[name] == "V":
+        if found := quantities.in_physical(value, unit[name]):
+            text += f" = {found[0]:.4g} {found[1]}"
+        if drive and unit[name] == quantities.force:
             text += f", {100 * abs(value) / drive:.1f} % of the rms drive voltage"
         parts.append(text)
     return "; ".join(parts)
@@ -50,15 +50,11 @@ def drive_voltage(study) -> float:
     return float(np.sqrt(np.nanmean(np.concatenate([p.log.voltage for p in study.training]) ** 2)))
 
 
-def place_sentence(place: Place, units: dict[str, str]) -> str:
+def place_sentence(place: Place, quantities: Quantities) -> str:
     """Where a row's missing force is concentrated, in words."""
-    unit = units.get(place.state, "")
+    unit = quantities.unit(place.state)
     return (f"{place.row} row: {100 * place.share:.0f} % of the missing force is found where {place.state} lies "
             f"between {place.low:.3g} and {place.high:.3g} {unit}".rstrip() + ".")  # fmt: skip
-
-
-UNITS = {"theta_w": "rad", "theta_p": "rad", "dtheta_w": "rad/s", "dtheta_p": "rad/s", "dtheta_w - dtheta_p": "rad/s",
-         "v_in": "V", "t": "s"}  # fmt: skip
 
 
 def show_identification(result: Identification) -> None:
@@ -124,17 +120,19 @@ def show_places(places: tuple[Place, ...], model: Model, result) -> None:
     """Print where the model fails."""
     if not places:
         return
+    quantities = quantities_of(model)
     say("Where it fails:")
     for place in places:
-        say(f"  {place_sentence(place, UNITS)}")
+        say(f"  {place_sentence(place, quantities)}")
     missing = result.missing
     if missing is not None:
-        alpha = model.constants.get("alpha")
-        for row, name in enumerate(("wheel", "body")[: missing.force.shape[1]]):
+        unit = "" if quantities.force == "1" else f" {quantities.force}"
+        for row, name in enumerate(result.study.module.ROWS):
             rms = float(np.sqrt(np.mean(missing.force[:, row] ** 2)))
-            torque = f" = {rms * alpha:.3g} N·m" if alpha else ""
-            say(f"  Missing force on the {name} row: {rms:.3g} V{torque} rms, known to "
-                f"± {float(np.mean(missing.sigma[:, row])):.2g} V.")  # fmt: skip
+            found = quantities.in_physical(rms, quantities.force)
+            torque = f" = {found[0]:.3g} {found[1]}" if found else ""
+            say(f"  Missing force on the {name} row: {rms:.3g}{unit}{torque} rms, known to "
+                f"± {float(np.mean(missing.sigma[:, row])):.2g}{unit}.")  # fmt: skip
 
 
 def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = NOTHING) -> None:

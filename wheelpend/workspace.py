@@ -16,13 +16,13 @@ from wheelpend.model import Model
 HISTORY = "history.json"
 
 
-def create(folder: Path) -> Model:
-    """Start a workspace with the paper's model; raises Failure where there is one already."""
+def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
+    """Start a workspace with a first model of a plant; raises Failure where there is one already."""
     path = folder / "model.toml"
     if path.exists():
         raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
+    model = Model.default(plant)
     folder.mkdir(parents=True, exist_ok=True)
-    model = Model.default()
     generate_into(folder / "generated", model)
     return model.save(path)
 

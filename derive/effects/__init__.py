@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from derive.effects import actuator, body, drive, ground, sensor
+from derive.effects import actuator, body, drive, ground, joint, sensor
 from derive.effects.row import (
     INPUT,
     Deformation,
@@ -25,9 +25,13 @@ from derive.effects.row import (
     SensorMap,
     Values,
 )
+from derive.effects.suit import fits, joined, possible, suited
+from derive.records import Plant
 
 LIBRARY: dict[str, Effect] = {
-    row.name: row for rows in (drive.ROWS, ground.ROWS, body.ROWS, actuator.ROWS, sensor.ROWS) for row in rows
+    row.name: row
+    for rows in (drive.ROWS, joint.ROWS, ground.ROWS, body.ROWS, actuator.ROWS, sensor.ROWS)
+    for row in rows
 }
 
 
@@ -52,25 +56,9 @@ def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
     return (*LIBRARY.values(), *map(find, own))
 
 
-def possible_on(plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:
+def possible_on(plant: Plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
-    return tuple(e for e in all_with(own) if fits(e, plant))
-
-
-def fits(effect: Effect, plant) -> bool:
-    """Whether a plant has the part that an effect acts on."""
-    match effect.enters:
-        case Force(port=port) | DryForce(port=port) | PathForce(port=port):
-            return any(p.name == port for p in plant.ports)
-        case Deformation(symbol=name):
-            return name in plant.geometry
-        case InnerForce(coordinate=name) | InnerPlay(coordinate=name):
-            return name in plant.inner
-        case SensorDelay(channels=channels):
-            return {c.name for c in plant.channels} >= set(channels)
-        case SensorMap(channel=channel):
-            return any(c.name == channel for c in plant.channels)
-    return True
+    return possible(all_with(own), plant)
 
 
 __all__ = [
@@ -96,6 +84,8 @@ __all__ = [
     "all_with",
     "find",
     "fits",
+    "joined",
     "possible_on",
     "register",
+    "suited",
 ]

@@ -41,7 +41,7 @@ ROWS = (
         "A cable or spring pulls the robot back to where the log began.",
         "Q_w = −k (θw − θw at the first sample)",
         (EffectParameter("stiffness", "V/rad", minimum=0.0, typical=0.05),),
-        Force("ground", lambda a, v, stiffness: stiffness * (a - symbol("origin"))),
+        Force("outside", lambda a, v, stiffness: stiffness * (a - symbol("origin"))),
         means="Something is attached to the robot: the cable weighs in, the more the further it goes.",
     ),
     Effect(
@@ -104,7 +104,7 @@ ROWS = (
             ),
             EffectParameter("torque", "V", scope="event", typical=0.5),
         ),
-        Force("ground", lambda a, v, start, end, torque: torque * (Step(TIME - end) - Step(TIME - start))),
+        Force("outside", lambda a, v, start, end, torque: torque * (Step(TIME - end) - Step(TIME - start))),
         means="The model is not at fault here: leave the push out of the log, or keep it out of the fit.",
     ),
 )

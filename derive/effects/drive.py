@@ -18,7 +18,7 @@ from derive.effects.row import (
     Ripple,
     Values,
 )
-from derive.functions import Decay, Least, Magnitude, Sign, Step
+from derive.functions import LOAD, Decay, Least, Magnitude, Sign, Step
 
 RIGID = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
 LOSS = 1.5  # s/rad: how much of the bounce a contact takes
@@ -68,6 +68,17 @@ ROWS = (
         (EffectParameter("coefficient", "V s/rad", typical=0.02),),
         Force("drive", lambda a, s, coefficient: coefficient * Magnitude(s)),
         means="The faster it turns, the more one direction costs than the other: a bearing or seal that is preloaded.",
+    ),
+    Effect(
+        "load_friction",
+        "drive",
+        "Dry friction in the gearbox that grows with the load it carries.",
+        "f = μ |T| sign s, T the torque that the motor passes on; sticks at s = 0 while the rest stays below μ |T|",
+        (EffectParameter("share", "1", minimum=0.0, maximum=1.0, typical=0.1),),
+        DryForce("drive", lambda direction, s, share: share * Magnitude(LOAD) * direction, loaded=True),
+        dissipates=True,
+        means="Teeth and screws rub the harder the more they carry: a share of every torque is lost, whatever the "
+        "speed. A worm gear or a trapezoidal screw loses most.",
     ),
     Effect(
         "stribeck_drive",
@@ -124,6 +135,7 @@ ROWS = (
         dissipates=True,
         means="Teeth, seals and grease give way before they slide: around a reversal the friction builds up with the "
         "angle, not with the direction. With a growing stiffness it becomes dry friction.",
+        approaches="coulomb_drive",
     ),
     Effect(
         "drive_compliance",
@@ -192,7 +204,7 @@ ROWS = (
             EffectParameter("sine", "V", scope="per log", typical=0.2),
             EffectParameter("cosine", "V", scope="per log", typical=0.1),
             EffectParameter(
-                "periods", "1/turn", minimum=0.5, typical=12.0, absent=1.0, bounded=True, starts=Ripple("drive")
+                "periods", "1/turn", minimum=0.5, typical=12.0, absent=12.0, bounded=True, starts=Ripple("drive")
             ),
         ),
         Force(

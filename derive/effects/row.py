@@ -68,10 +68,14 @@ class Force(NamedTuple):
 
 
 class DryForce(NamedTuple):
-    """Dry friction on a port: law(direction, port speed, parameters); it may also hold at standstill."""
+    """Dry friction on a port: law(direction, port speed, parameters); it may also hold at standstill.
+
+    A ``loaded`` law depends on LOAD, what the port carries of the motor.
+    """
 
     port: str
     law: Callable[..., sp.Expr]
+    loaded: bool = False
 
 
 class PathForce(NamedTuple):
@@ -159,6 +163,7 @@ class Effect:
     means: str = ""  # what it means for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
+    approaches: str = ""  # a simpler effect that it becomes at an end of its range, with parameters of the same names
     phased: tuple[str, ...] = field(default=())  # sine and cosine: their amplitude is shared, their phase per log
 
     @property

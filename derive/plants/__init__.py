@@ -1,33 +1,103 @@
-"""The plants: one file each, stating geometry, actuator, sensors and assumptions."""
+"""The plants: one file each, stating geometry, actuator, sensors and assumptions.
+
+A plant's file needs a NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state ASSUMPTIONS
+and numbers for a first model.toml: REFERENCE for X1, X2, ..., CONSTANTS, and the GAINS of a controller that holds it.
+"""
 
 from __future__ import annotations
 
+import hashlib
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.metadata import entry_points
+from pathlib import Path
 from types import ModuleType
 
-from derive.plants import wheel_pendulum
+from derive.plants import cart_pole, pendulum, slide, wheel_pendulum
+from derive.records import Assumption, Plant
 
-PLANTS: dict[str, ModuleType] = {wheel_pendulum.NAME: wheel_pendulum}
+GROUP = "wheelpend.plants"
+PLANTS: dict[str, ModuleType] = {m.NAME: m for m in (wheel_pendulum, slide, pendulum, cart_pole)}
+
+
+def register(module: ModuleType) -> str:
+    """Make a user's plant known under its NAME, and return that; raises ValueError where it is no plant's file."""
+    for needed in ("NAME", "build"):
+        if not hasattr(module, needed):
+            raise ValueError(f"{module.__name__} must state {needed}")
+    known = PLANTS.get(module.NAME)
+    if known is not None and known.__file__ != module.__file__:
+        raise ValueError(f"NAME must be a new one, but there is a plant '{module.NAME}' in {known.__file__}")
+    PLANTS[module.NAME] = module
+    _built.cache_clear()
+    return module.NAME
 
 
 def find(name: str) -> ModuleType:
-    """Return the plant's module; raises KeyError naming the known plants."""
+    """Return the plant's module; raises KeyError naming the known plants.
+
+    A plant that is not ours may come with an installed package, which names its module under the entry point GROUP.
+    """
     if name not in PLANTS:
-        raise KeyError(f"No plant named '{name}'. Known plants: {', '.join(sorted(PLANTS))}")
+        for entry in entry_points(group=GROUP, name=name):
+            register(entry.load())
+    if name not in PLANTS:
+        raise KeyError(
+            f"No plant named '{name}'. Known plants: {', '.join(sorted(PLANTS))}. One of your own is named on the "
+            "command line: --plant FILE.py"
+        )
     return PLANTS[name]
+
+
+def fingerprint(name: str) -> str:
+    """Hash of a plant's file: what decides what a user's plant derives to."""
+    file = find(name).__file__
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""
+
+
+def assumptions_of(name: str) -> tuple[Assumption, ...]:
+    """The choices that a plant's derivation makes."""
+    return tuple(getattr(find(name), "ASSUMPTIONS", ()))
+
+
+def reference_of(name: str) -> Mapping[str, float]:
+    """A plant's own numbers for X1, X2, ..., where its file has any."""
+    return getattr(find(name), "REFERENCE", {})
+
+
+def constants_of(name: str) -> Mapping[str, float]:
+    """A plant's own numbers for its known constants, where its file has any."""
+    return getattr(find(name), "CONSTANTS", {})
+
+
+def gains_of(name: str) -> tuple[float, float, float] | None:
+    """Gains of a PID that holds a plant with those numbers, where its file has any."""
+    return getattr(find(name), "GAINS", None)
+
+
+def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:
+    """The plant under settled assumptions, with what is free inside it."""
+    return _built(name, fingerprint(name), tuple(sorted(assumptions.items())), free)
+
+
+@lru_cache(maxsize=64)
+def _built(name: str, fingerprint: str, assumptions: tuple, free: tuple[str, ...]) -> Plant:
+    return find(name).build(dict(assumptions), free)
 
 
 def brought(name: str, assumptions: dict) -> tuple[str, ...]:
     """Effects that settled assumptions stand for."""
-    pairs = ((a.name, choice, effect) for a in find(name).ASSUMPTIONS for choice, effect in a.brings)
+    pairs = ((a.name, choice, effect) for a in assumptions_of(name) for choice, effect in a.brings)
     return tuple(effect for key, choice, effect in pairs if assumptions[key] == choice)
 
 
-def settle(name: str, assumptions: dict) -> dict:
+def settle(name: str, assumptions: Mapping) -> dict:
     """Fill in the defaults of a plant's assumptions and check what was given."""
-    known = {a.name: a for a in find(name).ASSUMPTIONS}
+    known = {a.name: a for a in assumptions_of(name)}
     for key, value in assumptions.items():
         if key not in known:
-            raise KeyError(f"No assumption named '{key}' in {name}. Known assumptions: {', '.join(sorted(known))}")
+            others = ", ".join(sorted(known)) or "none"
+            raise KeyError(f"No assumption named '{key}' in {name}. Known assumptions: {others}")
         if not any(value is c or (type(value) is type(c) and value == c) for c in known[key].choices):
             raise KeyError(f"Assumption {key} must be one of {list(known[key].choices)}, not {value!r}")
     return {a.name: assumptions.get(a.name, a.default) for a in known.values()}

@@ -60,6 +60,7 @@ REFERENCE = {
 }  # Table 1
 CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "L": 0.716}  # paper, section 4; alpha from (12)
 
+GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/rad, V/(rad s), V s/rad]
 
 INNER = {
     "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
@@ -123,6 +124,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             Port("axle", theta_w - theta_p, "between wheel and body, at the axle"),
             Port("ground", theta_w, "between wheel and ground"),
             Port("body", theta_p, "between body and the world"),
+            Port("outside", theta_w, "between the robot and what pushes or pulls it from outside"),
             *([Port("pendulum", sway - theta_p, "between the body and what hangs in it")] if "sway" in free else []),
         ),
         channels=(
@@ -154,5 +156,6 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         inner=INNER,
         free=free,
         controlled=("theta_p", "dtheta_p"),
+        reference="theta_ref",
         falls="theta_p",
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+import derive
 from wheelpend.commands import DURATION
 from wheelpend.design.excitation import Excitation, builtins
 from wheelpend.design.loop import Limits, Played
@@ -86,6 +87,9 @@ def design(
     """  # fmt: skip
     limits = Limits(pitch_limit, voltage_limit)
     _check(limits, duration, sample)
+    if not derive.plants.build(model.plant, model.assumptions).falls:
+        raise Failure(f"A command can be designed for a plant that is held upright, but {model.plant} is none. Record "
+                      "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
     found = opening(model, logs, between, duration, sample, progress)
     question = found.question
     worth = worth_of(question)

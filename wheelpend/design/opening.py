@@ -222,8 +222,8 @@ def _believed(model: Model, first: str) -> Start:
 
 def stated_noise(model: Model, channels: Sequence[str]) -> Noise:
     """Noise of the sensors as the model states it, else the paper's; of an encoder the rounding to its counts."""
-    step = 2 * np.pi / (model.sensors.encoder_counts or UNKNOWN_COUNTS)
-    quantum = np.array([step if c == "theta_w" else 0.0 for c in channels])
+    unknown = {"theta_w": 2 * np.pi / UNKNOWN_COUNTS}
+    quantum = np.array([model.sensors.step_of(c) or unknown.get(c, 0.0) for c in channels])
     levels = np.maximum(noise_levels(model, channels), [rounding_only(q) for q in quantum])
     return Noise(levels, quantum, 1.0)
 
@@ -242,7 +242,7 @@ def _posed(begun: Start, first: str, others: tuple[str, ...], t: np.ndarray) -> 
     pieces = []
     for part, own in zip(study.training, sizes, strict=False):
         parameters = vector(study.module, own, part.log)
-        states = initial_states(study.module, part, study.relative)
+        states = initial_states(study.module, part)
         states, _ = fit_states(study.module, part, states, parameters, study.max_step)
         pieces.append(of_part(study.module, part, states, parameters, names, study.max_step))
     loop = loop_of(study, sizes[-1], t)

@@ -74,7 +74,7 @@ def alternatives() -> tuple[Alternative, ...]:
 
 def other_choices(derived: Derived) -> Iterator[tuple[str, str, str, Derived]]:
     """Every choice of the derivation made otherwise, and two that the derivation takes for granted as well."""
-    for assumption in derive.plants.find(PLANT).ASSUMPTIONS:
+    for assumption in derive.plants.assumptions_of(PLANT):
         for other in assumption.choices:
             if other != assumption.default and assumption.name != "motor_circuit":
                 changed = derive_dynamics(**{assumption.name: other})

@@ -158,7 +158,7 @@ def match(number: str, printed: Printed, derived: Derived) -> Checked:
 
 def unmeasured(components: Mapping[str, Expression]) -> list[str]:
     """Motion that an equation needs and no sensor reads."""
-    plant = derive.plants.find(PLANT).build(derive.plants.settle(PLANT, {}))
+    plant = derive.plants.build(PLANT, derive.plants.settle(PLANT, {}))
     symbols = set().union(*(e.free_symbols for e in components.values()))
     missing = sorted((x for x in symbols if x.name not in {c.name for c in plant.channels}), key=str)
     return [f"needs {', '.join(map(text, missing))}, which no sensor reads"] if missing else []

@@ -30,7 +30,7 @@ LABELS = {
 
 def differentiation(robot: Robot, log: Log) -> np.ndarray:
     """Least squares with differentiated rates (paper eqs. 16, 17, 24)."""
-    return regression.differentiation(robot.module, log, parameters(robot, log), robot.relative).estimate
+    return regression.differentiation(robot.module, log, parameters(robot, log)).estimate
 
 
 def filtered(
@@ -45,7 +45,7 @@ def filtered(
     """Filtered least squares, the filters started at a state, by default the one measured first."""
     begin = None if fit_start else first_sample(robot, log) if start is None else start
     return regression.filtered(
-        robot.module, log, parameters(robot, log), robot.relative, tau, first_order_hold=hold == "foh", start=begin
+        robot.module, log, parameters(robot, log), tau, first_order_hold=hold == "foh", start=begin
     ).estimate
 
 
@@ -83,7 +83,7 @@ def parameters(robot: Robot, log: Log) -> np.ndarray:
 
 def first_sample(robot: Robot, log: Log) -> np.ndarray:
     """The first measured state; the wheel's speed, which no sensor gives, from the first two angles."""
-    first, second = regression.measured_states(log, robot.relative)[:2]
+    first, second = regression.measured_states(robot.module, log)[:2]
     rate = robot.module.NQ
     return np.concatenate([first[:rate], [(second[0] - first[0]) / log.dt], first[rate + 1 :]])
 
@@ -107,7 +107,7 @@ def study_of(robot: Robot, log: Log) -> Study:
 def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:
     """Condition number of ΦᵀΦ per method, as it stands and with the columns of Φ scaled to unit length."""
     module = robot.module
-    known, states = parameters(robot, log), regression.measured_states(log, robot.relative)
+    known, states = parameters(robot, log), regression.measured_states(robot.module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     rows = [
         module.regressor(t, s, a, v, known)[1] for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)

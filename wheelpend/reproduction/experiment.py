@@ -61,11 +61,6 @@ class Robot(NamedTuple):
         """Their true values."""
         return np.array([self.values[n] for n in self.names])
 
-    @property
-    def relative(self) -> bool:
-        """Whether the encoder measures the wheel against the body."""
-        return self.model.assumptions["encoder"] == "relative"
-
     def percent(self, estimate: np.ndarray) -> tuple[float, ...]:
         """Signed error of an estimate in percent of the truth."""
         return tuple(map(float, 100.0 * (estimate / self.truth - 1.0)))

@@ -179,7 +179,7 @@ def figure3(robot: Robot, runs: dict[str, Run]) -> bytes:
 
     def panel(ax, index: int) -> None:
         for command, run in runs.items():
-            states = measured_states(run.log, robot.relative)
+            states = measured_states(robot.module, run.log)
             ax.plot(run.log.t, states[:, index], color=COLOURS[command], lw=0.6, label=f"{command} command")
 
     return _four(panel)

@@ -1,0 +1,41 @@
+"""Effects in a joint that no motor turns: between two links, or between a cart and its pole. s is the joint's speed.
+
+The laws are those of the drive; only the part on which they act is another one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from derive.effects import drive
+from derive.effects.row import DryForce, Effect, Force
+
+ALIKE = {  # name, of which row of the drive, sentence, what it means
+    "viscous_joint": (
+        "viscous_drive",
+        "Viscous friction in the joint.",
+        "Oil in the bearing, or air around the link, resists in proportion to speed.",
+    ),
+    "coulomb_joint": (
+        "coulomb_drive",
+        "Dry friction in the joint.",
+        "The bearing or its seal rubs with the same torque at any speed: the swing ends at a standstill, not slowly.",
+    ),
+    "quadratic_joint": (
+        "quadratic_drive",
+        "Drag in the joint that grows with the square of its speed.",
+        "The swinging part pushes air: fast motion costs more than viscous friction says.",
+    ),
+}
+
+
+def row_of(name: str, model: str, sentence: str, means: str) -> Effect:
+    """A row of the drive as it acts in a joint."""
+    row = next(r for r in drive.ROWS if r.name == model)
+    assert isinstance(row.enters, Force | DryForce)
+    return replace(
+        row, name=name, family="joint", sentence=sentence, means=means, enters=row.enters._replace(port="joint")
+    )
+
+
+ROWS = tuple(row_of(name, *rest) for name, rest in ALIKE.items())

@@ -1,0 +1,112 @@
+"""Which effects a plant has parts for, and what their numbers are there: in its input's unit, along its lengths.
+
+The rows of the library are written in V and rad. On a part that moves along a length, or in a machine whose input is
+not a voltage, the same law has other units, and starting values and bounds in rad become lengths.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from derive.effects.row import (
+    Deformation,
+    DryForce,
+    Effect,
+    EffectParameter,
+    Force,
+    InnerForce,
+    InnerPlay,
+    InputDelay,
+    InputLag,
+    InputMap,
+    PathForce,
+    SensorDelay,
+    SensorMap,
+    Values,
+)
+from derive.records import Plant
+
+ANGLE = re.compile(r"rad([²³]?)")
+POWERS = {"": 1, "²": 2, "³": 3}
+
+
+def fits(effect: Effect, plant: Plant) -> bool:
+    """Whether a plant has the part that an effect acts on."""
+    match effect.enters:
+        case DryForce(loaded=True) if not plant.driven:
+            return False
+        case Force(port=port) | DryForce(port=port) | PathForce(port=port):
+            return any(p.name == port for p in plant.ports)
+        case Deformation(symbol=name):
+            return name in plant.geometry
+        case InnerForce(coordinate=name) | InnerPlay(coordinate=name):
+            return name in plant.inner
+        case InputMap() | InputDelay() | InputLag():
+            return plant.driven
+        case SensorDelay(channels=channels):
+            return {c.name for c in plant.channels} >= set(channels)
+        case SensorMap(channel=channel):
+            return any(c.name == channel for c in plant.channels)
+    raise TypeError(f"{effect.name} enters in a way that no plant knows: {effect.enters}")
+
+
+def suited(effect: Effect, plant: Plant) -> Effect:
+    """The row as it reads on a plant: units of its input and of the part's motion, numbers in those."""
+    unit, reach = motion_of(effect, plant)
+    force = plant.force_unit(unit) if isinstance(effect.enters, Force | DryForce | PathForce) else plant.input_unit
+    if unit == "rad" and reach == 1.0 and force == "V":
+        return effect
+    return replace(effect, parameters=tuple(_parameter(p, unit, reach, force) for p in effect.parameters))
+
+
+def motion_of(effect: Effect, plant: Plant) -> tuple[str, float]:
+    """Unit of the motion that an effect's law depends on, and how much of it counts as one rad."""
+    match effect.enters:
+        case Force(port=name) | DryForce(port=name) | PathForce(port=name):
+            if fits(effect, plant):
+                port = plant.port(name)
+                return plant.unit_along(port.coordinate), port.reach
+    return "rad", 1.0
+
+
+def _parameter(p: EffectParameter, unit: str, reach: float, force: str) -> EffectParameter:
+    factor = reach ** angle_power(p.unit)
+    starts = Values(tuple(v * factor for v in p.starts.at)) if isinstance(p.starts, Values) else p.starts
+    return p._replace(
+        unit=unit_on(p.unit, unit, force), minimum=p.minimum * factor, maximum=p.maximum * factor, starts=starts,
+        grid=tuple(v * factor for v in p.grid), typical=p.typical * factor, absent=p.absent * factor,
+    )  # fmt: skip
+
+
+def angle_power(unit: str) -> int:
+    """The power of rad in a unit such as V s²/rad²; a turn is an angle too."""
+    above, _, below = unit.replace("turn", "rad").partition("/")
+    return _power(above) - _power(below)
+
+
+def _power(part: str) -> int:
+    found = ANGLE.search(part)
+    return POWERS[found[1]] if found else 0
+
+
+def unit_on(unit: str, motion: str, force: str) -> str:
+    """A unit of the library with the plant's own: V s/rad becomes V s/m on a carriage."""
+    if motion != "rad":
+        unit = f"rad/{motion}" if unit == "1/turn" else ANGLE.sub(lambda found: motion + found[1], unit)
+    if force == "V" or not re.match(r"V\b", unit):
+        return unit
+    return joined(force, unit[1:].lstrip())
+
+
+def joined(force: str, rest: str) -> str:
+    """A force's unit times another one; a force that is a plain number leaves no trace."""
+    if force != "1":
+        return f"{force}{'' if rest.startswith('/') else ' '}{rest}".strip()
+    return f"1{rest}" if rest.startswith("/") else rest or "1"
+
+
+def possible(rows: Sequence[Effect], plant: Plant) -> tuple[Effect, ...]:
+    """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
+    return tuple(e for e in rows if fits(e, plant))

@@ -1,0 +1,48 @@
+"""A pole on a cart that a motor drives along a level rail.
+
+Sign convention: x grows the way in which a positive input pushes, theta_p is the pole's angle from upright and grows
+when it leans that way.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
+
+NAME = "cart_pole"
+REFERENCE = {"X1": 1.1, "X2": 0.05, "X3": 0.0333, "X4": 0.49, "X5": 4.0}  # a cart of 1 kg, a pole of 0.1 kg and 1 m
+CONSTANTS = {"gain": 1.0}
+
+
+def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
+    """State geometry, actuator and sensors of cart and pole."""
+    cart, pole = coordinate("x", "cart", "m"), coordinate("theta_p", "pole")
+    x, theta = cart.q, pole.q
+    M, m, l, J, g, gain, K_b = sp.symbols("M m l J g gain K_b", positive=True)
+    V = sp.Symbol("v_in", real=True)
+    return Plant(
+        name=NAME,
+        sentence="A pole balanced on a cart that a motor drives along a rail.",
+        coordinates=(cart, pole),
+        bodies=(
+            Body("cart", M, sp.Matrix([x, 0, 0]), sp.Integer(0), sp.Integer(0)),
+            Body("pole", m, sp.Matrix([x + l * sp.sin(theta), 0, l * sp.cos(theta)]), J, pole.dq),
+        ),
+        gravity=sp.Matrix([0, 0, -g]),
+        loads=(Load("motor", "drive", gain * (V - K_b * cart.dq)),),
+        ports=(
+            Port("drive", x, "between rail and cart, through the motor", reach=0.05),
+            Port("outside", x, "between the cart and what pushes or pulls it from outside", reach=0.05),
+            Port("joint", theta, "between cart and pole"),
+        ),
+        channels=(Channel("x", x, "m"), Channel("theta_p", theta, "rad")),
+        input=V,
+        input_unit="V",
+        scale=gain,
+        substitutions={},
+        constants=(Parameter("gain", "N/V", "force on the cart per volt"),),
+        controlled=("theta_p", ""),
+        reference="theta_ref",
+        falls="theta_p",
+    )

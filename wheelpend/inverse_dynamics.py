@@ -1,0 +1,99 @@
+"""Inverse dynamics: the input that a model needs for the measured motion, against the one that was measured.
+
+The robotics way of identification (Gautier 1997; Janot, Vandanjon, Gautier 2014): positions are filtered without phase
+and differentiated, put into the regressor, and both sides are filtered alike and thinned before least squares. The
+input is taken as it stands at the sample, as there. The relative force error is what the equations leave of the input.
+It needs a log with little noise.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import butter, decimate, sosfiltfilt
+
+from wheelpend.failures import Failure
+from wheelpend.logs import Log, stretches
+from wheelpend.reading import fill_gaps, states_from
+from wheelpend.regression import LinearFit, acting_input, solve
+from wheelpend.shooting import vector
+
+ORDER = 4  # of the Butterworth filter for positions and their derivatives
+BANDWIDTH = 100.0  # Hz, of that filter; less where the log is slow
+PARALLEL = 50.0  # Hz, up to which both sides are compared
+SLOWEST = 5.0  # samples in a period of the fastest motion that is looked at
+NEARLY = 0.3  # of an interval, by which a sample may come late and still count as on time
+ENDS = 0.05  # s at either end of a stretch, where filters have not enough on one side
+
+
+class Sides(NamedTuple):
+    """Left side and regressor of the model's equations on the measured motion."""
+
+    left: np.ndarray  # (N, rows)
+    regressor: np.ndarray  # (N, rows, n)
+
+
+def inverse_dynamics(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
+    """Least squares on the measured motion; raises Failure where no stretch of the log is long enough."""
+    sides = sides_of(module, log, parameters)
+    return solve(module, sides.left, sides.regressor)
+
+
+def force_error(module: ModuleType, log: Log, values: dict[str, float]) -> float:
+    """What a model's equations leave of the left side, relative to it [%]; nan where there is nothing to compare.
+
+    The left side is the measured input, or for a machine that swings freely the pull of gravity.
+    """
+    try:
+        sides = sides_of(module, log, vector(module, values, log))
+    except Failure:
+        return float("nan")
+    rest = sides.left - sides.regressor @ np.array([values[n] for n in module.LINEAR])
+    size = float(np.sum(sides.left**2))
+    return float(100.0 * np.sqrt(np.sum(rest**2) / size)) if size > 0.0 else float("nan")
+
+
+def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
+    """Both sides of the equations, filtered alike and thinned, over all stretches of a log that are long enough."""
+    found = [_of_stretch(module, log.part(a, b), parameters) for a, b in stretches(log, 0, len(log))]
+    kept = [s for s in found if s is not None]
+    if not kept:
+        raise Failure(f"{log.name} must hold an uninterrupted stretch of at least {4 * ENDS:g} s for its motion to be "
+                      "differentiated. Use `--method shooting`.")  # fmt: skip
+    return Sides(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
+
+
+def _of_stretch(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides | None:
+    """The sides over one stretch; None where it is too short."""
+    if len(log) < 2 or log.duration < 4 * ENDS or len(log) < 40:
+        return None
+    t = evenly(log.t)
+    dt = float(t[1] - t[0])
+    band = min(BANDWIDTH, 1.0 / (SLOWEST * dt))
+    states, rates = smooth_motion(module, log, t, band)
+    held = log.t.searchsorted(t + NEARLY * dt, side="right") - 1
+    voltage = acting_input(module, log, parameters)[np.maximum(held, 0)]
+    pairs = [module.regressor(*row, parameters) for row in zip(t, states, rates, voltage, strict=True)]
+    left, regressor = np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
+    thin = max(1, round(1.0 / (2.0 * min(PARALLEL, 0.5 * band) * dt)))
+    if thin > 1:
+        left, regressor = (decimate(side, thin, axis=0) for side in (left, regressor))
+    edge = int(np.ceil(ENDS / (thin * dt)))
+    return Sides(left[edge:-edge], regressor[edge:-edge]) if len(left) > 4 * edge else None
+
+
+def evenly(t: np.ndarray) -> np.ndarray:
+    """As many times at equal distances, from the first sample to the last or nearly so."""
+    return np.linspace(t[0], t[-1], len(t))
+
+
+def smooth_motion(module: ModuleType, log: Log, t: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
+    """States (N, NX) and accelerations (N, NQ) at uniform times, from signals filtered forth and back."""
+    dt = float(t[1] - t[0])
+    sos = butter(ORDER, band, fs=1.0 / dt, output="sos")
+    filled = [np.interp(t, log.t, fill_gaps(log.t, signal)) for signal in log.measured.T]
+    values = np.column_stack([sosfiltfilt(sos, signal) for signal in filled])
+    states = states_from(module, values, np.gradient(values, dt, axis=0))
+    return states, np.gradient(states[:, module.NQ :], dt, axis=0)

@@ -1,0 +1,239 @@
+"""Tables of numbers in files: CSV, Parquet and MATLAB files by what is in them, named columns, no physics.
+
+Rows are counted from 1, the header not included.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import polars as pl
+
+from wheelpend.failures import Failure
+
+MISSING = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
+SHORTEST = 20  # rows
+WIDEST = 64  # columns of a matrix that is taken for as many quantities
+MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
+KINDS = "CSV (UTF-8 text), Parquet or MATLAB (.mat)"
+
+
+class Table(NamedTuple):
+    """A file's columns."""
+
+    names: list[str]
+    read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
+
+
+def open_table(path: Path) -> Table:
+    """Look into a file; raises Failure when it is not there, empty, damaged or of another kind."""
+    head = beginning(path)
+    if head[:4] == b"PAR1":
+        return Table(parquet_names(path), partial(parquet_columns, path))
+    if head.startswith(MATLAB):
+        return matlab_table(path)
+    if b"\0" in head:
+        raise Failure(f"{path.name} is neither {KINDS}. Export it as one of them.")
+    separator = find_separator(path)
+    names = csv_names(path, separator)
+    return Table(names, partial(csv_columns, path, names, separator))
+
+
+def beginning(path: Path) -> bytes:
+    """The first bytes of a file; raises Failure when there are none."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(4096)
+    except FileNotFoundError:
+        raise Failure(f"A measurement file must exist; there is none at {path}.") from None
+    except IsADirectoryError:
+        raise Failure(f"A measurement file is a {KINDS} file; {path} is a folder.") from None
+    except OSError as error:
+        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
+    if not head.strip():
+        raise Failure(f"{path.name}: the file is empty. It needs a header row and one row per sample.")
+    return head
+
+
+def check_length(log: str, samples: int) -> None:
+    """Raise Failure when there is too little to learn from."""
+    if samples < SHORTEST:
+        raise Failure(f"{log}: the log is too short. It must have at least {SHORTEST} samples; it has {samples}.")
+
+
+# ---- CSV and Parquet
+
+
+def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
+    """Columns of a CSV file."""
+    return numbers_of(path.name, read_csv(path, names, wanted, separator), wanted)
+
+
+def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
+    """Columns of a Parquet file."""
+    return numbers_of(path.name, read_parquet(path, wanted), wanted)
+
+
+def numbers_of(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
+    """Columns as numbers, each let go of once it is turned."""
+    return {name: to_numbers(log, table.drop_in_place(name)) for name in wanted}
+
+
+def header_line(path: Path) -> str:
+    """First line of a text file."""
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        return file.readline()
+
+
+def find_separator(path: Path) -> str:
+    """The separator that the header uses: comma, semicolon or tab."""
+    line = header_line(path)
+    return max(",;\t", key=line.count)
+
+
+def csv_names(path: Path, separator: str) -> list[str]:
+    """Column names in a header row, without the spaces around them; unnamed ones are numbered."""
+    row = next(csv.reader([header_line(path)], delimiter=separator, skipinitialspace=True), [])
+    names = [name.strip() or f"column {k}" for k, name in enumerate(row, 1)]
+    return check_unique(path.name, names)
+
+
+def parquet_names(path: Path) -> list[str]:
+    """Column names of a Parquet file."""
+    try:
+        return check_unique(path.name, list(pl.read_parquet_schema(path)))
+    except (pl.exceptions.PolarsError, OSError) as error:
+        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
+
+
+def check_unique(log: str, names: list[str]) -> list[str]:
+    """Return the names; raises Failure when one is there twice."""
+    twice = sorted({n for n in names if names.count(n) > 1})
+    if twice:
+        raise Failure(f"{log}: column names must differ; {', '.join(twice)} is there more than once. Rename one.")
+    return names
+
+
+def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) -> pl.DataFrame:
+    """Read the wanted columns; as text where a cell is not a plain number, so that it can be looked at."""
+    numeric = {n: pl.Float64() if n in wanted else pl.String() for n in names}
+    for schema in (numeric, dict.fromkeys(names, pl.String())):
+        try:
+            table = pl.read_csv(
+                path,
+                has_header=False,
+                skip_rows=1,  # the header, whose names may have spaces around them
+                separator=separator,
+                columns=[names.index(w) for w in wanted],
+                schema=schema,
+                null_values=list(MISSING),
+                encoding="utf8-lossy",
+            )
+        except pl.exceptions.NoDataError:
+            return pl.DataFrame(schema=dict.fromkeys(wanted, pl.Float64()))
+        except (pl.exceptions.PolarsError, OSError) as error:
+            failure = error
+        else:
+            return without_blank_end(table)
+    reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
+    raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
+
+
+def uneven_row(path: Path, width: int, separator: str) -> str:
+    """Describe the first row that does not have as many cells as the header, if there is one."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+        try:
+            for number, row in enumerate(csv.reader(file, delimiter=separator)):
+                if row and len(row) != width:
+                    return f"row {number} has {len(row)}, the header {width}"
+        except csv.Error:  # a quotation mark that never closes, for instance
+            pass
+    return ""
+
+
+def without_blank_end(table: pl.DataFrame) -> pl.DataFrame:
+    """Leave out blank lines at the end of a file."""
+    end = table.height
+    while end and all(cell is None for cell in table.row(end - 1)):
+        end -= 1
+    return table.head(end)
+
+
+def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
+    """Read the wanted columns of a Parquet file."""
+    try:
+        return pl.read_parquet(path, columns=wanted)
+    except (pl.exceptions.PolarsError, OSError) as error:
+        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
+
+
+def first_line(error: Exception) -> str:
+    """The first line of another library's message, without its full stop."""
+    return str(error).strip().partition("\n")[0].rstrip(".")
+
+
+def to_numbers(log: str, column: pl.Series) -> np.ndarray:
+    """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
+    if column.dtype == pl.String:
+        text = column.str.strip_chars()
+        text = pl.select(pl.when(text.is_in(list(MISSING))).then(None).otherwise(text)).to_series()
+        numbers = text.cast(pl.Float64, strict=False)
+        bad = (text.is_not_null() & numbers.is_null()).arg_true()
+        if len(bad):
+            row = int(bad[0])
+            raise Failure(
+                f"{log}: cells must be numbers or empty; row {row + 1} of column {column.name} has {text[row]!r}"
+                + (f", and {len(bad) - 1} more like it." if len(bad) > 1 else ".")
+            )
+    elif column.dtype.is_numeric() or column.dtype == pl.Null:
+        numbers = column.cast(pl.Float64)
+    else:
+        raise Failure(f"{log}: column {column.name} must hold numbers; it holds {column.dtype}. Convert it first.")
+    return numbers.fill_null(math.nan).to_numpy()
+
+
+# ---- MATLAB
+
+
+def matlab_table(path: Path) -> Table:
+    """The numeric vectors of a MATLAB file that are as long as most of them are; nothing in it is executed."""
+    from scipy.io import loadmat  # imported late: only such files need it
+    from scipy.io.matlab import MatReadError
+
+    try:
+        found = loadmat(path, squeeze_me=True, struct_as_record=True, mat_dtype=True)
+    except NotImplementedError:
+        raise Failure(f"{path.name} is a MATLAB 7.3 file, which is HDF5. Save it with save(..., '-v7').") from None
+    except (MatReadError, ValueError, OSError, TypeError, KeyError, IndexError, EOFError) as error:
+        raise Failure(f"{path.name} is damaged and cannot be read as a MATLAB file: {first_line(error)}.") from error
+    vectors = dict(vectors_in(found))
+    if not vectors:
+        there = ", ".join(n for n in found if not n.startswith("__")) or "nothing"
+        raise Failure(f"{path.name} must hold numeric vectors, one for each quantity; it holds {there}.")
+    lengths = [v.size for v in vectors.values()]
+    usual = max(set(lengths), key=lambda n: (lengths.count(n), n))
+    columns = {name: v for name, v in vectors.items() if v.size == usual}
+    return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
+
+
+def vectors_in(found: dict, prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    """Names and values of the numeric vectors in a MATLAB file's variables, also in its structures: data.theta."""
+    for name, value in found.items():
+        if name.startswith("__") or not isinstance(value, np.ndarray | np.void):
+            continue
+        if value.dtype.names and value.size == 1:
+            yield from vectors_in({n: np.asarray(value[n].item() if value[n].dtype == object else value[n])
+                                   for n in value.dtype.names}, f"{prefix}{name}.")  # fmt: skip
+        elif value.dtype.kind in "biuf" and value.ndim == 1 and value.size > 1:
+            yield f"{prefix}{name}", value.astype(float)
+        elif value.dtype.kind in "biuf" and value.ndim == 2:
+            matrix = np.asarray(value, dtype=float)
+            rows = matrix if matrix.shape[0] > matrix.shape[1] else matrix.T
+            if rows.shape[1] <= WIDEST < rows.shape[0]:
+                yield from ((f"{prefix}{name}[{k}]", rows[:, k - 1]) for k in range(1, rows.shape[1] + 1))
