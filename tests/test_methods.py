@@ -88,9 +88,9 @@ def test_instruments_refuse_gains_under_which_the_robot_falls():
 @pytest.mark.parametrize("first_order", [False, True])
 def test_recursion_ends_where_least_squares_over_the_whole_log_does(lean, first_order):
     log, tau = simulated(), (0.5, 1.0)
-    start = measured_states(log, False)[0]
-    batch = filtered(lean, log, known(lean, log), False, tau, first_order_hold=first_order, start=start)
-    found = recursive(lean, log, known(lean, log), False, tau, first_order_hold=first_order)
+    start = measured_states(lean, log)[0]
+    batch = filtered(lean, log, known(lean, log), tau, first_order_hold=first_order, start=start)
+    found = recursive(lean, log, known(lean, log), tau, first_order_hold=first_order)
     assert np.allclose(found.fit.estimate, batch.estimate, rtol=1e-6, atol=0)
     assert found.track[-1].t == log.t[-1] and [*found.track[-1].parameters.values()] == [*found.fit.estimate]
 
@@ -98,7 +98,7 @@ def test_recursion_ends_where_least_squares_over_the_whole_log_does(lean, first_
 def test_a_forgetting_factor_follows_a_parameter_that_changes(lean):
     log = simulated(noise=False, command="simple")
     weak = replace(log, voltage=np.where(log.t < 10, log.voltage, 2 * log.voltage))  # every X doubles at half time
-    found = [recursive(lean, weak, known(lean, log), False, (0.1, 0.1), forgetting=f, first_order_hold=True).fit
+    found = [recursive(lean, weak, known(lean, log), (0.1, 0.1), forgetting=f, first_order_hold=True).fit
              for f in (1.0, 0.999)]  # fmt: skip
     errors = [abs(f.values["X6"] / (2 * X["X6"]) - 1) for f in found]
     assert errors[1] < 0.02 < errors[0]
@@ -117,7 +117,7 @@ def test_integrated_energy_identifies_on_ideal_data_but_for_what_rounds_the_whee
 def test_integration_is_the_limit_of_slow_filters(lean):
     log = simulated(noise=False)
     taus = log.duration * np.array([1e-1, 1e1, 1e4])
-    behind, integrated = energy_limit(lean, log, known(lean, log), False, taus)
+    behind, integrated = energy_limit(lean, log, known(lean, log), taus)
     distance = np.abs(behind / integrated - 1).max(axis=1)
     assert distance[2] < 1e-3 and np.all(np.diff(distance) < 0)
 

@@ -104,7 +104,7 @@ def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
     (broken("torque =", "speed ="), "must not be called speed"),
     (broken("worn_brushes", "slope"), "is in the library"),
     (broken("[worn_brushes", '["__class__"').replace('"__class__".parameters', '"__class__".parameters'), "TOML|name"),
-    (broken('on = "drive"', 'on = "wing"'), "on must be drive, axle, ground, body, input"),
+    (broken('on = "drive"', 'on = "wing"'), "on must be drive, axle, ground, body, outside, input"),
     (broken('family = "drive"', 'family = "magic"'), "worn_brushes.family"),
     (broken('sentence = "Brushes', 'run = "x"\nsentence = "Brushes'), "worn_brushes.run"),
     (broken("minimum = 0,", "minimum = 1,"), "must be able to be 0"),

@@ -191,7 +191,7 @@ def test_a_segment_begins_with_what_the_one_before_hands_on():
     values = {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}
     bounds = np.array([[k, k + 500] for k in range(0, 6000, 500)])
     part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), bounds)
-    _, shot = fit_states(module, part, initial_states(module, part, False), vector(module, values, log), 1e-3)
+    _, shot = fit_states(module, part, initial_states(module, part), vector(module, values, log), 1e-3)
     assert part_error(part, shot) == pytest.approx(1.0, abs=0.05)
 
 
@@ -232,7 +232,7 @@ def test_a_segment_alone_is_begun_where_least_squares_puts_it():
     module = freed("twist")
     parameters = vector(module, {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}, log)
     part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), np.array([[0, 400]]))
-    begun = initial_states(module, part, False)
+    begun = initial_states(module, part)
     found = in_turn(module, part, begun, parameters, 1e-3, 8)
 
     def residual(state):

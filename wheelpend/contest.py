@@ -160,7 +160,7 @@ def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
 
 
 def within(study: Study, larger: Tried, smaller: str) -> Fit:
-    """Where an effect is nearest to one that contains or approaches it: its refit may have gone astray, not that one's."""
+    """Where an effect is nearest to one that contains or approaches it: its own refit may have gone astray."""
     if smaller not in study.module.CONTAINS.get(larger.effect, {}):
         return at_the_end(larger, smaller)
     weights = np.array(study.module.CONTAINS[larger.effect][smaller])

@@ -14,7 +14,8 @@ from wheelpend.model import Model
 
 def compile_all(model: Model, progress: Callable[[str], None]) -> None:
     """Compile the library's kernels, also those with something free inside the machine, and the model's own."""
-    freeing = sorted({e.frees: e.name for e in derive.effects.LIBRARY.values() if e.frees}.items())
+    plant = derive.plants.build(model.plant, model.assumptions)
+    freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(plant) if e.frees}.items())
     modules = [
         ("library", kernels.library_of(model)),
         ("plain", kernels.lean(model.plant, model.assumptions, ())),

@@ -13,6 +13,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, EffectParameter
+from derive.records import Plant
 from wheelpend import kernels
 from wheelpend.benchmark.engine import SUPPORTED
 from wheelpend.model import Model
@@ -73,9 +74,14 @@ class Case:
         return replace(self, hide=tuple((n, float(f"{v * factors.get(n, 1.0):.6g}")) for n, v in self.hide))
 
 
+def robot() -> Plant:
+    """The plant of the benchmark."""
+    return derive.plants.build("wheel_pendulum", derive.plants.settle("wheel_pendulum", {}))
+
+
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
     """All cases, in rounds that each hold a share of every kind."""
-    known = [e for e in (effects or derive.effects.LIBRARY.values()) if _can_be_hidden(e)]
+    known = [e for e in (effects or derive.effects.possible_on(robot())) if _can_be_hidden(e)]
     kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples, stick_slip)]
     return [case for round_ in zip_longest(*map(_evenly(max(map(len, kinds))), kinds)) for case in round_ if case]
 
