@@ -269,11 +269,11 @@ def compare(
 
 def check_logs(logs: list[Path], model) -> None:
     """Say what is odd about the logs before any physics is blamed."""
-    from wheelpend.inspection import inspect_log
-    from wheelpend.study import noise_of, read_logs
+    from wheelpend.inspection import inspect_for
+    from wheelpend.study import read_logs
 
     for log in read_logs(logs, model):
-        found = inspect_log(log, relative=model.assumptions.get("encoder") == "relative", noise=noise_of(log, model))
+        found = inspect_for(model, log)
         warn([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])
 
 
@@ -490,31 +490,15 @@ def inspect_(
     json: Json = None,
 ) -> None:
     """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
-    from wheelpend.inspection import inspect_log
-    from wheelpend.study import noise_of, read_logs
-    from wheelpend.wording import number
+    from wheelpend.inspection import inspect_file
+    from wheelpend.wording import show_inspection
 
     with failures(json):
         opened = open_model(model, plant)
         with progress("reading"):
-            loaded = read_logs([log], opened)[0]
-            result = inspect_log(
-                loaded, relative=opened.assumptions.get("encoder") == "relative", noise=noise_of(loaded, opened)
-            )
+            loaded, result = inspect_file(opened, log)
         warn(loaded.warnings)
-
-        def text() -> None:
-            say(f"{loaded.name}: {result.samples} samples over {result.duration_s:.4g} s, {result.rate_hz:.6g} Hz, "
-                f"jitter {100 * result.jitter:.2g} % of an interval.")  # fmt: skip
-            names = sorted({k for row in result.channels.values() for k in row})
-            table("Channels", ("channel", *names), [
-                (c, *(number(row.get(k)) for k in names)) for c, row in result.channels.items()
-            ])  # fmt: skip
-            for finding in result.findings:
-                say(f"- {finding.sentence} {finding.cure}")
-            say(result.proposal if result.proposal else "Nothing odd was found.")
-
-        show(result.to_json(), json, text)
+        show(result.to_json(), json, lambda: show_inspection(loaded, result))
 
 
 @app.command()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from wheelpend.logs import ColumnMap
+from wheelpend.logs import WHEEL_PENDULUM, ColumnMap, ColumnTable
 
 
 class Finding(NamedTuple):
@@ -29,7 +29,9 @@ class Finding(NamedTuple):
 class Cures:
     """What would cure a log: where each quantity is found, its unit and sign, and the encoder."""
 
-    known: Mapping[str, ColumnMap]  # of the model with which the log was read
+    known: Mapping[str, ColumnMap]  # with which the log was read
+    table: ColumnTable = WHEEL_PENDULUM  # of the plant
+    guessed: Collection[str] = ()  # of the quantities, those whose column was guessed
     source: dict[str, str] = field(default_factory=dict)  # quantity: the one whose column holds it
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
@@ -38,7 +40,8 @@ class Cures:
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
-        names = [c for c in (INPUT, *CHANNELS) if c in self.source or c in self.unit or self.sign.get(c, 1) < 0]
+        cured = {*self.guessed, *self.source, *self.unit, *(c for c, sign in self.sign.items() if sign < 0)}
+        names = [c for c in self.table.names if c in cured]
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)
         lines += ["[sensors]", f'encoder = "{self.encoder}"'] if self.encoder else []
@@ -53,6 +56,7 @@ class Cures:
         parts = [
             f'column = "{known.column}"',
             *([f'unit = "{unit}"'] if unit else []),
+            *([f"scale = {known.scale!r}"] if known.scale != 1.0 else []),
             *(["sign = -1"] if sign < 0 else []),
         ]
         return "{ " + ", ".join(parts) + " }"

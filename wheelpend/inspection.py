@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from wheelpend import sensors
 from wheelpend.faults import find_faults
 from wheelpend.findings import Cures, Finding
-from wheelpend.logs import CHANNELS, GAP, ColumnMap, Log
+from wheelpend.logs import CHANNELS, GAP, WHEEL_PENDULUM, ColumnMap, ColumnTable, Log, guessed_map, load_log
+from wheelpend.model import Model
+from wheelpend.study import noise_of
 
 LONGEST = 40_000  # samples in which a step of the input is looked for
+OWN_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors], for the wheel-driven pendulum
 QUIET = 0.5  # s that a signal must stay the same to be called still
 
 
@@ -29,6 +33,8 @@ class Inspection:
     channels: dict[str, dict[str, float]]  # minimum, maximum, noise, quantum [unit of the channel], missing [share]
     findings: tuple[Finding, ...]
     proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
+    sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
+    stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
 
     def to_json(self) -> dict:
         """Plain values under stable names; a number that is unknown is None."""
@@ -42,6 +48,8 @@ class Inspection:
             "channels": {c: {k: _finite(v) for k, v in row.items()} for c, row in self.channels.items()},
             "findings": [{**f._asdict(), "size": _finite(f.size)} for f in self.findings],
             "proposal": self.proposal,
+            "sensors": self.sensors,
+            "stand_still": {c: [list(pair) for pair in times] for c, times in self.stand_still.items()},
         }
 
 
@@ -51,17 +59,21 @@ def inspect_log(
     relative: bool = False,
     noise: sensors.Noise | None = None,
     columns: Mapping[str, ColumnMap] | None = None,
+    guessed: Collection[str] = (),
+    table: ColumnTable = WHEEL_PENDULUM,
 ) -> Inspection:
     """Look a log over before a model is fitted to it.
 
     ``relative`` says that theta_w is measured against the body; ``columns`` are those with which the log was read, for
-    the proposal. Nothing is concluded on signs, units and clocks from a log that moves too little.
+    the proposal, ``guessed`` those of them that nobody stated, ``table`` the plant's. Nothing is concluded on signs,
+    units and clocks from a log that moves too little, nor from that of another plant than the wheel-driven pendulum.
     """
     noise = noise or sensors.sensor_noise(log, {}, {})
     interval = np.diff(log.t)
     gaps = interval[interval > GAP * log.dt]
-    cures = Cures(columns or {})
-    findings = [*find_gaps(log), *find_still(log, noise)]
+    cures = Cures(columns or {}, table, guessed)
+    still = standstills(log, noise)
+    findings = [*find_gaps(log), *still_findings(log, still)]
     if set(CHANNELS) <= set(log.channels):
         findings += find_faults(log, relative, cures)
     return Inspection(
@@ -70,15 +82,36 @@ def inspect_log(
         rate_hz=1.0 / log.dt,
         jitter=float(np.std(interval[interval <= GAP * log.dt]) / log.dt),
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
-        channels=describe(log, noise),
+        channels=describe(log, noise, table),
         findings=tuple(findings),
         proposal=cures.text(),
+        sensors=proposed_sensors(log, noise, table),
+        stand_still=still,
     )
 
 
-def describe(log: Log, noise: sensors.Noise) -> dict[str, dict[str, float]]:
+def inspect_for(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
+    """Look over a log as a model's plant and sensors have it; ``guessed`` are columns that the model does not map."""
+    return inspect_log(
+        log,
+        relative=model.assumptions.get("encoder") == "relative",
+        noise=noise_of(log, model),
+        columns={**model.columns, **(guessed or {})},
+        guessed=tuple(guessed or ()),
+        table=model.table,
+    )
+
+
+def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
+    """Read a log and look it over; columns that the model does not map are guessed where they can be."""
+    guessed = guessed_map(path, model.columns, model.table)
+    log = load_log(path, {**model.columns, **guessed}, model.table)
+    return log, inspect_for(model, log, guessed)
+
+
+def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
     """Range, noise, step and share of missing samples of the input and of every channel."""
-    rows = [("v_in", log.voltage, 0.0, sensors.find_quantum(log.voltage[:LONGEST]))]
+    rows = [(table.input, log.voltage, 0.0, sensors.find_quantum(log.voltage[:LONGEST]))] if table.input else []
     rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
     return {
         name: {
@@ -90,6 +123,23 @@ def describe(log: Log, noise: sensors.Noise) -> dict[str, dict[str, float]]:
         }
         for name, values, sigma, step in rows
     }
+
+
+def proposed_sensors(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
+    """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps."""
+    levels: dict[str, float] = {}
+    steps: dict[str, float] = {}
+    for name, sigma, step in zip(log.channels, noise.sigma, noise.quantum, strict=True):
+        (steps if step else levels)[name] = float(step or sigma)
+    own = []
+    if table == WHEEL_PENDULUM:  # whose sensors have keys of their own
+        own += [f"encoder_counts = {round(2 * math.pi / steps.pop('theta_w'))}"] if "theta_w" in steps else []
+        own += [f"{OWN_KEYS[c]} = {levels.pop(c):.3g}" for c in [*levels] if c in OWN_KEYS]
+    lines = ["[sensors]", *own] if own else []
+    for title, found in (("noise", levels), ("step", steps)):
+        if found:
+            lines += [""] * bool(lines) + [f"[sensors.{title}]", *(f"{c} = {v:.4g}" for c, v in found.items())]
+    return "".join(f"{line}\n" for line in lines)
 
 
 # ---- time axis and still signals
@@ -107,22 +157,25 @@ def find_gaps(log: Log) -> list[Finding]:
     return [Finding("gap", "t", sentence, "Nothing to do: no segment spans a gap.", float(interval[k]))]
 
 
-def find_still(log: Log, noise: sensors.Noise) -> list[Finding]:
-    """Channels that repeat one value, the wheel also within one step of its encoder."""
-    found = []
+def standstills(log: Log, noise: sensors.Noise) -> dict[str, list[tuple[float, float]]]:
+    """Times from and to [s] between which a channel stays the same, one that is quantised within a step of it."""
+    found: dict[str, list[tuple[float, float]]] = {}
     for index, name in enumerate(log.channels):
-        slack = 1.01 * noise.quantum[index] if name == "theta_w" else 0.0
-        runs = [r for r in still_runs(log.measured[:, index], slack, log.dt) if log.t[r[1]] - log.t[r[0]] > QUIET]
-        if not runs:
-            continue
-        total = sum(log.t[b] - log.t[a] for a, b in runs)
-        a, b = max(runs, key=lambda r: log.t[r[1]] - log.t[r[0]])
+        runs = still_runs(log.measured[:, index], 1.01 * noise.quantum[index], log.dt)
+        times = [(float(log.t[a]), float(log.t[b])) for a, b in runs if log.t[b] - log.t[a] > QUIET]
+        found |= {name: times} if times else {}
+    return found
+
+
+def still_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
+    """What stands still, and for how long."""
+    found = []
+    for name, times in still.items():
+        total, (begin, end) = sum(b - a for a, b in times), max(times, key=lambda pair: pair[1] - pair[0])
         what = "The wheel stands still" if name == "theta_w" else f"{name} repeats one value"
-        sentence = (
-            f"{what} for {total:.3g} s in all, the longest time {log.t[b] - log.t[a]:.3g} s from t = {log.t[a]:.6g} s."
-        )
+        sentence = f"{what} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
         cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
-        found.append(Finding("stand_still", name, sentence, cure, float(total)))
+        found.append(Finding("stand_still", name, sentence, cure, total))
     return found
 
 

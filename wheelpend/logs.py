@@ -19,7 +19,7 @@ import polars as pl
 
 from wheelpend.continuity import continued
 from wheelpend.failures import Failure, did_you_mean
-from wheelpend.tables import check_length, open_table
+from wheelpend.tables import Table, check_length, open_table
 
 CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
 REFERENCE = "theta_ref"
@@ -46,15 +46,16 @@ UNITS = {  # unit: (the unit it becomes, factor)
 }
 ALIASES = {  # what other people call our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
-    "v_in": ("volt", "input", "motor", "command", "u"),
+    "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
     "theta_w": ("wheel", "encoder", "enc"),
     "dtheta_p": ("gyro", "rate", "pitch_rate", "dpitch"),
     "theta_p": ("pitch", "tilt", "lean", "imu", "pole"),
-    "theta_1": ("theta", "angle", "position", "encoder"),
-    "theta_2": ("angle2", "encoder2", "elbow"),
-    "x": ("pos", "position", "cart", "slide", "axis"),
+    "theta_1": ("theta", "angle", "position", "encoder", "q1", "qm", "pos"),
+    "theta_2": ("theta2", "angle2", "encoder2", "elbow", "q2"),
+    "x": ("pos", "position", "cart", "slide", "axis", "qm"),
 }
 SHORTEST_SEGMENT = 5  # samples
+SLOW = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP = 5.0  # an interval this many times the median one is a gap
 
 
@@ -330,6 +331,39 @@ def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str
         found[name] = guess_column(name, left)
         left = [n for n in left if n != found[name]]
     return found
+
+
+def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:
+    """Where a file may have what it has under no name that is known; raises Failure where it cannot be read.
+
+    By name, with the unit that a name ends with; time also as the first column that grows from row to row, in the unit
+    in which its samples are as far apart as those of a log are.
+    """
+    path = Path(path)
+    file = open_table(path)
+    known = {columns[n].column if n in columns else n for n in table.names}
+    absent = [n for n in table.needed if (columns[n].column if n in columns else n) not in file.names]
+    absent = [n for n in absent if n not in file.names]
+    free = [n for n in file.names if n not in known]
+    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guessed_columns(free, absent).items() if c}
+    if "t" in absent and (clock := find_clock(file, found["t"].column if "t" in found else "", free)):
+        found["t"] = clock
+    return {n: c if c.unit != table.units[n] else replace(c, unit="") for n, c in found.items()}
+
+
+def find_clock(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:
+    """The column that tells time: the likely one, or else the first that grows from row to row."""
+    for name in (*([likely] if likely else []), *free):
+        try:
+            values = file.read([name])[name]
+        except Failure:
+            continue
+        steps = np.diff(values)
+        if len(steps) and np.isfinite(values).all() and (steps > 0).all():
+            usual = float(np.median(steps))
+            unit = next((u for u in ("s", "ms", "us", "ns") if usual * UNITS[u][1] < SLOW), "ns")
+            return ColumnMap(name, unit)
+    return None
 
 
 def guess_unit(own: str, column: str) -> str:

@@ -14,6 +14,8 @@ from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.filter_choice import Guide
 from wheelpend.identification import Identification
+from wheelpend.inspection import Inspection
+from wheelpend.logs import Log
 from wheelpend.missing_force import Place
 from wheelpend.model import Model
 from wheelpend.quantities import Quantities, quantities_of
@@ -93,6 +95,21 @@ def show_guide(guide: Guide) -> None:
     table(f"Both time constants alike, on {guide.replicas} rehearsals",
           ("τ [s]", "bias [%]", "spread [%]", "error [%]"), rows)  # fmt: skip
     say(guide.reason)
+
+
+def show_inspection(log: Log, result: Inspection) -> None:
+    """Print what a log is like, what is wrong with it, and the lines for model.toml that say so."""
+    say(f"{log.name}: {result.samples} samples over {result.duration_s:.4g} s, {result.rate_hz:.6g} Hz, "
+        f"jitter {100 * result.jitter:.2g} % of an interval.")  # fmt: skip
+    names = sorted({k for row in result.channels.values() for k in row})
+    table("Channels", ("channel", *names), [
+        (c, *(number(row.get(k)) for k in names)) for c, row in result.channels.items()
+    ])  # fmt: skip
+    for finding in result.findings:
+        say(f"- {finding.sentence} {finding.cure}")
+    say(f"Put this into model.toml:\n\n{result.proposal}" if result.proposal else "Nothing odd was found.")
+    if result.sensors:
+        say(f"By this log, the sensors are:\n\n{result.sensors}")
 
 
 def show_comparison(result: Comparison, model: Model) -> None:
