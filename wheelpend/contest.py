@@ -40,6 +40,7 @@ SETTLED = 1.03  # error over noise floor from which on nothing is tried that fre
 BEHIND = 1.5  # times the best error of the others on short segments, above which such a thing does not go on
 RELUCTANCE = 1.5  # times its error counts where such a thing does not reach the noise: it bends to much
 SIMILAR = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
+EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 HOPEFUL = 2.0  # cost on middling segments, over the best, up to which a candidate is judged on held-out data
 
 Begun = tuple[str, Fit]  # an effect, and how far its refit is
@@ -139,14 +140,18 @@ class Contest:
         )
 
     def with_smaller(self, tried: Sequence[Tried], judged: int) -> list[Tried]:
-        """Effects, those that the best one contains refitted from there where that is a better fit of them."""
-        leader, found = min(tried, key=lambda t: t.error_after), list(tried)
-        for smaller in simpler(self.study, leader.effect):
-            again = self.finish((smaller, within(self.study, leader, smaller)), judged)
-            known = next((t for t in found if t.effect == smaller), None)
-            if again and (known is None or again.fit.cost < known.fit.cost):
-                found = [*(t for t in found if t is not known), again]
-        return found
+        """Effects; each that a better one contains or approaches refitted from there, where that is its better fit."""
+        found, done = {t.effect: t for t in tried}, set()
+        for larger in sorted(tried, key=lambda t: t.error_after):
+            for smaller in simpler(self.study, larger.effect):
+                known = found.get(smaller)
+                if smaller in done or (known and known.error_after <= larger.error_after):
+                    continue
+                done.add(smaller)
+                again = self.finish((smaller, within(self.study, larger, smaller)), judged)
+                if again and (known is None or again.fit.cost < known.fit.cost):
+                    found[smaller] = again
+        return list(found.values())
 
 
 def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
@@ -202,7 +207,8 @@ def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
     """Effects by held-out error, the best first; one that frees something and leaves a rest counts with reluctance.
 
     Where even the best leaves much, its lead over one with fewer parameters says little: more parameters bend further
-    to whatever else is missing. Then the simplest of those that are nearly as good comes first.
+    to whatever else is missing. Then the simplest of those that are nearly as good comes first; else only one that the
+    best contains or approaches, and that these data cannot tell from it.
     """
 
     def rank(one: Tried) -> float:
@@ -210,11 +216,14 @@ def ranked(study: Study, tried: Iterable[Tried]) -> list[Tried]:
         return one.error_after * (RELUCTANCE if partial else 1.0)
 
     ordered = sorted(tried, key=rank)
-    rivals = [t for t in ordered if t.physical and rank(t) < SIMILAR * rank(ordered[0])]
-    if not rivals or ordered[0].error_after < FAR * study.floor:
-        return ordered
-    simplest = min(rivals, key=lambda t: (len(t.coefficients), rank(t)))
-    return [simplest, *(t for t in ordered if t is not simplest)]
+    if not ordered:
+        return []
+    best, far = ordered[0], ordered[0].error_after >= FAR * study.floor
+    alike, known = SIMILAR if far else 1.0 + EQUIVALENT, simpler(study, best.effect)
+    rivals = [t for t in ordered if t.physical and rank(t) < alike * rank(best) and (far or t.effect in known)]
+    simplest = min(rivals, key=lambda t: (len(t.coefficients), rank(t)), default=best)
+    first = simplest if len(simplest.coefficients) < len(best.coefficients) else best
+    return [first, *(t for t in ordered if t is not first)]
 
 
 def with_contained(study: Study, names: Sequence[str]) -> list[str]:

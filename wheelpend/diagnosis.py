@@ -9,7 +9,7 @@ import numpy as np
 
 import derive
 from derive.effects import InnerPlay
-from wheelpend.contest import Contest, Scored, least_gain, ranked
+from wheelpend.contest import EQUIVALENT, Contest, Scored, least_gain, ranked
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, found_at
@@ -33,7 +33,6 @@ from wheelpend.study import (
     without_others,
 )
 
-EQUIVALENT = 0.01  # relative difference of the held-out errors within which effects cannot be told apart
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
 PARTNER = 0.2  # share of the sum of squares that a partner must promise to take away
 SUBSTANTIAL = 0.1  # share of what is above the noise that an event must promise to take away

@@ -20,6 +20,12 @@ ASSUMPTIONS = (
         "Whether the friction between wheels and ground, f_w, also pushes the body (the paper's eq. 13); "
         "'none' is what virtual work gives.",
     ),
+    Assumption(
+        "ground_friction",
+        True,
+        (True, False),
+        "Whether viscous friction acts between wheels and ground, f_w; without it X6 = X7, the drive's damping alone.",
+    ),
     Assumption("rotor_inertia", True, (True, False), "Whether the motors' rotors, geared up by ε, carry inertia."),
     Assumption(
         "rotor_speed",
@@ -112,7 +118,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         loads=(
             Load("motors", "drive", 2 * epsilon * K_t * current),
             Load("gearbox friction", "drive", -2 * f_m * slip),
-            Load("ground friction", reaction, -2 * f_w * dtheta_w),
+            *([Load("ground friction", reaction, -2 * f_w * dtheta_w)] if assumptions["ground_friction"] else []),
             *(
                 [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (dsway - dtheta_p))]
                 if "sway" in free
