@@ -189,7 +189,7 @@ def simulate(
 def identify(
     logs: Logs,
     method: Annotated[
-        str, typer.Option(help="shooting, filtered, iv, recursive, energy or differentiation.")
+        str, typer.Option(help="shooting, filtered, iv, recursive, energy, inverse or differentiation.")
     ] = "shooting",
     tau: Annotated[
         str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")

@@ -11,6 +11,7 @@ import numpy as np
 
 import derive
 from wheelpend.diagnosis import fit_percent
+from wheelpend.inverse_dynamics import bursts, force_error
 from wheelpend.logs import Log, segment_bounds
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
@@ -74,6 +75,8 @@ class Comparison:
     where: tuple[Place, ...]
     fitted_first: bool  # whether the model had no values and was fitted to the log
     warnings: tuple[str, ...]
+    force_error: dict[str, float | None] = field(default_factory=dict)  # by log: what the equations leave [%]
+    bursts: list[dict] = field(default_factory=list)  # where in time the equations miss far more force than usual
     missing: MissingForce | None = field(repr=False, default=None)
     study: Study | None = field(repr=False, default=None)
     per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
@@ -129,7 +132,12 @@ def compare(
         missing=missing,
         study=study,
         per_log=per_log_table(model, judged, own),
-    )
+        force_error={p.log.name: force_error(study.module, p.log, v) for p, v in zip(judged, own, strict=True)},
+        bursts=[
+            {"log": p.log.name, "from": b.low, "to": b.high, "row": b.row, "peak": b.peak, "at_reversal": b.at_reversal}
+            for p, v in zip(judged, own, strict=True) for b in bursts(study.module, p.log, v)
+        ],
+    )  # fmt: skip
 
 
 def own_values(study: Study, held: Sequence[Held], values: dict[str, float]) -> tuple[tuple[Part, ...], list[dict]]:

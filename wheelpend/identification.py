@@ -35,7 +35,7 @@ DEFAULT_TAU: dict[str, tuple[float, ...]] = {
 }
 HOLDS = {"zero": False, "first": True}
 DEFAULT_HOLD = {"filtered": "first", "recursive": "zero"}  # zero is the paper's (41)
-LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy", "inverse")  # what noise in the regressor biases
+LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy")  # what noise in the regressor biases
 Progress = Callable[[str], None]
 
 

@@ -18,6 +18,7 @@ from wheelpend.study import noise_of
 
 LONGEST = 40_000  # samples in which a step of the input is looked for
 OWN_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors], for the wheel-driven pendulum
+WITHIN, REST = 6.0, 0.1  # standard deviations within which a place stays, and seconds for which, to stand still
 QUIET = 0.5  # s that a signal must stay the same to be called still
 
 
@@ -72,8 +73,7 @@ def inspect_log(
     interval = np.diff(log.t)
     gaps = interval[interval > GAP * log.dt]
     cures = Cures(columns or {}, table, guessed)
-    still = standstills(log, noise)
-    findings = [*find_gaps(log), *still_findings(log, still)]
+    findings = [*find_gaps(log), *still_findings(log, repeated(log, noise))]
     if set(CHANNELS) <= set(log.channels):
         findings += find_faults(log, relative, cures)
     return Inspection(
@@ -86,7 +86,7 @@ def inspect_log(
         findings=tuple(findings),
         proposal=cures.text(),
         sensors=proposed_sensors(log, noise, table),
-        stand_still=still,
+        stand_still=standstills(log, noise.sigma, table),
     )
 
 
@@ -157,13 +157,36 @@ def find_gaps(log: Log) -> list[Finding]:
     return [Finding("gap", "t", sentence, "Nothing to do: no segment spans a gap.", float(interval[k]))]
 
 
-def standstills(log: Log, noise: sensors.Noise) -> dict[str, list[tuple[float, float]]]:
+def repeated(log: Log, noise: sensors.Noise) -> dict[str, list[tuple[float, float]]]:
     """Times from and to [s] between which a channel stays the same, one that is quantised within a step of it."""
     found: dict[str, list[tuple[float, float]]] = {}
     for index, name in enumerate(log.channels):
         runs = still_runs(log.measured[:, index], 1.01 * noise.quantum[index], log.dt)
         times = [(float(log.t[a]), float(log.t[b])) for a, b in runs if log.t[b] - log.t[a] > QUIET]
         found |= {name: times} if times else {}
+    return found
+
+
+def standstills(log: Log, sigma: np.ndarray, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
+    """Times from and to [s] between which a place stays the same within its noise, for each channel where it does."""
+    places = [(k, c) for k, c in enumerate(log.channels) if table.units.get(c) in ("rad", "m") and c != table.falls]
+    found = {c: motionless(log.t, log.measured[:, k], WITHIN * float(sigma[k])) for k, c in places}
+    return {c: times for c, times in found.items() if times}
+
+
+def motionless(t: np.ndarray, signal: np.ndarray, slack: float) -> list[tuple[float, float]]:
+    """Times from and to [s] between which a signal (N,) stays within a slack, not for less than REST."""
+    known = np.flatnonzero(np.isfinite(signal))
+    t, values, found, first = t[known], signal[known].tolist(), [], 0
+    low = high = values[0] if values else 0.0
+    for k in range(1, len(values) + 1):
+        if k < len(values) and max(high, values[k]) - min(low, values[k]) <= slack:
+            low, high = min(low, values[k]), max(high, values[k])
+            continue
+        if t[k - 1] - t[first] >= REST:
+            found.append((float(t[first]), float(t[k - 1])))
+        first = min(k, len(values) - 1)
+        low = high = values[first]
     return found
 
 

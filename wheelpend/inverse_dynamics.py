@@ -8,6 +8,7 @@ It needs a log with little noise.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from types import ModuleType
 from typing import NamedTuple
 
@@ -24,6 +25,10 @@ ORDER = 4  # of the Butterworth filter for positions and their derivatives
 BANDWIDTH = 100.0  # Hz, of that filter; less where the log is slow
 PARALLEL = 50.0  # Hz, up to which both sides are compared
 SLOWEST = 5.0  # samples in a period of the fastest motion that is looked at
+FEWEST = 40  # samples in a stretch
+STANDS_OUT = 6.0  # standard deviations, robustly estimated, from which a missing force stands out
+UNTRUSTED = 50.0  # % of the input that the equations leave, from which their moments say nothing
+BESIDE = 0.02  # s, within which a reversal is at a burst
 NEARLY = 0.3  # of an interval, by which a sample may come late and still count as on time
 ENDS = 0.05  # s at either end of a stretch, where filters have not enough on one side
 
@@ -41,23 +46,70 @@ def inverse_dynamics(module: ModuleType, log: Log, parameters: np.ndarray) -> Li
     return solve(module, sides.left, sides.regressor)
 
 
-def force_error(module: ModuleType, log: Log, values: dict[str, float]) -> float:
-    """What a model's equations leave of the left side, relative to it [%]; nan where there is nothing to compare.
+def force_error(module: ModuleType, log: Log, values: Mapping[str, float]) -> float | None:
+    """What a model's equations leave of the left side, relative to it [%]; None where there is nothing to compare.
 
     The left side is the measured input, or for a machine that swings freely the pull of gravity.
     """
     try:
         sides = sides_of(module, log, vector(module, values, log))
     except Failure:
-        return float("nan")
-    rest = sides.left - sides.regressor @ np.array([values[n] for n in module.LINEAR])
+        return None
+    rest = sides.left - sides.regressor @ np.array([values.get(n, 0.0) for n in module.LINEAR])
     size = float(np.sum(sides.left**2))
-    return float(100.0 * np.sqrt(np.sum(rest**2) / size)) if size > 0.0 else float("nan")
+    return float(100.0 * np.sqrt(np.sum(rest**2) / size)) if size > 0.0 else None
+
+
+class Burst(NamedTuple):
+    """A short stretch in which the equations miss far more force than usual."""
+
+    low: float  # s, from
+    high: float  # s, to
+    row: str
+    peak: float  # largest missing force [unit of the input]
+    at_reversal: bool  # whether something reverses there, where friction is hardest to know
+
+
+def bursts(module: ModuleType, log: Log, values: Mapping[str, float]) -> list[Burst]:
+    """Where in time the equations miss far more force than usual, in order.
+
+    Found at the full bandwidth of the differentiated motion: a push, or something that winds up and rings, is short.
+    Nothing is, where noise or a wrong model leave most of the input unexplained.
+    """
+    left = force_error(module, log, values)
+    if left is None or left > UNTRUSTED:
+        return []
+    parameters, found = vector(module, values, log), []
+    estimate = np.array([values.get(n, 0.0) for n in module.LINEAR])
+    for a, b in stretches(log, 0, len(log)):
+        raw = raw_sides(module, log.part(a, b), parameters)
+        if raw is not None:
+            found += _standing_out(module, raw, raw.left - raw.regressor @ estimate)
+    return sorted(found)
+
+
+def _standing_out(module: ModuleType, raw: Raw, rest: np.ndarray) -> list[Burst]:
+    """Stretches of one run of samples in which the rest (N, rows) stands out."""
+    found, smooth = [], butter(ORDER, raw.band, fs=1.0 / raw.dt, output="sos")
+    edge, apart = int(np.ceil(ENDS / raw.dt)), max(1, round(ENDS / raw.dt))
+    slips = raw.states[:, module.NQ :] @ np.array([*module.PORTS.values()]).T
+    turns = np.flatnonzero((np.diff(np.sign(slips), axis=0) != 0).any(axis=1))
+    for row, name in enumerate(module.ROWS):
+        force = sosfiltfilt(smooth, rest[:, row])  # the measured side has more bandwidth than the motion
+        usual = 1.48 * float(np.median(np.abs(force)))
+        out = np.flatnonzero(np.abs(force) > STANDS_OUT * usual)
+        out = out[(out >= edge) & (out < len(force) - edge)]
+        for group in np.split(out, np.flatnonzero(np.diff(out) > apart) + 1) if len(out) else []:
+            first, last = raw.t[group[0]], raw.t[group[-1]]
+            beside = (raw.t[turns] > first - BESIDE) & (raw.t[turns] < last + BESIDE)
+            peak = float(np.abs(force[group]).max())
+            found.append(Burst(float(first), float(last), name, peak, bool(beside.any())))
+    return found
 
 
 def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
     """Both sides of the equations, filtered alike and thinned, over all stretches of a log that are long enough."""
-    found = [_of_stretch(module, log.part(a, b), parameters) for a, b in stretches(log, 0, len(log))]
+    found = [_thinned(raw_sides(module, log.part(a, b), parameters)) for a, b in stretches(log, 0, len(log))]
     kept = [s for s in found if s is not None]
     if not kept:
         raise Failure(f"{log.name} must hold an uninterrupted stretch of at least {4 * ENDS:g} s for its motion to be "
@@ -65,9 +117,24 @@ def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
     return Sides(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
 
 
-def _of_stretch(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides | None:
+class Raw(NamedTuple):
+    """The sides over one stretch at evenly spaced times, and the motion that they were made of."""
+
+    t: np.ndarray  # (N,) s
+    states: np.ndarray  # (N, NX)
+    left: np.ndarray  # (N, rows)
+    regressor: np.ndarray  # (N, rows, n)
+    band: float  # Hz, of the motion
+
+    @property
+    def dt(self) -> float:
+        """Distance of the times [s]."""
+        return float(self.t[1] - self.t[0])
+
+
+def raw_sides(module: ModuleType, log: Log, parameters: np.ndarray) -> Raw | None:
     """The sides over one stretch; None where it is too short."""
-    if len(log) < 2 or log.duration < 4 * ENDS or len(log) < 40:
+    if len(log) < FEWEST or log.duration < 4 * ENDS:
         return None
     t = evenly(log.t)
     dt = float(t[1] - t[0])
@@ -76,11 +143,18 @@ def _of_stretch(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides |
     held = log.t.searchsorted(t + NEARLY * dt, side="right") - 1
     voltage = acting_input(module, log, parameters)[np.maximum(held, 0)]
     pairs = [module.regressor(*row, parameters) for row in zip(t, states, rates, voltage, strict=True)]
-    left, regressor = np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
-    thin = max(1, round(1.0 / (2.0 * min(PARALLEL, 0.5 * band) * dt)))
+    return Raw(t, states, np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), band)
+
+
+def _thinned(raw: Raw | None) -> Sides | None:
+    """Sides filtered alike and thinned to what the filter lets through, clear of the ends; None where nothing is left."""
+    if raw is None:
+        return None
+    left, regressor = raw.left, raw.regressor
+    thin = max(1, round(1.0 / (2.0 * min(PARALLEL, 0.5 * raw.band) * raw.dt)))
     if thin > 1:
         left, regressor = (decimate(side, thin, axis=0) for side in (left, regressor))
-    edge = int(np.ceil(ENDS / (thin * dt)))
+    edge = int(np.ceil(ENDS / (thin * raw.dt)))
     return Sides(left[edge:-edge], regressor[edge:-edge]) if len(left) > 4 * edge else None
 
 

@@ -29,6 +29,7 @@ from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
 from wheelpend.free_law import FreeLaw
+from wheelpend.inspection import standstills
 from wheelpend.quantities import Quantities, quantities_of
 from wheelpend.repeatable import Repeats
 from wheelpend.reporting_figures import pretty
@@ -412,12 +413,17 @@ def charts(explanation: Explanation, q: Quantities) -> dict:
     changed = bool(explanation.steps)
     compared = figures.comparisons(explanation)
     rows = first.study.module.ROWS
+    table = explanation.model.table
+
+    def still(c: figures.Comparison) -> dict:
+        return standstills(c.part.log, c.part.sigma, table)
+
     state = figures.state_figure(first, q)
     force = figures.force_figure(first.missing, rows, q) if first.missing is not None else None
     return {
         "ladder": chart("ladder", figures.ladder_figure(explanation)),
         "logs": [
-            (c.part.log.name, chart(f"log{k}", figures.prediction_figure(c, changed, q)))
+            (c.part.log.name, chart(f"log{k}", figures.prediction_figure(c, changed, q, still(c))))
             for k, c in enumerate(compared[: figures.MOST_LOGS])
         ],
         "left_out": len(compared) - figures.MOST_LOGS,
@@ -555,7 +561,7 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <section>
 <h2>Measured against predicted</h2>
 <p class="soft">Each stretch of {{ e.horizon_s | number }} s is predicted from its own initial state with the logged \
-voltage. Below each channel: what is left over, in standard deviations of the sensor.</p>
+voltage. Below each channel: what is left over, in standard deviations of the sensor. Grey: a place that stands still within its noise.</p>
 {% for name, drawn in charts.logs %}
 <h3>{{ name }}</h3>
 {{ drawn }}

@@ -6,7 +6,7 @@ Colours mean the same everywhere: dark grey is measured, red the model before, b
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,7 @@ MEASURED, BEFORE, AFTER, FLOOR, QUIET = "#3d4450", "#d1592a", "#1f6fb4", "#5b8c5
 SHADES = ("#1f6fb4", "#7a4fa3", "#1b8a7a", "#a67c1e")  # of steps and candidates, the first is "after"
 MOST_POINTS = 3000  # of one trace
 MOST_LOGS = 3  # shown in full
+MOST_MARKED = 60  # standstills of a channel that are marked
 BINS = 24
 NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
             "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
@@ -122,8 +123,13 @@ def _residuals(study: Study, fitted: Fit) -> list[np.ndarray]:
     ]
 
 
-def prediction_figure(comparison: Comparison, changed: bool, units: Quantities) -> go.Figure:
-    """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ."""
+def prediction_figure(
+    comparison: Comparison, changed: bool, units: Quantities, still: Mapping[str, list[tuple[float, float]]]
+) -> go.Figure:
+    """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ.
+
+    Where a place stands still is marked.
+    """
     part = comparison.part
     channels = part.log.channels
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
@@ -133,6 +139,8 @@ def prediction_figure(comparison: Comparison, changed: bool, units: Quantities) 
     models = [*before, ("after" if changed else "predicted", AFTER, comparison.after)]
     for c, channel in enumerate(channels):
         _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
+        for begin, end in still.get(channel, [])[:MOST_MARKED]:
+            figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=QUIET, opacity=0.18, line_width=0)
         figure.update_yaxes(title=f"{pretty(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
         figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
     figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)

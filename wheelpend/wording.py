@@ -20,6 +20,7 @@ from wheelpend.missing_force import Place
 from wheelpend.model import Model
 from wheelpend.quantities import Quantities, quantities_of
 
+MOST_BURSTS = 12  # times of bursts that are listed
 NOTHING = unexplained.Asked()  # besides the diagnosis
 
 
@@ -73,6 +74,8 @@ def show_identification(result: Identification) -> None:
         + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "")
         + ("; τ = " + ", ".join(f"{t:g}" for t in result.tau) + " s" if result.tau else "")
         + ".")  # fmt: skip
+    if result.force_error is not None:
+        say(f"Inverse dynamics with these values leave {result.force_error:.3g} % of the input unexplained.")
     if result.bias:
         show_bias(result.bias)
     if result.guide:
@@ -107,6 +110,10 @@ def show_inspection(log: Log, result: Inspection) -> None:
     ])  # fmt: skip
     for finding in result.findings:
         say(f"- {finding.sentence} {finding.cure}")
+    for name, times in result.stand_still.items():
+        shown = ", ".join(f"{a:.2f}-{b:.2f}" for a, b in times[:MOST_BURSTS])
+        say(f"{name} stands still within its noise for {sum(b - a for a, b in times):.3g} s in all: {shown}"
+            f"{', …' if len(times) > MOST_BURSTS else ''} s.")  # fmt: skip
     say(f"Put this into model.toml:\n\n{result.proposal}" if result.proposal else "Nothing odd was found.")
     if result.sensors:
         say(f"By this log, the sensors are:\n\n{result.sensors}")
@@ -130,7 +137,28 @@ def show_comparison(result: Comparison, model: Model) -> None:
             + f", control input off by {number(loop.rmse_input)} V rms."))  # fmt: skip
     for row in result.per_log:
         say(f"Of its own in {row['log']}: " + ", ".join(f"{n} {v:.4g}" for n, v in row.items() if n != "log") + ".")
+    show_forces(result, model)
     show_places(result.where, model, result)
+
+
+def show_forces(result: Comparison, model: Model) -> None:
+    """Print what the equations leave of the input, and where in time they miss far more than usual."""
+    known = {n: e for n, e in result.force_error.items() if e is not None}
+    for name, left in known.items():
+        say(f"{name}: inverse dynamics leave {left:.3g} % of the input unexplained.")
+    for name in known:
+        found = [b for b in result.bursts if b["log"] == name and not b["at_reversal"]]
+        turning = sum(b["log"] == name and b["at_reversal"] for b in result.bursts)
+        if found:
+            peak, quantities = max(b["peak"] for b in found), quantities_of(model)
+            physical = quantities.in_physical(peak, quantities.force)
+            size = f"{peak:.3g} {quantities.force}" + (f" = {physical[0]:.3g} {physical[1]}" if physical else "")
+            shown = ", ".join(f"{b['from']:.3f}" for b in found[:MOST_BURSTS])
+            say(f"{name}: in {len(found)} short stretches the model misses far more force than usual, up to {size}: at "
+                f"t = {shown}{', …' if len(found) > MOST_BURSTS else ''} s. Something pushes there, or winds up, that "
+                "the model does not have.")  # fmt: skip
+        if turning:
+            say(f"{name}: so it does at {turning} reversals, where friction is hardest to know.")
 
 
 def show_places(places: tuple[Place, ...], model: Model, result) -> None:
