@@ -147,7 +147,7 @@ def raw_sides(module: ModuleType, log: Log, parameters: np.ndarray) -> Raw | Non
 
 
 def _thinned(raw: Raw | None) -> Sides | None:
-    """Sides filtered alike and thinned to what the filter lets through, clear of the ends; None where nothing is left."""
+    """Sides filtered alike and thinned to what that lets through, clear of the ends; None where nothing is left."""
     if raw is None:
         return None
     left, regressor = raw.left, raw.regressor

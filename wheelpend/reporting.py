@@ -561,7 +561,8 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <section>
 <h2>Measured against predicted</h2>
 <p class="soft">Each stretch of {{ e.horizon_s | number }} s is predicted from its own initial state with the logged \
-voltage. Below each channel: what is left over, in standard deviations of the sensor. Grey: a place that stands still within its noise.</p>
+voltage. Below each channel: what is left over, in standard deviations of the sensor. Grey: a place that stands still \
+within its noise.</p>
 {% for name, drawn in charts.logs %}
 <h3>{{ name }}</h3>
 {{ drawn }}

@@ -367,9 +367,9 @@ forth and back at 100 Hz, both sides below 50 Hz, thinned by ten), of the measur
 ![Force error of every model](emps_ladder.svg)
 ![What each model leaves of the force](emps_force.svg)
 
-With Coulomb friction the parameters are within {worst} % of the published ones. The difference between the two
-directions is {asymmetry} N s/m in the mean of them (published: 166.7 and 240.4, that is -36.9). Without Coulomb friction
-the viscous coefficient comes out twice as large: a missing effect corrupts the others.
+With Coulomb friction the parameters are within {worst} % of the published ones. Half the difference between the two
+directions is {asymmetry} N s/m (published: 166.7 and 240.4, that is -36.9). Without Coulomb friction the viscous
+coefficient comes out twice as large: a missing effect corrupts the others.
 
 Shooting, which lets nothing but the initial states of half-second segments go, finds nearly the same on either log. The
 pulses are not absorbed into friction:
@@ -380,17 +380,17 @@ pulses are not absorbed into friction:
 
 In the second log somebody pushed the carriage with force pulses of half a second. With the values from the first log,
 `wheelpend compare DATA_EMPS_PULSES.mat` names {bursts} short stretches in which the equations miss far more force than
-usual, up to {peak} N: at t = {edges}, … s, at the edges of the pulses. In the first log it names {quiet} such
-stretches, and {turning} at reversals. Each is a ring of some 10 ms: the authors suspect a flexibility, which the model does not have;
-it is reported, not absorbed.
+usual, up to {peak} N: at t = {edges}, … s,
+at the edges of the pulses. In the first log it names {quiet} such stretches, and {turning} at reversals. Each is a ring of
+some 10 ms: the authors suspect a flexibility, which the model does not have; it is reported, not absorbed.
 
 ![Bursts in the log with pulses](emps_pulses.svg)
 
 ## What to keep in mind
 
 The input is taken as it stands at the sample, as the published method does. The command is held until the next sample;
-with its mean over the interval the force error falls to 3.95 % and 4.04 %, and F_v rises by 2 %. Which is right the data
-do not say: it is half a millisecond of delay.
+with its mean over the interval the force error falls to 3.95 % and 4.04 %, and F_v rises by 2 %. Which is right the
+data do not say: it is half a millisecond of delay.
 """
 
 ROBOT_PAGE = """\
@@ -416,8 +416,8 @@ wheelpend explain balancing.csv
 {channels}
 
 The clock jitters by {jitter} % of an interval. Nothing is said of the sensors in the model: their noise is found from
-the log. In {still} of {duration} s the drive stands still, within the noise of its encoders, while voltage and pitch move, at
-t = {stretches} s.
+the log. In {still} of {duration} s the drive stands still, within the noise of its encoders, while voltage and pitch
+move: at t = {stretches} s.
 
 ![The drive stands still in the marked stretches](robot_stands.svg)
 
