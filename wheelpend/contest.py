@@ -25,9 +25,10 @@ from wheelpend.refit import (
     free_with,
     from_far,
     go_on,
+    shrunk,
     starts_for,
 )
-from wheelpend.screening import Screen, linear_names
+from wheelpend.screening import Screen
 from wheelpend.shooting import Fit
 from wheelpend.study import EXPLAINED, FAR, VISIBLE, Study, fit_model, steadied
 
@@ -168,17 +169,13 @@ def within(study: Study, larger: Tried, smaller: str) -> Fit:
     """Where an effect is nearest to one that contains or approaches it: its own refit may have gone astray."""
     if smaller not in study.module.CONTAINS.get(larger.effect, {}):
         return at_the_end(larger, smaller)
-    weights = np.array(study.module.CONTAINS[larger.effect][smaller])
-    sizes, names = linear_names(derive.effects.find(larger.effect)), linear_names(derive.effects.find(smaller))
 
-    def shrunk(values: Mapping[str, float]) -> dict[str, float]:
-        if not all(n in values for n in sizes):
-            return dict(values)
-        rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger.effect}
-        return rest | dict(zip(names, map(float, np.linalg.pinv(weights) @ [values[n] for n in sizes]), strict=True))
+    def taken_over(values: Mapping[str, float]) -> dict[str, float]:
+        own = shrunk(study, larger.effect, smaller, values)
+        return {n: v for n, v in values.items() if not own or n.partition(".")[0] != larger.effect} | own
 
     fit = larger.fit
-    return replace(fit, values=shrunk(fit.values), per_log=tuple(map(shrunk, fit.per_log)))
+    return replace(fit, values=taken_over(fit.values), per_log=tuple(map(taken_over, fit.per_log)))
 
 
 def at_the_end(larger: Tried, smaller: str) -> Fit:

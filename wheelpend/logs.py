@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
+from wheelpend.bags import bag_table, is_bag
 from wheelpend.continuity import continued
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.tables import Table, check_length, open_table
@@ -47,8 +48,8 @@ UNITS = {  # unit: (the unit it becomes, factor)
 ALIASES = {  # what other people call our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
     "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
-    "theta_w": ("wheel", "encoder", "enc"),
-    "dtheta_p": ("gyro", "rate", "pitch_rate", "dpitch"),
+    "theta_w": ("wheel", "encoder", "enc", "position"),
+    "dtheta_p": ("gyro", "pitch_rate", "dpitch", "angular_velocity.y", "angular_velocity", "rate"),
     "theta_p": ("pitch", "tilt", "lean", "imu", "pole"),
     "theta_1": ("theta", "angle", "position", "encoder", "q1", "qm", "pos"),
     "theta_2": ("theta2", "angle2", "encoder2", "elbow", "q2"),
@@ -165,10 +166,11 @@ def load_log(
     continuous. Raises Failure when the file cannot be used; what is odd but usable is in the log's ``warnings``.
     """
     path = Path(path)
-    file = open_table(path)
+    file = open_file(path)
     sources, notes = find_sources(path.name, file.names, table, columns or {})
     wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
-    numbers = file.read(wanted)
+    held = sources[table.input].column if table.input else ""
+    numbers = file.on_one_clock(wanted, held) if file.on_one_clock else file.read(wanted)
     check_length(path.name, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
     check_time(path.name, raw_t)
@@ -196,6 +198,13 @@ def load_log(
         falls=table.falls,
     )
     return replace(log, warnings=(*notes, *oddities(log, table.input, sources)))
+
+
+def open_file(path: Path) -> Table:
+    """A file's columns, of a table or of a bag; raises Failure where it is neither."""
+    if is_bag(path):
+        return bag_table(path)
+    return open_table(path)
 
 
 def save_log(
@@ -340,7 +349,7 @@ def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable
     in which its samples are as far apart as those of a log are.
     """
     path = Path(path)
-    file = open_table(path)
+    file = open_file(path)
     known = {columns[n].column if n in columns else n for n in table.names}
     absent = [n for n in table.needed if (columns[n].column if n in columns else n) not in file.names]
     absent = [n for n in absent if n not in file.names]

@@ -179,8 +179,25 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
         places = [p for p in find_happenings(study, base, base.error) if p.effect.name == effect]
         return found_at(study, base, places, free_names(study, present))
     short = fit_model(study, start, free_names(study, present), horizons=(SHORT,))
-    shapes = shapes_of(study, short, [derive.effects.find(effect)])
+    larger = [n for n, within in study.module.CONTAINS.items() if effect in within]
+    shapes = shapes_of(study, short, [study.effect(n) for n in (effect, *larger)])
     near = near_screens(study, short, start, shapes, corrupted=base.error > EXPLAINED * study.floor)
     begun = refit(study, short, starts_for(near, effect))
     free, able = free_names(study, enlarged(study.model, effect)), steadied(study.able(effect), begun.values)
-    return study, fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+    found = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
+    for name in larger if found.error > EXPLAINED * study.floor else ():  # a larger one may go where it goes astray
+        around = refit(study, short, starts_for(near, name))
+        values = {n: v for n, v in around.values.items() if n.partition(".")[0] != name}
+        values |= shrunk(study, name, effect, around.values)
+        other = fit_model(able, values, free, horizons=(1.0,), start_per_log=begun.per_log)
+        found = other if other.cost < found.cost else found
+    return study, found
+
+
+def shrunk(study: Study, larger: str, smaller: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Sizes of an effect nearest to those of one that contains it; none where those are not among the values."""
+    sizes, names = (linear_names(derive.effects.find(e)) for e in (larger, smaller))
+    if not all(n in values for n in sizes):
+        return {}
+    weights = np.array(study.module.CONTAINS[larger][smaller])
+    return dict(zip(names, map(float, np.linalg.pinv(weights) @ [values[n] for n in sizes]), strict=True))

@@ -381,8 +381,8 @@ pulses are not absorbed into friction:
 In the second log somebody pushed the carriage with force pulses of half a second. With the values from the first log,
 `wheelpend compare DATA_EMPS_PULSES.mat` names {bursts} short stretches in which the equations miss far more force than
 usual, up to {peak} N: at t = {edges}, … s,
-at the edges of the pulses. In the first log it names {quiet} such stretches, and {turning} at reversals. Each is a ring of
-some 10 ms: the authors suspect a flexibility, which the model does not have; it is reported, not absorbed.
+at the edges of the pulses. In the first log it names {quiet} such stretches, and {turning} at reversals. Each is a ring
+of some 10 ms: the authors suspect a flexibility, which the model does not have; it is reported, not absorbed.
 
 ![Bursts in the log with pulses](emps_pulses.svg)
 

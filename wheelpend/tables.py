@@ -21,7 +21,7 @@ MISSING = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
 SHORTEST = 20  # rows
 WIDEST = 64  # columns of a matrix that is taken for as many quantities
 MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
-KINDS = "CSV (UTF-8 text), Parquet or MATLAB (.mat)"
+KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
 
 
 class Table(NamedTuple):
@@ -29,6 +29,8 @@ class Table(NamedTuple):
 
     names: list[str]
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
+    on_one_clock: Callable[[list[str], str], dict[str, np.ndarray]] | None = None  # the same, of what has many; which
+    # of the columns is held until its next value
 
 
 def open_table(path: Path) -> Table:
