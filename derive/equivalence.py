@@ -20,7 +20,7 @@ from derive import plants
 from derive.effects import Deformation, Effect, InnerForce, InnerPlay, InputDelay, InputLag, PathForce, SensorDelay
 from derive.functions import TIME, symbol
 from derive.grouping import NotExpressibleError
-from derive.model import dry_surfaces, forces, group_and_deform, input_map, sensor_maps
+from derive.model import driven_by, dry_surfaces, forces, group_and_deform, input_map, sensor_maps
 from derive.records import Plant, Relations
 
 ZERO = sp.Integer(0)
@@ -136,7 +136,7 @@ def whole_of(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> Trace:
 
     Of a dry force the part that does not turn with the direction of slip is a constant force, in slip and in stick.
     """
-    driven = [r.subs(plant.input, input_map(plant, chosen)) for r in rows]
+    driven = [r.subs(driven_by(plant, input_map(plant, chosen))) for r in rows]
     total = [r - f for r, f in zip(driven, forces(plant, chosen), strict=True)]
     for surface in dry_surfaces(plant, chosen):
         ahead, back = (surface.law.subs(surface.direction, d) for d in (1, -1))
@@ -158,7 +158,7 @@ def coordinate_changes(plant: Plant, whole: Trace) -> list[Trace]:
 
 def terms_of(plant: Plant, trace: Trace) -> Terms:
     """A trace as constants times functions of the motion."""
-    moving = {s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)} | {plant.input, TIME}
+    moving = {s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)} | {*plant.inputs, TIME}
     moving |= {symbol(f"direction_{p.name}") for p in plant.ports}
     terms: Terms = {}
     for place, entry in enumerate(trace):

@@ -33,7 +33,9 @@ def find_parameters(plant: Plant, rows: tuple[sp.Expr, ...]) -> tuple[sp.Expr, .
         candidates += [c for (r, basis), c in coefficients.items() if r == row and _couples(plant, row, basis)]
         found += _new(candidates, found)
     known = relative_span(found, relative)
-    rest = [item for item in coefficients.items() if not _has_acceleration(plant, item[0][1])]
+    given = {sp.Symbol(c.name, positive=True) for c in plant.constants}
+    rest = [(term, c) for term, c in coefficients.items()
+            if not _has_acceleration(plant, term[1]) and not c.free_symbols <= given]  # fmt: skip
     for (_, _basis), coefficient in sorted(rest, key=lambda item: _order(plant, item[0])):
         found += _new([coefficient], found + known)
     return tuple(found)
@@ -154,7 +156,7 @@ def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: 
 
 def _motion_symbols(plant: Plant) -> tuple[sp.Symbol, ...]:
     states = [s for c in plant.moving for s in (c.q, c.dq, c.ddq)]
-    return (*states, plant.input, *plant.geometry.values())
+    return (*states, *plant.inputs, *plant.geometry.values())
 
 
 def _has_acceleration(plant: Plant, basis: sp.Expr) -> bool:
@@ -173,12 +175,12 @@ def _order(plant: Plant, term: Term) -> tuple:
 
 
 def _new(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
-    """Those candidates that are neither numbers nor, up to sign, among the known."""
+    """Those candidates that are neither numbers nor such a multiple of one that is known."""
     fresh: list[sp.Expr] = []
     for candidate in map(sp.expand, candidates):
         if not candidate.free_symbols:
             continue
-        if not any(sp.expand(candidate - k) == 0 or sp.expand(candidate + k) == 0 for k in known + fresh):
+        if not any(sp.cancel(candidate / k).is_number for k in known + fresh):
             fresh.append(
                 -candidate if candidate.subs(dict.fromkeys(candidate.free_symbols, 2)).is_negative else candidate
             )

@@ -11,22 +11,35 @@ from derive.records import Body, Coordinate, Equations, Plant
 def derive_equations(plant: Plant) -> Equations:
     """Derive the equations of motion of a plant (paper eqs. 1-4, 11, 13)."""
     lagrangian = kinetic_energy(plant) - potential_energy(plant)
+    sideways = sideways_momentum(plant)
     return Equations(
         lagrangian,
-        inertia=tuple(lagrange_row(lagrangian, c, plant.moving) for c in plant.moving),
+        inertia=tuple(
+            sp.expand(lagrange_row(lagrangian, c, plant.moving) + turning_row(plant, sideways, c)) for c in plant.moving
+        ),
         force=tuple(generalised_force(plant, c) for c in plant.moving),
     )
 
 
 def kinetic_energy(plant: Plant) -> sp.Expr:
     """Kinetic energy of all bodies, translation and rotation [J] (paper eq. 1)."""
-    return sp.Add(*(kinetic_energy_of(body, plant.moving) for body in plant.bodies))
+    return sp.Add(*(kinetic_energy_of(body, plant) for body in plant.bodies))
 
 
-def kinetic_energy_of(body: Body, coordinates: tuple[Coordinate, ...]) -> sp.Expr:
+def velocity_of(body: Body, plant: Plant) -> sp.Matrix:
+    """Velocity of a body's centre of mass [m/s], in the frame of the positions, which may turn."""
+    velocity = sum((body.position.diff(c.q) * c.dq for c in plant.moving), sp.zeros(*body.position.shape))
+    if plant.heading is None:
+        return velocity
+    arm, rate = body.position - plant.heading.origin, plant.heading.coordinate.dq
+    return velocity + rate * sp.Matrix([-arm[1], arm[0], 0])
+
+
+def kinetic_energy_of(body: Body, plant: Plant) -> sp.Expr:
     """Kinetic energy of one body [J]."""
-    velocity = sum((body.position.diff(c.q) * c.dq for c in coordinates), sp.zeros(*body.position.shape))
-    return sp.expand(body.mass * sum_angles(velocity.dot(velocity)) / 2 + body.inertia * body.rate**2 / 2)
+    velocity = velocity_of(body, plant)
+    turning = sp.sympify(body.rate) ** 2
+    return sp.expand(body.mass * sum_angles(velocity.dot(velocity)) / 2 + body.inertia * sum_angles(turning) / 2)
 
 
 def potential_energy(plant: Plant) -> sp.Expr:
@@ -45,6 +58,27 @@ def lagrange_row(lagrangian: sp.Expr, row: Coordinate, coordinates: tuple[Coordi
     momentum = sp.diff(lagrangian, row.dq)
     rate_of_momentum = sp.Add(*(momentum.diff(c.dq) * c.ddq + momentum.diff(c.q) * c.dq for c in coordinates))
     return sp.expand(rate_of_momentum - sp.diff(lagrangian, row.q))
+
+
+def sideways_momentum(plant: Plant) -> sp.Expr:
+    """Momentum along the turning frame's y axis, in which no wheel rolls [kg m/s]."""
+    if plant.heading is None:
+        return sp.Integer(0)
+    return sp.expand(sp.Add(*(body.mass * velocity_of(body, plant)[1] for body in plant.bodies)))
+
+
+def turning_row(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
+    """What Lagrange's equation of one coordinate lacks because the frame turns (Boltzmann and Hamel).
+
+    The speeds of rolling and of turning are not rates of coordinates of the plane. With the sideways momentum p and the
+    forward speed v of the origin, p ψ̇ is missing forward and p v about the vertical.
+    """
+    if plant.heading is None:
+        return sp.Integer(0)
+    forward = plant.heading.origin[0]
+    speed = sp.Add(*(forward.diff(c.q) * c.dq for c in plant.moving))
+    turned = sideways * speed if row == plant.heading.coordinate else sp.Integer(0)
+    return turned - plant.heading.coordinate.dq * sideways * forward.diff(row.q)
 
 
 def generalised_force(plant: Plant, row: Coordinate) -> sp.Expr:

@@ -47,7 +47,8 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
-    residual = [row.subs(plant.input, acting) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    driven = driven_by(plant, acting)
+    residual = [row.subs(driven) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
     residual = [without_size(row, chosen) if n >= len(plant.coordinates) else row for n, row in enumerate(residual)]
     memories = memories_of(plant, chosen)
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
@@ -108,7 +109,7 @@ def load_in(plant: Plant, grouping: Grouping, acting: sp.Expr) -> dict[str, sp.E
     carried = {p.name: [load.force for load in plant.loads if load.port == p.name] for p in plant.ports}
     scaled = [sp.expand(sp.Add(*f).subs(plant.substitutions) / plant.scale) for f in carried.values()]
     return {
-        name: rewrite(plant, (force,), grouping.definitions, grouping.names)[0].subs(plant.input, acting)
+        name: rewrite(plant, (force,), grouping.definitions, grouping.names)[0].subs(driven_by(plant, acting))
         for name, force in zip(carried, scaled, strict=True)
     }
 
@@ -176,14 +177,20 @@ def named(grouping: Grouping):
 def x_unit(plant: Plant, name: str, grouping: Grouping) -> str:
     """Unit of an equivalent parameter, from what it multiplies."""
     column = columns(grouping.rows, (name,))[name]
-    row, entry = next((c, e) for c, e in zip(plant.coordinates, column, strict=True) if e != 0)
+    found = [(c, e) for c, e in zip(plant.coordinates, column, strict=True) if e != 0]
+    moving = [(c, e) for c, e in found if e.has(*(k.ddq for k in plant.coordinates))]
+    row, entry = (moving or found)[0]
     force = plant.force_unit(row.unit)
-    for c in plant.coordinates:
-        if entry.has(c.ddq):
-            return library.joined(force, f"s²/{c.unit}")
-        if entry.has(c.dq):
-            return library.joined(force, f"s/{c.unit}")
-    return force
+    along = next((c.unit for c in plant.coordinates if entry.has(c.ddq)), "")
+    if along:
+        return library.joined(force, f"s²/{along}")
+    along = next((c.unit for c in plant.coordinates if entry.has(c.dq)), "")
+    return library.joined(force, f"s/{along}") if along else force
+
+
+def driven_by(plant: Plant, acting: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
+    """What acts for each input: the same for all that acts for the first."""
+    return {u: acting.subs(plant.input, u) for u in plant.inputs}
 
 
 def input_map(plant: Plant, chosen: tuple[Effect, ...]) -> sp.Expr:

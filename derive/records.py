@@ -82,6 +82,16 @@ class Parameter(NamedTuple):
     sentence: str
 
 
+class Heading(NamedTuple):
+    """A frame that turns about the vertical with the machine, and rolls forward along its own x axis.
+
+    Positions are then in it: the x of ``origin`` is the way rolled, whatever the heading.
+    """
+
+    coordinate: Coordinate  # yaw, counted from x to y
+    origin: sp.Matrix  # m, the point that rolls without slipping sideways
+
+
 @dataclass(frozen=True)
 class Plant:
     """A machine as its geometry states it. Nothing in it has been derived yet."""
@@ -104,6 +114,8 @@ class Plant:
     free: tuple[str, ...] = ()  # of these, those that are free; the others are rigid
     controlled: tuple[str, str] = ("", "")  # channels of what is controlled and of its rate, where there are any
     reference: str = ""  # column of the commanded value of what is controlled
+    further: tuple[sp.Symbol, ...] = ()  # inputs beside the first
+    heading: Heading | None = None  # where the machine turns about the vertical
     falls: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
 
     @property
@@ -114,7 +126,12 @@ class Plant:
     @property
     def driven(self) -> bool:
         """Whether an input acts on the machine; one that swings freely has none, and its logs need no column of it."""
-        return any(sp.sympify(load.force).has(self.input) for load in self.loads)
+        return any(sp.sympify(load.force).has(*self.inputs) for load in self.loads)
+
+    @property
+    def inputs(self) -> tuple[sp.Symbol, ...]:
+        """All inputs, in the order of their columns."""
+        return (self.input, *self.further)
 
     @property
     def scale_constant(self) -> Parameter | None:

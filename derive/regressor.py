@@ -54,7 +54,7 @@ def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
     potential = sp.Integer(0)
     for c in plant.coordinates:
         pull = left.coeff(c.dq, 1)
-        moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), plant.input, TIME)
+        moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), *plant.inputs, TIME)
         if not pull.has(*moving) and has_potential(pull, c.q):
             potential += sp.integrate(pull, c.q)
             left = sp.expand(left - pull * c.dq)
@@ -87,8 +87,14 @@ def dry_forces(plant: Plant, surfaces: tuple[DrySurface, ...]) -> sp.Matrix:
 
 def orientation(plant: Plant, grouping: Grouping) -> tuple[sp.Expr, ...]:
     """Factor per row that puts the input on the left with a plus sign, as in the paper's (19) and (20)."""
-    gains = (sp.expand(row).coeff(plant.input) for row in grouping.rows)
+    gains = (own_gain(plant, sp.expand(row)) for row in grouping.rows)
     return tuple(-1 / gain if gain else sp.Integer(1) for gain in gains)
+
+
+def own_gain(plant: Plant, row: sp.Expr) -> sp.Expr:
+    """What all inputs together do to a row; where they cancel, what the last one does."""
+    gains = [row.coeff(u) for u in plant.inputs]
+    return sp.simplify(sp.Add(*gains)) or gains[-1]
 
 
 def linear_parameters(rows: sp.Matrix, base: tuple[str, ...], fitted: tuple[Parameter, ...]) -> tuple:
@@ -125,7 +131,7 @@ def split(plant: Plant, entry: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
         rest = sp.expand(rest - _acceleration_terms(rest, c))
     for c in plant.coordinates:
         factor = rest.coeff(c.dq)
-        if factor != 0 and not factor.has(*_states(plant)) and not factor.has(plant.input):
+        if factor != 0 and not factor.has(*_states(plant)) and not factor.has(*plant.inputs):
             once += factor * c.q
             rest = sp.expand(rest - factor * c.dq)
     return twice, once, rest

@@ -53,7 +53,8 @@ class Code(NamedTuple):
     delay: int  # index of the input delay, or -1
     lag: int  # index of the time constant of the input's lag, or -1
     origin: int  # index of the angle at the log's first sample, or -1
-    input: str
+    input: str  # argument of the kernels: the input, or a row of several
+    inputs: tuple[str, ...]  # columns; none where nothing drives the machine
     directions: tuple[str, ...]  # of the surfaces with dry friction
     slips: tuple[tuple[float, ...], ...]
     dry_sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
@@ -97,7 +98,8 @@ def generate_code(model: Model) -> Code:
         delay=names.index(model.delay) if model.delay else -1,
         lag=names.index(model.lag) if model.lag else -1,
         origin=names.index("origin") if "origin" in names else -1,
-        input=model.plant.input.name,
+        input=input_argument(model),
+        inputs=tuple(u.name for u in model.plant.inputs) if model.plant.driven else (),
         directions=tuple(s.direction.name for s in model.surfaces),
         slips=tuple(s.slip for s in model.surfaces),
         dry_sizes=tuple(names.index(name) for name in dry_sizes(model)),
@@ -189,19 +191,32 @@ def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
 
 def sources(model: Model, **extra: str) -> dict[str, str]:
     """Where a kernel finds each symbol among its arguments."""
-    table = {"t": "t", model.plant.input.name: "voltage"}
+    table = {"t": "t", **input_sources(model, "voltage")}
     table |= {name: f"state[{n}]" for n, name in enumerate(variables_of(model))}
     table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.moving)}
     table |= {s.direction.name: f"direction[{n}]" for n, s in enumerate(model.surfaces)}
     return table | {name: f"parameters[{n}]" for n, name in enumerate(model.parameters)} | extra
 
 
+def input_argument(model: Model) -> str:
+    """What the integrator's kernels call their input: its own name, or that of a row of several."""
+    return model.plant.input.name if len(model.plant.inputs) == 1 else "voltages"
+
+
+def input_sources(model: Model, argument: str) -> dict[str, str]:
+    """Where a kernel finds each input in an argument."""
+    inputs = model.plant.inputs
+    if len(inputs) == 1:
+        return {inputs[0].name: argument}
+    return {u.name: f"{argument}[{k}]" for k, u in enumerate(inputs)}
+
+
 def scalar_sources(model: Model) -> dict[str, str]:
     """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
     plant, surfaces = model.plant, model.surfaces
     accelerations = (c.ddq for c in plant.moving)
-    scalars = (*model.states, *model.inner, *accelerations, plant.input, *(s.direction for s in surfaces))
-    return sources(model, **{s.name: s.name for s in scalars})
+    scalars = (*model.states, *model.inner, *accelerations, *(s.direction for s in surfaces))
+    return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
 
 
 def free_motion(model: Model) -> Kernel:
@@ -298,7 +313,7 @@ def filtered_signals(model: Model) -> tuple[Signal, ...]:
     for derivatives, piece in enumerate((model.regressor.phi0, model.regressor.phi1, model.regressor.phi2)):
         for entry in piece:
             if entry and _place(model, found, entry, derivatives) is None:
-                found.append(Signal(entry, derivatives, entry.has(model.plant.input) and not model.lag))
+                found.append(Signal(entry, derivatives, entry.has(*model.plant.inputs) and not model.lag))
     held = model.plant.driven and not model.lag
     return (*found, *(Signal(entry, 0, held) for entry in model.regressor.tau))
 

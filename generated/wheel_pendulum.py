@@ -1,5 +1,5 @@
 # Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
-# plant wheel_pendulum; assumptions ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects none
+# plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects none
 """Kernels of the model `wheel_pendulum`.
 
 wheel row: 0 =
@@ -67,7 +67,8 @@ CONTROLLED = (1, 2)  # outputs that the controller sees: a value and its rate, -
 READS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # what each output reads of the states while no effect touches the sensors
 FALLS = 1  # output that must stay within ±π/2, or -1
 PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body': (0.0, 1.0), 'outside': (1.0, 0.0)}  # each port's coordinate as weights on the coordinates
-INPUT = "v_in"  # column of the input; a machine that swings freely has none
+INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has none
+INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 EVENTS = 16  # stick-slip events handled within one step
@@ -308,11 +309,7 @@ def _lagged(share, share_by, old, excess, driven_by):
 @inlined
 def _acting(t, h, state, voltage, parameters):
     """The input that acts in the mean over the next h."""
-    if LAG < 0:
-        return voltage
-    begin, slope = _lag(h, parameters[LAG])[:2]
-    driven = _driven(t, voltage, parameters)
-    return driven + (begin + 0.5 * slope * h) * (state[NV] - driven)
+    return voltage
 
 
 @internal
@@ -327,41 +324,12 @@ def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
     for i in range(NV):
         for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
-    if LAG < 0:
-        return
-    time_constant, delay = parameters[LAG], _delay(parameters)
-    first = acting
-    while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
-        first -= 1
-    driven_by = np.zeros(FITTED + 1)
-    _drive_jacobian(when, voltage[first], parameters, driven_by)
-    state[NV] = _driven(when, voltage[first], parameters)
-    for c in range(sens.shape[1]):
-        sens[NV, c] = driven_by[columns[c - NX]] if c >= NX else 0.0
-    for j in range(first + 1, acting + 1):
-        until = when if j == acting else t[j + 1] + delay
-        _, _, left, _, _, left_by = _lag(max(until - t[j] - delay, 1e-12), time_constant)
-        _drive_jacobian(until, voltage[j], parameters, driven_by)
-        driven = _driven(until, voltage[j], parameters)
-        excess = state[NV] - driven
-        state[NV] = driven + left * excess
-        for c in range(sens.shape[1]):
-            column = columns[c - NX] if c >= NX else FITTED
-            sens[NV, c] = _lagged(left, left_by, sens[NV, c], excess if column == LAG else 0.0, driven_by[column])
-    for c in range(NX, sens.shape[1]):
-        if columns[c - NX] == DELAY and time_constant > 0.0:
-            sens[NV, c] = (state[NV] - _driven(when, voltage[acting], parameters)) / time_constant
 
 
 @compiled
 def acting_voltage(t, voltage, parameters):
     """The input (N,) that acts at each sample just before its command: the commanded one unless the input lags."""
-    acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
-    state, start = np.zeros(NS), np.zeros(NX)
-    for k in range(t.size):
-        _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
-        acting[k] = state[NV] if LAG >= 0 else voltage[k]
-    return acting
+    return voltage.copy()
 
 
 @internal
@@ -550,8 +518,6 @@ def _stick_and_slip(
             for _ in range(3):  # Newton on the step itself, whose error the interpolant does not see
                 _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, linearise, stages, by_parameter)
                 stepped = landing
-                if LAG >= 0:
-                    acting = new_state[NV]
                 _rate(t + landing, new_state, acting, parameters, dry)
                 _keep(dry)
                 approach = _slip_rate(dry, RATE, first)
@@ -579,7 +545,7 @@ def acceleration(t, state, voltage, parameters):
     """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where what effects add is given too; friction sticks."""
     dry, now = np.zeros((6, max(NA, DRY))), np.zeros(NS)
     now[: state.size] = state
-    acting = _driven(t, voltage, parameters) if LAG >= 0 else voltage
+    acting = voltage
     _settle(t, now, acting, parameters, dry)
     _rate(t, now, acting, parameters, dry)
     return dry[RATE, : NQ if state.size <= NX else NA].copy()
@@ -595,12 +561,8 @@ def _settled_rate(t, state, voltage, parameters, dry):
 @internal
 def _switch(sens, state, old, new, t, parameters, columns, dry):
     """A delayed command switches: the later it does, the longer the old one acts."""
-    if LAG >= 0:
-        old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     for c in range(columns.size):
-        if columns[c] == DELAY and LAG >= 0 and parameters[LAG] > 0.0:
-            sens[NV, NX + c] += (old - new) / parameters[LAG]
-        elif columns[c] == DELAY:
+        if columns[c] == DELAY:
             _settled_rate(t, state, old, parameters, dry)
             _keep(dry)
             _settled_rate(t, state, new, parameters, dry)
@@ -633,7 +595,7 @@ def _acting_at(t, k, when, parameters):
 @internal
 def _slope(t, state, voltage, parameters, dry, slope):
     """Time derivative of the coordinates and rates, into slope (NX,)."""
-    acting = _acting(t, 0.0, state, voltage, parameters) if LAG < 0 else state[NV]
+    acting = voltage
     _settled_rate(t, state, acting, parameters, dry)
     for k in range(NQ):
         slope[k], slope[NQ + k] = state[NQ + k], dry[RATE, k]

@@ -83,7 +83,7 @@ def _force(effect: Effect, study: Study, part: Part, values: Values) -> Picture 
     covered = _motion(study, part) | {
         speed: (f"speed at the {port}", f"{unit}/s", states[window, size:] @ weights),
         angle: (f"{'angle' if unit == 'rad' else 'place'} at the {port}", unit, states[window, :size] @ weights),
-        LOAD: ("load", force, part.log.voltage[window]),
+        LOAD: ("load", force, part.log.voltage[window].reshape(states[window].shape[0], -1).mean(axis=1)),
     }
     return _over_what_it_depends_on(effect, law, covered, f"resistance at the {port} [{force}]", values)
 
@@ -138,7 +138,7 @@ def _input(effect: Effect, study: Study, part: Part, values: Values) -> Picture 
     """The voltage that acts over the commanded one; at the log's two ends where it is another one later on."""
     command, time = study.plant.input, symbol("t")
     law = effect.enters.law(command, time, **effect.symbols)  # type: ignore[union-attr]
-    voltage = part.log.voltage[_window(part)]
+    voltage = part.log.voltage[_window(part)].reshape(-1, max(len(study.module.INPUTS), 1))[:, 0]
     if law.diff(time, 2) != 0 or law.free_symbols - set(effect.symbols.values()) - {command, time}:
         covered = _motion(study, part) | {command: ("commanded voltage", "V", voltage)}
         return _over_what_it_depends_on(effect, law, covered, "acting − commanded [V]", values, command)

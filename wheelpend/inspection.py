@@ -111,7 +111,8 @@ def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
 
 def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
     """Range, noise, step and share of missing samples of the input and of every channel."""
-    rows = [(table.input, log.voltage, 0.0, sensors.find_quantum(log.voltage[:LONGEST]))] if table.input else []
+    inputs = zip(table.inputs, log.voltage.reshape(len(log), -1).T, strict=False)
+    rows = [(name, values, 0.0, sensors.find_quantum(values[:LONGEST])) for name, values in inputs]
     rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
     return {
         name: {

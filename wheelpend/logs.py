@@ -88,11 +88,17 @@ class ColumnTable:
     units: Mapping[str, str]  # of t, the input, the channels and the reference
     reference: str = ""  # column of what was commanded; empty where nothing is
     falls: str = ""  # channel that must stay within ±π/2
+    further: tuple[str, ...] = ()  # inputs beside the first
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Columns of all inputs."""
+        return (*((self.input,) if self.input else ()), *self.further)
 
     @property
     def needed(self) -> tuple[str, ...]:
         """Columns without which a log cannot be used."""
-        return ("t", *((self.input,) if self.input else ()), *self.channels)
+        return ("t", *self.inputs, *self.channels)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -115,7 +121,7 @@ class Log:
 
     name: str  # file name, for messages
     t: np.ndarray  # (N,) s, from the first sample
-    voltage: np.ndarray  # (N,) V commanded, held until the next sample; NaN where it was not logged
+    voltage: np.ndarray  # (N,) V commanded, held until the next sample, (N, inputs) of several; NaN where not logged
     measured: np.ndarray  # (N, channels), NaN where a sensor gave no value
     channels: tuple[str, ...]  # column names of measured
     reference: np.ndarray | None = None  # (N,) rad, commanded pitch
@@ -176,12 +182,10 @@ def load_log(
     check_time(path.name, raw_t)
     scaled = {name: numbers[s.column] * s.factor for name, s in sources.items() if name != "t"}
     del numbers
-    if not table.input:
-        scaled[""] = np.zeros(len(raw_t))
     for name in table.needed[1:]:
         check_values(path.name, name, scaled[name])
-    if table.input:
-        check_moves(path.name, table.input, scaled[table.input], table.units[table.input])
+    for name in table.inputs:
+        check_moves(path.name, name, scaled[name], table.units[name])
     for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
         scaled[name], remarks = continued(
             name, scaled[name], raw_t, table.units[name], starts_again=name != table.falls
@@ -191,13 +195,20 @@ def load_log(
     log = Log(
         name=path.name,
         t=(raw_t - raw_t[0]) * sources["t"].factor,  # subtract first: a clock's large offset would cost digits
-        voltage=scaled[table.input],
+        voltage=side_by_side([scaled[name] for name in table.inputs], len(raw_t)),
         measured=np.column_stack([scaled[c] for c in table.channels]),
         channels=table.channels,
         reference=None if np.isnan(reference).all() else reference,
         falls=table.falls,
     )
-    return replace(log, warnings=(*notes, *oddities(log, table.input, sources)))
+    return replace(log, warnings=(*notes, *oddities(log, table.inputs, sources)))
+
+
+def side_by_side(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
+    """Inputs as a log has them: zeros (N,) of none, (N,) of one, (N, inputs) of several."""
+    if len(inputs) < 2:
+        return inputs[0] if inputs else np.zeros(samples)
+    return np.column_stack(inputs)
 
 
 def open_file(path: Path) -> Table:
@@ -218,7 +229,8 @@ def save_log(
     The file appears complete or not at all.
     """
     path = Path(path)
-    data = {"t": log.t, **({table.input: log.voltage} if table.input else {})}
+    inputs = log.voltage.reshape(len(log), -1).T
+    data = {"t": log.t, **dict(zip(table.inputs, inputs, strict=False))}
     data |= {c: log.measured[:, k] for k, c in enumerate(log.channels)}
     if log.reference is not None and table.reference:
         data[table.reference] = log.reference
@@ -266,7 +278,7 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
 
 def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     """Ranges of usable samples between start and stop, each without a gap."""
-    usable = ~np.isnan(log.voltage[start:stop])
+    usable = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
     if log.falls in log.channels:
         usable &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
     if not usable.any():
@@ -422,9 +434,9 @@ def check_moves(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
         )
 
 
-def oddities(log: Log, input: str, sources: Mapping[str, Source]) -> list[str]:
+def oddities(log: Log, inputs: Sequence[str], sources: Mapping[str, Source]) -> list[str]:
     """Sentences on what is unusual about a usable log."""
-    return [*odd_times(log), *odd_pitch(log, sources), *odd_channels(log, input)]
+    return [*odd_times(log), *odd_pitch(log, sources), *odd_channels(log, inputs)]
 
 
 def odd_times(log: Log) -> list[str]:
@@ -463,10 +475,10 @@ def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
     return found
 
 
-def odd_channels(log: Log, input: str) -> list[str]:
+def odd_channels(log: Log, inputs: Sequence[str]) -> list[str]:
     """Missing cells and channels that never change."""
     found = []
-    driven = ((input, log.voltage),) if input else ()
+    driven = zip(inputs, log.voltage.reshape(len(log), -1).T, strict=False)
     for name, values in (*driven, *zip(log.channels, log.measured.T, strict=True)):
         missing = int(np.isnan(values).sum())
         if missing:

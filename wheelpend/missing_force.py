@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.reading import measured_states, slips
+from wheelpend.reading import input_table, measured_states, slips
 from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study
 
@@ -112,8 +112,7 @@ def _variables(study: Study, part: Part, centres: np.ndarray) -> dict[str, np.nd
     for name, weights in slips(study.module).items():
         if not weights[: study.module.NQ].any():
             table[name] = states[centres] @ weights
-    if study.module.INPUT:
-        table[study.module.INPUT] = part.log.voltage[centres]
+    table |= input_table(study.module, part.log.voltage[centres])
     table["t"] = part.log.t[centres]
     return table
 

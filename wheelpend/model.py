@@ -341,11 +341,13 @@ def columns_of(plant: Plant) -> ColumnTable:
     """The columns that a log of this plant has."""
     units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
     if plant.driven:
-        units[plant.input.name] = plant.input_unit
+        units |= {u.name: plant.input_unit for u in plant.inputs}
     if plant.reference:
         units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
     channels = tuple(c.name for c in plant.channels)
-    return ColumnTable(plant.input.name if plant.driven else "", channels, units, plant.reference, plant.falls)
+    driven = plant.input.name if plant.driven else ""
+    further = tuple(u.name for u in plant.further)
+    return ColumnTable(driven, channels, units, plant.reference, plant.falls, further)
 
 
 def ask(look_up: Callable[..., T], *arguments: Any) -> T:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.fitting import bounded_step, layout
-from wheelpend.reading import slips
+from wheelpend.reading import input_table, slips
 from wheelpend.refit import SHORT
 from wheelpend.shooting import Fit, Part, shoot, vector
 from wheelpend.study import Study, fit_model, fit_parts, limits_of, per_log_names, shortened
@@ -111,8 +111,7 @@ def motion_of(study: Study, fitted: Fit, part: Part, number: int) -> dict[str, n
     table = {name: states[:, k] for k, name in enumerate(names)}
     for name, weights in slips(module).items():
         table[name] = states @ weights
-    if module.INPUT:
-        table[module.INPUT] = np.nan_to_num(log.voltage)
+    table |= input_table(module, np.nan_to_num(log.voltage))
     table["t"] = log.t - log.t[0]
     return table
 

@@ -44,7 +44,7 @@ def quantities_of(model: Model) -> Quantities:
 
 def units_of(plant: Plant) -> dict[str, str]:
     """Units of everything that varies in a plant and its logs."""
-    units = {"t": "s", str(plant.input): plant.input_unit}
+    units = {"t": "s", **{str(u): plant.input_unit for u in plant.inputs}}
     for c in plant.coordinates:
         units |= {str(c.q): c.unit, str(c.dq): f"{c.unit}/s", str(c.ddq): f"{c.unit}/s²"}
     return units | {c.name: c.unit for c in plant.channels}

@@ -45,9 +45,16 @@ def _clean(matrix: np.ndarray) -> np.ndarray:
 
 
 def measured_states(module: ModuleType, log: Log) -> np.ndarray:
-    """Coordinates and rates (N, NX) at the samples; a rate that no sensor gives is a central difference."""
+    """Coordinates and rates (N, NX) at the samples; a rate that no sensor gives is a central difference.
+
+    A coordinate of which only the rate is read, such as the yaw, is the integral of that from 0.
+    """
     filled = np.column_stack([fill_gaps(log.t, signal) for signal in log.measured.T])
-    return states_from(module, filled, np.gradient(filled, log.t, axis=0, edge_order=2))
+    states = states_from(module, filled, np.gradient(filled, log.t, axis=0, edge_order=2))
+    for q in np.flatnonzero(~module.READS[:, : module.NQ].any(axis=0)):
+        rate = states[:, module.NQ + q]
+        states[1:, q] = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.t))
+    return states
 
 
 def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
@@ -72,3 +79,8 @@ def signed(weights: Mapping[str, float]) -> str:
     """A combination with weights ±1 as text: theta_w - theta_p."""
     parts = [(n, w) for n, w in weights.items() if w]
     return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
+
+
+def input_table(module: ModuleType, voltage: np.ndarray) -> dict[str, np.ndarray]:
+    """Inputs (N,) by their columns, of a log's voltage (N,) or (N, inputs)."""
+    return dict(zip(module.INPUTS, voltage.reshape(len(voltage), -1).T, strict=False))

@@ -31,7 +31,8 @@ class LinearFit:
 
 def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
     """The input (N,) that acts in the mean from each sample to the next: the commanded one unless the motor lags."""
-    voltage = fill_gaps(log.t, log.voltage)
+    columns = log.voltage.reshape(len(log), -1).T
+    voltage = np.column_stack([fill_gaps(log.t, c) for c in columns]).reshape(log.voltage.shape)
     if module.LAG < 0:
         return voltage
     acting = module.acting_voltage(log.t, voltage, parameters)
@@ -94,10 +95,11 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
     states = measured_states(module, log)
     voltage = acting_input(module, log, parameters)
     slip = states[:, module.NQ :] @ np.array(next(iter(module.PORTS.values())))
+    rubbing = (np.ones_like(voltage).T * np.tanh(slip / (0.05 * slip.std() + 1e-300))).T  # in place of every input
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
     dry, constant = (
         module.filter_regressor(log.t, states, u, parameters, *tau, True, states[0])[0]
-        for u in (np.tanh(slip / (0.05 * slip.std() + 1e-300)), np.ones_like(voltage))
+        for u in (rubbing, np.ones_like(voltage))
     )
     count = len(module.LINEAR)
     rows = [constant * (np.arange(constant.shape[1]) == k) for k in range(constant.shape[1])]

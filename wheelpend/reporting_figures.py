@@ -20,6 +20,7 @@ from derive.functions import symbol
 from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
 from wheelpend.explanation import Explanation
+from wheelpend.logs import side_by_side
 from wheelpend.missing_force import MissingForce
 from wheelpend.quantities import Quantities
 from wheelpend.reading import slips
@@ -331,7 +332,7 @@ def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
 
 def input_of(study: Study, table: dict[str, np.ndarray]) -> np.ndarray:
     """The input among some variables; 0 where nothing drives the machine."""
-    return table[study.module.INPUT] if study.module.INPUT else np.zeros_like(table["t"])
+    return side_by_side([table[name] for name in study.module.INPUTS], len(table["t"]))
 
 
 def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray) -> np.ndarray | None:

@@ -15,7 +15,7 @@ import numpy as np
 
 import derive
 from derive.effects import InnerForce, PathForce
-from wheelpend.logs import Log, segment_bounds
+from wheelpend.logs import Log, segment_bounds, side_by_side
 from wheelpend.reading import states_from
 
 EVERYWHERE = np.iinfo(np.int64).max
@@ -272,12 +272,13 @@ def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> fl
     order = np.concatenate([angles, rates])
     still, size = np.zeros(module.NV), len(rates)
     still[rates] = 1e-6
-    base = module.acceleration(0.0, still, 0.0, parameters)
+    nothing = side_by_side([np.zeros(1)] * len(module.INPUTS), 1)[0]
+    base = module.acceleration(0.0, still, nothing, parameters)
     matrix = np.zeros((2 * size, 2 * size))
     matrix[:size, size:] = np.eye(size)
     for k, place in enumerate(order):
         moved = still.copy()
         moved[place] += 1e-3
-        matrix[size:, k] = (module.acceleration(0.0, moved, 0.0, parameters) - base) / 1e-3
+        matrix[size:, k] = (module.acceleration(0.0, moved, nothing, parameters) - base) / 1e-3
     fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else 100.0
     return float(np.clip(0.25 / max(fastest, 1e-9), 1e-4, 0.01))

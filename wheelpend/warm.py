@@ -9,6 +9,7 @@ import numpy as np
 
 import derive
 from wheelpend import kernels
+from wheelpend.logs import side_by_side
 from wheelpend.model import Model
 
 
@@ -29,18 +30,19 @@ def compile_all(model: Model, progress: Callable[[str], None]) -> None:
 
 def exercise(module: ModuleType) -> None:
     """Call every public kernel once with the types that the tool uses."""
-    t, voltage = np.arange(6) * 1e-3, np.zeros(6)
+    t, command = np.arange(6) * 1e-3, np.zeros(6)
+    voltage = side_by_side([command] * len(module.INPUTS), 6)
     parameters = np.ones(len(module.PARAMETERS))
     states = np.zeros((6, module.NX))
     zeros, columns = np.zeros((6, module.NY)), np.arange(1)
-    module.acceleration(0.0, states[0], 0.0, parameters)
+    module.acceleration(0.0, states[0], voltage[0], parameters)
     module.simulate(t, voltage, states[0], parameters, 0.01)
-    module.closed_loop(t, voltage, voltage, np.zeros(3), states[0], parameters, zeros, np.zeros(module.NY), 0.01)
+    module.closed_loop(t, command, command, np.zeros(3), states[0], parameters, zeros, np.zeros(module.NY), 0.01)
     module.sensitivities(t, voltage, states[0], parameters, columns, 0.01)
-    module.regressor(0.0, states[0], np.zeros(module.NQ), 0.0, parameters)
-    module.regressor_parts(0.0, states[0], 0.0, parameters)
+    module.regressor(0.0, states[0], np.zeros(module.NQ), voltage[0], parameters)
+    module.regressor_parts(0.0, states[0], voltage[0], parameters)
     module.filter_regressor(t, states, voltage, parameters, 0.1, 0.13, True, states[0])
-    module.energy_parts(0.0, states[0], 0.0, parameters)
+    module.energy_parts(0.0, states[0], voltage[0], parameters)
     size = module.NX + 2
     module.shoot(
         t, voltage, zeros, np.ones(module.NY), np.array([[0, 6]]), states[:1], parameters, columns,

@@ -29,13 +29,23 @@ ALIKE = {  # name, of which row of the drive, sentence, what it means
 }
 
 
-def row_of(name: str, model: str, sentence: str, means: str) -> Effect:
-    """A row of the drive as it acts in a joint."""
+TURN = {
+    "coulomb_turn": (
+        "coulomb_drive",
+        "Dry friction of the tyres where the robot turns on the spot.",
+        "Broad tyres scrub: turning costs the same torque at any rate, and small commands do not turn the robot.",
+    ),
+}
+
+
+def row_of(name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint") -> Effect:
+    """A row of the drive as it acts on another port."""
     row = next(r for r in drive.ROWS if r.name == model)
     assert isinstance(row.enters, Force | DryForce)
-    return replace(
-        row, name=name, family="joint", sentence=sentence, means=means, enters=row.enters._replace(port="joint")
-    )
+    return replace(row, name=name, family=family, sentence=sentence, means=means, enters=row.enters._replace(port=port))
 
 
-ROWS = tuple(row_of(name, *rest) for name, rest in ALIKE.items())
+ROWS = (
+    *(row_of(name, *rest) for name, rest in ALIKE.items()),
+    *(row_of(name, *rest, family="ground", port="turn") for name, rest in TURN.items()),
+)

@@ -43,7 +43,9 @@ def fits(effect: Effect, plant: Plant) -> bool:
             return name in plant.geometry
         case InnerForce(coordinate=name) | InnerPlay(coordinate=name):
             return name in plant.inner
-        case InputMap() | InputDelay() | InputLag():
+        case InputLag():
+            return plant.driven and not plant.further  # of several inputs each would lag by itself
+        case InputMap() | InputDelay():
             return plant.driven
         case SensorDelay(channels=channels):
             return {c.name for c in plant.channels} >= set(channels)
