@@ -123,7 +123,7 @@ def test_the_repository_holds_a_valid_model():
         ("[effect.coulomb_drive]", "[effect.coulomb]", "No effect named 'coulomb'"),
         ("torque = {", "torqe = {", "Did you mean 'torque'?"),
         ('reaction = "none"', 'reaction = "nobody"', "must be one of ['body', 'none'], not 'nobody'"),
-        ("ground_friction_reaction", "ground_friction", "Did you mean 'ground_friction_reaction'?"),
+        ("ground_friction_reaction", "ground_friction_reactoin", "Did you mean 'ground_friction_reaction'?"),
         ("[assumptions]", '[assumptions]\nencoder = "relative"', "set encoder in [sensors]"),
         ('"wheel_pendulum"', '"wheel_pendulums"', "No plant named 'wheel_pendulums'"),
         ("X2 = 0.0178", "x2 = 0.0178", "[parameters] holds X1, X2, ...; 'x2' is none of them"),

@@ -456,14 +456,18 @@ def effects(
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
-    """The library of effects, and your own: name, family, sentence, unit, equation."""
+    """The effects that the model's plant may have, and your own: name, family, sentence, unit, equation."""
     import derive
     from wheelpend.failures import Failure
 
     with failures(json):
-        own = open_model(model, plant).own if model != MODEL or model.exists() else ()
+        known, suited = derive.effects.all_with(), lambda row: row
+        if model != MODEL or model.exists():
+            opened = open_model(model, plant)
+            built = derive.plants.build(opened.plant, opened.assumptions)
+            known, suited = derive.effects.possible_on(built, opened.own), lambda row: derive.effects.suited(row, built)
         try:
-            rows = [derive.effects.find(effect)] if effect else derive.effects.all_with(own)
+            rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]
         except KeyError as error:
             raise Failure(error.args[0]) from None
         data = [

@@ -62,6 +62,13 @@ def changes(derived: Derived, other: Derived) -> dict[str, tuple[str, ...]]:
     return {number: names for number, names in found.items() if names}
 
 
+ELSEWHERE = (  # no other choices for the paper's equations
+    "motor_circuit",  # treated below
+    "planar",  # a robot that turns has a row that the paper has not
+    "ground_friction",  # without it f_w is zero, and nothing else is otherwise
+)
+
+
 @lru_cache
 def alternatives() -> tuple[Alternative, ...]:
     """Every assumption made otherwise, with what changes then."""
@@ -76,7 +83,7 @@ def other_choices(derived: Derived) -> Iterator[tuple[str, str, str, Derived]]:
     """Every choice of the derivation made otherwise, and two that the derivation takes for granted as well."""
     for assumption in derive.plants.assumptions_of(PLANT):
         for other in assumption.choices:
-            if other != assumption.default and assumption.name != "motor_circuit":
+            if other != assumption.default and assumption.name not in ELSEWHERE:
                 changed = derive_dynamics(**{assumption.name: other})
                 yield assumption.name, shown(assumption.default), shown(other), changed
     dynamic = {"7": {"V_in": derived["5"]["V_in"].subs(K_e, K)}}
