@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
+import matplotlib
 import numpy as np
 import typer
 from matplotlib.figure import Figure
@@ -241,7 +242,8 @@ def picture(width: float, height: float, rows: int = 1):
 
 def saved(figure, path: Path) -> None:
     """Write an SVG that is the same for the same numbers."""
-    figure.savefig(path, metadata={"Date": None})
+    with matplotlib.rc_context({"svg.hashsalt": path.name}):
+        figure.savefig(path, metadata={"Date": None})
 
 
 def draw_ladder(path: Path, rungs: Sequence[Rung]) -> None:
