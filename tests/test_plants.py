@@ -244,3 +244,12 @@ def test_the_worked_example_of_the_docs_is_a_plant_of_at_most_forty_lines():
     exec(compile(textwrap.dedent(code), "docs/plants.md", "exec"), scope)
     plant = scope["build"]({})
     assert isinstance(plant.scale, sp.Expr) and plant.name == scope["NAME"]
+
+
+def test_every_method_that_needs_no_controller_identifies_a_plant_with_a_single_parameter():
+    model = model_of("slide")
+    log = simulate(model, command="simple", duration=6.0, seed=3)
+    for method in ("shooting", "filtered", "differentiation", "energy", "recursive", "inverse"):
+        tau = (0.1, 0.2) if method in ("filtered", "recursive") else None
+        found = identify(model, [log], method=method, tau=tau)
+        assert found.parameters["X1"]["value"] > 0.0, method

@@ -6,7 +6,8 @@ import sympy as sp
 
 from derive.functions import symbol
 from derive.model import compose
-from wheelpend import Model, diagnose, identify, kernels
+from wheelpend import Model, compare, diagnose, identify, kernels
+from wheelpend.inspection import inspect_for
 from wheelpend.logs import Log, load_log, save_log
 
 TURNING = {"planar": False}
@@ -111,3 +112,11 @@ def test_a_log_with_two_voltages_comes_back_as_it_was_saved(log, tmp_path):
     read = load_log(tmp_path / "log.csv", table=table)
     np.testing.assert_allclose(read.voltage, log.voltage[:500])
     np.testing.assert_allclose(read.measured, log.measured[:500])
+
+
+def test_a_log_with_two_voltages_is_looked_over_and_compared(log, tmp_path):
+    model = Model.parse(TEXT)
+    found = inspect_for(model, log)
+    assert set(found.channels) == {"v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi"}
+    judged = compare(identify(model, [log]).model, [log])
+    assert judged.error == pytest.approx(1.0, abs=0.05) and "dpsi" in judged.fit_percent

@@ -54,7 +54,7 @@ def bias_of(
     """Compare a fit of the log with the consistent estimate, and with what it makes of replicas."""
     pairs = [(estimator(log).estimate, _again(rehearsal, log)) for log in rehearsal.replicas(replicas)]
     least, consistent = (np.array(column) for column in zip(*pairs, strict=True))
-    spread = np.cov((least - consistent).T)
+    spread = np.atleast_2d(np.cov((least - consistent).T))
     if rehearsal.again is None:
         spread = spread + rehearsal.covariance
     difference = fitted.estimate - rehearsal.estimate

@@ -74,7 +74,7 @@ def inspect_log(
     gaps = interval[interval > GAP * log.dt]
     cures = Cures(columns or {}, table, guessed)
     findings = [*find_gaps(log), *still_findings(log, repeated(log, noise))]
-    if set(CHANNELS) <= set(log.channels):
+    if set(CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
         findings += find_faults(log, relative, cures)
     return Inspection(
         samples=len(log),
