@@ -180,8 +180,11 @@ def load_log(
     check_length(path.name, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
     check_time(path.name, raw_t)
-    scaled = {name: numbers[s.column] * s.factor for name, s in sources.items() if name != "t"}
-    del numbers
+    scaled = {}
+    for name, source in sources.items():  # in place where it can be: an hour's log is not held twice
+        values = numbers[source.column]
+        scaled[name] = values if source.factor == 1.0 else values * source.factor
+    del numbers, scaled["t"]
     for name in table.needed[1:]:
         check_values(path.name, name, scaled[name])
     for name in table.inputs:

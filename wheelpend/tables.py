@@ -136,6 +136,7 @@ def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) ->
                 schema=schema,
                 null_values=list(MISSING),
                 encoding="utf8-lossy",
+                low_memory=True,
             )
         except pl.exceptions.NoDataError:
             return pl.DataFrame(schema=dict.fromkeys(wanted, pl.Float64()))
