@@ -8,7 +8,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.functions import symbol
-from derive.model import slip_row
+from derive.model import named, slip_row
 from derive.printing import Kernel, Target, kernel
 from derive.records import Memory, Model, Relations
 
@@ -65,6 +65,7 @@ class Code(NamedTuple):
     falls: int  # index of the output that must stay within ±π/2, or -1
     ports: dict[str, tuple[float, ...]]  # each port's coordinate as weights on the coordinates
     driven: bool
+    signed: tuple[str, ...]  # own parameters that may be negative: differences of physical constants
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
     kernels: dict[str, Kernel]
@@ -110,6 +111,7 @@ def generate_code(model: Model) -> Code:
         falls=place_of(outputs, model.plant.falls),
         ports={p.name: slip_row(model.plant, p.name)[: len(model.plant.coordinates)] for p in model.plant.ports},
         driven=model.plant.driven,
+        signed=tuple(n for n, d in named(model.grouping) if not positive(d)),
         signals=tuple((s.derivatives, s.held) for s in signals),
         unmeasured=unmeasured_rates(model),
         kernels={
@@ -128,6 +130,11 @@ def generate_code(model: Model) -> Code:
             "assemble": assemble(model, signals),
         },
     )
+
+
+def positive(definition: sp.Expr) -> bool:
+    """Whether a parameter is a sum of products of physical constants, all of which are positive."""
+    return all(term.is_positive for term in sp.Add.make_args(sp.expand(definition)))
 
 
 def place_of(names: tuple[str, ...], name: str) -> int:

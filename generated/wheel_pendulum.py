@@ -43,6 +43,7 @@ TWINS = {}  # effects that change every log in the same way
 CONTAINS = {}  # effects within others: parameters of the larger by those of the smaller
 NEEDS = {}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regressor, in the order of its columns
+SIGNED = ()  # own parameters that may be negative: differences of physical constants
 FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = -1  # index of the input delay among PARAMETERS, or -1
 LAG = -1  # index of the time constant of the input's lag, or -1

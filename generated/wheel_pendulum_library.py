@@ -73,6 +73,7 @@ TWINS = {'coulomb_asymmetry': ('voltage_offset',), 'com_offset': ('imu_bias',), 
 CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects within others: parameters of the larger by those of the smaller
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w'), 'payload_step.time': ('R', 'L'), 'payload_step.ratio': ('R', 'L')}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
+SIGNED = ()  # own parameters that may be negative: differences of physical constants
 FITTED = 51  # so many of PARAMETERS, from the first, have sensitivities
 DELAY = 34  # index of the input delay among PARAMETERS, or -1
 LAG = 35  # index of the time constant of the input's lag, or -1

@@ -43,6 +43,35 @@ def test_what_is_continuous_stays_as_it_is(name):
     assert found is signals[name] and remarks == []
 
 
+def test_a_gap_does_not_hide_a_wrap():
+    wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
+    for first in range(300, 3600, 170):
+        cut = wrapped.copy()
+        cut[first : first + 100] = np.nan
+        assert "was wrapped" in continued("theta_1", cut, T, "rad")[1][0]
+
+
+SQUARE = np.where(np.sin(4 * T) > 0, 0.1, 0.0) + 1e-5 * np.sin(50 * T)
+RETURN = np.interp(T, [0, 2, 4, 8], [0, 0.2, 0.0, 0.0]) + 1e-5 * np.sin(50 * T)
+SWING = np.where(T < 5, 0.7 * np.sin(3 * T), 0.0) + 1e-4 * np.sin(40 * T)
+
+
+@pytest.mark.parametrize(
+    ("motion", "lost"),
+    [
+        (SQUARE, slice(0, 0)),  # it jumps back
+        (RETURN, slice(1000, 2100)),  # what happened in between is not known
+        (SWING, slice(2490, 2520)),
+        (np.where((T > 3) & (T < 3.2), 0.0, 0.4 + 0.01 * np.sin(9 * T)), slice(0, 0)),  # a sensor that gave nothing
+    ],
+)
+def test_motion_and_dropouts_are_no_encoder_that_starts_again(motion, lost):
+    values = motion.copy()
+    values[lost] = np.nan
+    found, remarks = continued("x", values, T, "m")
+    assert found is values and remarks == []
+
+
 def test_missing_samples_do_not_hide_a_wrap():
     wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
     wrapped[::7] = np.nan

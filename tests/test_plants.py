@@ -1,6 +1,7 @@
 """Plants beyond the first: their equations against textbooks, and every stage behind the derivation on each of them."""
 
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from typer.testing import CliRunner
 
 import derive
 from derive.effects import suited
-from wheelpend import Failure, Model, explain, identify, kernels, simulate
+from wheelpend import Failure, Model, diagnose, explain, identify, kernels, simulate
 from wheelpend.cli import app
 from wheelpend.logs import Log, load_log, save_log
+from wheelpend.own_effects import rows_of
 from wheelpend.own_plants import load_plant
 from wheelpend.reading import measured_states, states_from
 
@@ -157,6 +159,57 @@ def test_friction_hidden_in_a_free_pendulum_is_found_and_sized():
     assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.01)
 
 
+def test_a_free_pendulum_is_identified_from_nothing():
+    log = simulate(model_of("pendulum"), command="upright", duration=10.0, seed=4)
+    found = identify(Model.parse('plant = "pendulum"\n'), [log])
+    assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.002) and found.error < 1.05
+
+
+def test_two_free_links_are_identified_from_nothing():
+    text = 'plant = "pendulum"\n[assumptions]\nlinks = 2\n'
+    truth = {"X1": 0.15, "X2": 0.03, "X3": 0.03, "X4": 0.3}
+    machine = "[simulation]\ntheta_1 = 1.0\ntheta_2 = 0.4\n" + "".join(f"{n} = {v}\n" for n, v in truth.items())
+    log = simulate(Model.parse(text + machine), command="upright", duration=10.0, seed=4)
+    found = identify(Model.parse(text), [log])
+    assert {n: found.parameters[n]["value"] for n in truth} == pytest.approx(truth, rel=0.01)
+
+
+def test_missing_stretches_do_not_bend_inverse_dynamics():
+    model = model_of("slide")
+    log = simulate(model, command="simple", duration=8.0, noise=False)
+    whole = identify(model, [log], method="inverse")
+    measured = log.measured.copy()
+    measured[3000:3700] = np.nan
+    cut = identify(model, [replace(log, measured=measured)], method="inverse")
+    assert cut.parameters["X1"]["value"] == pytest.approx(whole.parameters["X1"]["value"], rel=0.01)
+
+
+def test_ripples_along_a_length_are_looked_for_in_its_own_measure():
+    model = model_of("slide")
+    log = simulate(model, command="simple", duration=10.0, seed=2,
+                   hide={"cogging.sine": 2.0, "cogging.cosine": 0.0, "cogging.periods": 300.0})  # fmt: skip
+    found = diagnose(model, [log])
+    assert found.candidates[0].effect == "cogging"
+    assert found.candidates[0].coefficients["periods"] == pytest.approx(300.0, rel=0.001)
+
+
+def test_an_effect_of_ones_own_keeps_its_numbers_on_a_carriage():
+    slide = derive.plants.build("slide", {})
+    text = """[stiction_hump]
+family = "drive"
+sentence = "A hump."
+on = "drive"
+law = "size*tanh(speed/width)"
+[stiction_hump.parameters]
+size = { unit = "V", typical = 0.3 }
+width = { unit = "m/s", typical = 0.04, starts = [0.01, 0.04], minimum = 0.001 }
+"""
+    (row,) = rows_of(text, slide)
+    derive.effects.register([row])
+    assert derive.effects.suited(row, slide) is row
+    derive.effects.OWN.pop(row.name)
+
+
 def test_a_log_of_a_plant_without_input_needs_no_column_for_one(tmp_path):
     model = model_of("pendulum")
     log = simulate(model, command="upright", duration=2.0, seed=1)
@@ -227,6 +280,8 @@ def test_a_plant_of_ones_own_is_used_only_where_its_file_is_named(flywheel, tmp_
         ("J, K, alpha = sp", "J, K = sp", "raises ValueError"),
         ('coordinate("phi", "wheel")', 'coordinate("phi", "wheel", "deg")', "must be in rad or m"),
         ("import sympy as sp", "import simpy as sp", "simpy"),
+        ('Channel("phi", wheel.q', 'Channel("phi", sp.sin(wheel.q)', "must be a sum of coordinates"),
+        ('controlled=("phi", ""), ', "", "reference is the commanded value"),
     ],
 )
 def test_a_file_that_is_no_plants_is_refused_with_a_reason(flywheel, old, new, reason):

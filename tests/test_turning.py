@@ -120,3 +120,8 @@ def test_a_log_with_two_voltages_is_looked_over_and_compared(log, tmp_path):
     assert set(found.channels) == {"v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi"}
     judged = compare(identify(model, [log]).model, [log])
     assert judged.error == pytest.approx(1.0, abs=0.05) and "dpsi" in judged.fit_percent
+
+
+def test_a_difference_of_inertias_may_be_negative():
+    module = kernels.library("wheel_pendulum", TURNING)
+    assert module.SIGNED == ("X9",) and kernels.library("wheel_pendulum", {}).SIGNED == ()

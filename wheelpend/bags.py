@@ -49,7 +49,7 @@ def bag_table(path: Path) -> Table:
         raise Failure(f"{path.name} is damaged and cannot be read as a bag: {error}.") from error
     if not series:
         raise Failure(f"{path.name} must hold messages with numbers, but it has none.")
-    return Table([TIME, *series], lambda wanted: together(series, wanted, ""),
+    return Table([TIME, *series], lambda wanted: together(series, wanted, []),
                  lambda wanted, held: together(series, wanted, held))  # fmt: skip
 
 
@@ -145,11 +145,11 @@ def _entries(place: str, values: Any, labels: list[str] | None) -> Iterator[tupl
             yield f"{place}[{label}]", float(value)
 
 
-def together(series: Series, wanted: list[str], held: str) -> dict[str, np.ndarray]:
+def together(series: Series, wanted: list[str], held: list[str]) -> dict[str, np.ndarray]:
     """Columns at the times of the fastest of them, (N,) each; NaN where one has no value then.
 
-    What is ``held`` keeps its last value. What is nearly as fast as the fastest is interpolated; of what is slower each
-    value stands at the sample nearest to its time.
+    What is ``held``, inputs and commands, keeps its last value. What is nearly as fast as the fastest is interpolated;
+    of what is slower each value stands at the sample nearest to its time.
     """
     columns = [n for n in wanted if n != TIME]
     clock = max((series[n][0] for n in columns), key=lambda t: (len(t), -t[0]))
@@ -158,7 +158,7 @@ def together(series: Series, wanted: list[str], held: str) -> dict[str, np.ndarr
     for name in columns:
         t, values = series[name]
         interval = float(np.median(np.diff(t))) if len(t) > 1 else np.inf
-        if name == held:
+        if name in held:
             before = np.searchsorted(t, clock, side="right") - 1
             found[name] = np.where(before >= 0, values[np.maximum(before, 0)], np.nan)
         elif interval <= ALIKE * usual:

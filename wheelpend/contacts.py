@@ -106,7 +106,7 @@ def followed(study: Study, parts: Sequence[Part], values, own, states=None, roun
 def followed_fit(study: Study, parts: Sequence[Part], values, own, free: Sequence[str], rounds: int) -> dict:
     """Gauss-Newton by differences on the logarithm of the segments' squares, for the parameters that logs share."""
     names = [n for n in free if n not in per_log_names(free)]
-    limits = limits_of(names, study.plant)
+    limits = limits_of(names, study.plant, study.module.SIGNED)
     values, damping = dict(values), 1e-3
     here = followed(study, parts, values, own)
     for _ in range(rounds):

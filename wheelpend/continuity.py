@@ -10,6 +10,7 @@ TURN = 2 * math.pi
 SLACK = 0.25  # of a turn, by which a jump may differ from a whole one
 BEYOND = 1.05  # turns that a wrapped angle covers at most
 SUDDEN = 20.0  # times the usual step from which a jump to zero is a new start
+NEIGHBOURS = 5.0  # times the usual interval, up to which samples are neighbours
 STAYS = 10  # samples that an encoder which started again stays there
 
 
@@ -18,15 +19,19 @@ def continued(
 ) -> tuple[np.ndarray, list[str]]:
     """A channel (N,) without the jumps of wrapping and of a new start, and a sentence on each kind that was found.
 
-    ``t`` (N,) are the times of the samples, for the sentences.
+    ``t`` (N,) are the times of the samples. A jump counts only between neighbours: across missing samples or a gap
+    anything may have happened.
     """
     known = np.flatnonzero(np.isfinite(values))
+    if known.size < 2:
+        return values, []
+    beside = (np.diff(known) == 1) & (np.diff(t[known]) < NEIGHBOURS * np.median(np.diff(t)))
     remarks = []
-    if unit == "rad" and (jumps := wraps(values[known])):
+    if unit == "rad" and (jumps := wraps(values[known], beside)):
         values = values.copy()
         values[known] = np.unwrap(values[known])
         remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous.")
-    found = new_starts(values[known]) if starts_again else np.zeros(0, dtype=int)
+    found = new_starts(values[known], beside) if starts_again else np.zeros(0, dtype=int)
     if len(found):
         steps = np.diff(values[known], prepend=values[known][0])
         steps[found] = 0.0
@@ -39,24 +44,35 @@ def continued(
     return values, remarks
 
 
-def wraps(values: np.ndarray) -> int:
-    """How often an angle [rad] jumps because it is kept within one turn; 0 where it is not."""
-    if values.size < 2:
-        return 0
+def wraps(values: np.ndarray, beside: np.ndarray) -> int:
+    """How often an angle [rad] jumps because it is kept within one turn; 0 where it is not.
+
+    ``beside`` says of each step whether it is one between neighbours.
+    """
     steps = np.abs(np.diff(values))
-    jumps = np.abs(steps - TURN) < SLACK * TURN
-    usual = float(np.max(steps[~jumps], initial=0.0))
-    wrapped = jumps.any() and usual <= SLACK * TURN and np.ptp(values) <= BEYOND * TURN
-    return int(jumps.sum()) if wrapped else 0
+    jumps = beside & (np.abs(steps - TURN) < SLACK * TURN)
+    if not jumps.any() or np.ptp(values) > BEYOND * TURN:
+        return 0
+    others = steps[beside & ~jumps]
+    usual = float(np.quantile(others, 0.99)) if others.size else 0.0
+    return int(jumps.sum()) if usual <= SLACK * TURN else 0
 
 
-def new_starts(values: np.ndarray) -> np.ndarray:
-    """Places at which a counter jumps to zero and goes on from there."""
+def new_starts(values: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Places at which a counter jumps to zero and goes on from there; not where it ever jumps back.
+
+    ``beside`` says of each step whether it is one between neighbours.
+    """
     if values.size < 4 * STAYS:
         return np.zeros(0, dtype=int)
-    steps = np.abs(np.diff(values))
-    usual = float(np.quantile(steps, 0.999 if steps.size > 5000 else 0.98))
+    steps = np.diff(values)
+    sizes = np.abs(steps)
+    usual = float(np.quantile(sizes[beside], 0.999 if sizes.size > 5000 else 0.98)) if beside.any() else 0.0
     if usual == 0.0:
         return np.zeros(0, dtype=int)
-    sudden = np.flatnonzero((steps > SUDDEN * usual) & (np.abs(values[1:]) <= usual)) + 1
-    return np.array([k for k in sudden if np.all(steps[k : k + STAYS] <= SUDDEN * usual)], dtype=int)
+    large = sizes > SUDDEN * usual
+    to_zero = large & beside & (np.abs(values[1:]) <= usual)
+    found = [k for k in np.flatnonzero(to_zero) if not large[k + 1 : k + 1 + STAYS].any()]
+    back = [k for k in np.flatnonzero(large) if not to_zero[k]]  # motion, or a sensor that gave nothing for a while
+    alike = [k for k in found if any(steps[j] * steps[k] < 0 and sizes[j] > 0.5 * sizes[k] for j in back)]
+    return np.array([k + 1 for k in found if k not in alike], dtype=int)

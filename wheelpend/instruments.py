@@ -52,8 +52,11 @@ class Loop:
         if model.controller is None:
             raise Failure(f"{log.name}: the controller must be known to simulate the loop, but the model has no "
                           "[controller]. Give its kind and gains, or use `--method shooting`.")  # fmt: skip
+        if len(module.INPUTS) != 1:
+            raise Failure(f"{log.name}: the loop can be simulated for a plant with one input, but this one has "
+                          f"{', '.join(module.INPUTS) or 'none'}. Use `--method shooting`.")  # fmt: skip
         if log.reference is None or not np.isfinite(log.reference).all():
-            raise Failure(f"{log.name} must have theta_ref at every sample to simulate the loop, but it "
+            raise Failure(f"{log.name} must have {model.table.reference} at every sample to simulate the loop, but it "
                           f"{'has none' if log.reference is None else 'misses some'}. Map it in [columns], "
                           "or use `--method shooting`.")  # fmt: skip
         whole = Part(log, np.ones(len(log.channels)), np.array([[0, len(log)]]))

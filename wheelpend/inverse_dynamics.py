@@ -81,7 +81,7 @@ def bursts(module: ModuleType, log: Log, values: Mapping[str, float]) -> list[Bu
         return []
     parameters, found = vector(module, values, log), []
     estimate = np.array([values.get(n, 0.0) for n in module.LINEAR])
-    for a, b in stretches(log, 0, len(log)):
+    for a, b in measured_stretches(log):
         raw = raw_sides(module, log.part(a, b), parameters)
         if raw is not None:
             found += _standing_out(module, raw, raw.left - raw.regressor @ estimate)
@@ -109,12 +109,26 @@ def _standing_out(module: ModuleType, raw: Raw, rest: np.ndarray) -> list[Burst]
 
 def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
     """Both sides of the equations, filtered alike and thinned, over all stretches of a log that are long enough."""
-    found = [_thinned(raw_sides(module, log.part(a, b), parameters)) for a, b in stretches(log, 0, len(log))]
+    found = [_thinned(raw_sides(module, log.part(a, b), parameters)) for a, b in measured_stretches(log)]
     kept = [s for s in found if s is not None]
     if not kept:
         raise Failure(f"{log.name} must hold an uninterrupted stretch of at least {4 * ENDS:g} s for its motion to be "
                       "differentiated. Use `--method shooting`.")  # fmt: skip
     return Sides(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
+
+
+def measured_stretches(log: Log) -> list[tuple[int, int]]:
+    """Ranges of samples without a gap in which no channel is missing for longer than its motion may be unknown."""
+    most, found = max(2, round(1.0 / (2.0 * BANDWIDTH * log.dt))), []
+    for a, b in stretches(log, 0, len(log)):
+        lost = np.zeros(b - a, dtype=bool)
+        for signal in log.measured[a:b].T:
+            edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isnan(signal).astype(int), [0]))))
+            for first, last in edges.reshape(-1, 2):
+                lost[first:last] |= last - first > most
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], (~lost).astype(int), [0]))))
+        found += [(a + int(first), a + int(last)) for first, last in edges.reshape(-1, 2)]
+    return found
 
 
 class Raw(NamedTuple):

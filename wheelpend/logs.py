@@ -175,7 +175,7 @@ def load_log(
     file = open_file(path)
     sources, notes = find_sources(path.name, file.names, table, columns or {})
     wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
-    held = sources[table.input].column if table.input else ""
+    held = [sources[n].column for n in (*table.inputs, table.reference) if n in sources]
     numbers = file.on_one_clock(wanted, held) if file.on_one_clock else file.read(wanted)
     check_length(path.name, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
@@ -329,8 +329,7 @@ def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set
     """Message that says what is there and how to map it."""
     guesses = guessed_columns([n for n in names if n not in used], absent)
     lines = [
-        f'{name} = {{ column = "{guesses[name] or "..."}", unit = "{guess_unit(units[name], guesses[name])}" }}'
-        for name in guesses
+        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_part(units[name], guesses[name])} }}' for name in guesses
     ]
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
@@ -346,6 +345,12 @@ def guess_column(name: str, free: Sequence[str]) -> str:
             if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
                 return column
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
+
+
+def unit_part(own: str, column: str) -> str:
+    """The unit of a column as a part of its entry; nothing where the unit is none that turns into others."""
+    unit = guess_unit(own, column)
+    return f', unit = "{unit}"' if unit else ""
 
 
 def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
@@ -395,7 +400,7 @@ def guess_unit(own: str, column: str) -> str:
     ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
     endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNITS.items() if base == own}
     fitting = [u for u, known in endings.items() if ending.endswith(known)]
-    return max(fitting, key=len, default=own)
+    return max(fitting, key=len, default=own if own in UNITS else "")
 
 
 # ---- checks

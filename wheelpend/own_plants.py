@@ -13,6 +13,8 @@ import sys
 import traceback
 from pathlib import Path
 
+import sympy as sp
+
 from derive import plants
 from derive.records import Plant
 from wheelpend.failures import Failure
@@ -71,9 +73,24 @@ def check(plant: object, name: str) -> None:
     for channel in (*plant.controlled, plant.falls):
         if channel and channel not in channels:
             raise Failure(f"controlled and falls must be channels ({', '.join(channels)}), but '{channel}' is none.")
+    if plant.reference and not plant.controlled[0]:
+        raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
+                      "channel, controlled = (CHANNEL, \"\").")  # fmt: skip
+    for sensor in plant.channels:
+        check_linear(plant, f"channel {sensor.name}", sensor.reading)
+    for port in plant.ports:
+        check_linear(plant, f"port {port.name}", port.coordinate)
     for c in plant.coordinates:
         if c.unit not in ("rad", "m"):
             raise Failure(f"a coordinate must be in rad or m; {c.name} is in {c.unit}.")
+
+
+def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:
+    """Raise Failure unless an expression is a sum of coordinates, or of rates, with plain numbers."""
+    states = [s for c in plant.coordinates for s in (c.q, c.dq)]
+    slopes = sp.Matrix([expression]).jacobian(states)
+    if slopes.free_symbols or sp.sympify(expression).subs(dict.fromkeys(states, 0)) != 0:
+        raise Failure(f"the {what} must be a sum of coordinates, or of rates, with plain numbers, not {expression}.")
 
 
 def _where(error: Exception, path: Path) -> str:

@@ -68,7 +68,7 @@ def view_at(study: Study, fitted: Fit, parts: Sequence[Part]) -> View:
     own = tuple(fitted.names)
     pieces = tuple(pieces_of(study, fitted, part, number, own) for number, part in enumerate(parts))
     noise = fitted.count - sum(s.size for s in fitted.states)
-    return View(fitted, own, pieces, noise, fitted.cost, limits_of(own, study.plant))
+    return View(fitted, own, pieces, noise, fitted.cost, limits_of(own, study.plant, study.module.SIGNED))
 
 
 def pieces_of(study: Study, fitted: Fit, part: Part, number: int, own: Sequence[str]) -> Pieces:

@@ -97,19 +97,25 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
     slip = states[:, module.NQ :] @ np.array(next(iter(module.PORTS.values())))
     rubbing = (np.ones_like(voltage).T * np.tanh(slip / (0.05 * slip.std() + 1e-300))).T  # in place of every input
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
-    dry, constant = (
-        module.filter_regressor(log.t, states, u, parameters, *tau, True, states[0])[0]
-        for u in (rubbing, np.ones_like(voltage))
-    )
-    count = len(module.LINEAR)
-    rows = [constant * (np.arange(constant.shape[1]) == k) for k in range(constant.shape[1])]
-    either = np.concatenate([np.stack(rows, axis=2), free_decay(log.t, tau, constant.shape[1])], axis=2)
-    nuisance = np.concatenate([dry[:, :, None], either, -either], axis=2)
+    count, signed = len(module.LINEAR), np.isin(module.LINEAR, module.SIGNED)
+    either, drags = [free_decay(log.t, tau, module.NQ), regressors[:, :, signed]], np.zeros((*sides.shape, 0))
+    if module.INPUTS:  # what takes their place behind the filters is a force
+        dry, constant = (
+            module.filter_regressor(log.t, states, u, parameters, *tau, True, states[0])[0]
+            for u in (rubbing, np.ones_like(voltage))
+        )
+        either.append(np.stack([constant * (np.arange(module.NQ) == k) for k in range(module.NQ)], axis=2))
+        drags = dry[:, :, None]
+    both = np.concatenate(either, axis=2)
+    nuisance = np.concatenate([drags, both, -both], axis=2)
     matrix = np.concatenate([regressors, nuisance], axis=2).reshape(-1, count + nuisance.shape[2])
     scale = np.linalg.norm(matrix, axis=0) + 1e-300
     q, r = np.linalg.qr(matrix / scale)
-    estimate = nnls(r, q.T @ sides.ravel())[0][:count]
-    estimate = np.maximum(estimate, 1e-3 * estimate.max())
+    weights = nnls(r, q.T @ sides.ravel())[0]
+    first = matrix.shape[1] - both.shape[2] + either[0].shape[2]  # of the turned columns of signed parameters
+    estimate = weights[:count]
+    estimate[signed] -= weights[first : first + int(signed.sum())]
+    estimate = np.where(signed, estimate, np.maximum(estimate, 1e-3 * estimate.max()))
     return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
 
 

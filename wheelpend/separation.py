@@ -65,7 +65,7 @@ def advice(study: Study, first: Tried, others: Sequence[Tried] = ()) -> str:
 
     ``others`` are the refits of other candidates, from which shapes and limits are taken.
     """
-    if study.module.FALLS < 0:
+    if study.module.FALLS < 0 or len(study.module.INPUTS) != 1:
         return _unrehearsed(study, first)
     question = of_fit(study, first, others)
     if settled := _settled(question, first, others):

@@ -45,7 +45,8 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
             values, trials = list(parameter.starts.at), len(parameter.starts.at)
         elif isinstance(parameter.starts, Ripple):
             found_at = [ripple_shape(study, fitted, parameter.starts.of, tau) for tau in RIPPLE_TIMES]
-            values, trials = list(dict.fromkeys(p for p, _ in found_at)), sum(t for _, t in found_at)
+            reach = study.plant.port(parameter.starts.of).reach
+            values, trials = list(dict.fromkeys(p / reach for p, _ in found_at)), sum(t for _, t in found_at)
         else:
             continue
         found[effect.name] = Shape(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
@@ -160,6 +161,7 @@ def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float)
     rows = (decimate(rows, thin, axis=0) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
-    angle = (states[:, : study.module.NQ] @ port_weights(study, port))[:last:thin]
+    along = states[:, : study.module.NQ] @ port_weights(study, port)
+    angle = along[:last:thin] / study.plant.port(port).reach  # along a length in what counts there as one rad
     keep = (float(np.exp(-thin * log.dt / tau)), float(np.exp(-thin * log.dt / (1.3 * tau))))
     return Record(missing, angle, first // thin, keep)

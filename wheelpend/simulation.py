@@ -44,6 +44,8 @@ def simulate(
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
+    if module.INPUTS and module.CONTROLLED[0] < 0:
+        raise Failure(f"{model.plant} must say what is controlled to simulate a closed loop: controlled in its file.")
     if model.controller is None and model.table.input:
         raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
     duration = length(command) if duration is None else duration

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -338,11 +338,13 @@ def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
     return part_error(part, fit_states(study.module, part, states, parameters, rounds=3)[1])
 
 
-def limits_of(names: Sequence[str], plant: Plant | None = None) -> dict[str, tuple[float, float]]:
+def limits_of(
+    names: Sequence[str], plant: Plant | None = None, signed: Collection[str] = ()
+) -> dict[str, tuple[float, float]]:
     """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
-    constants, without which a corrupted fit leaves everything that can be simulated.
+    constants, ``signed`` ones apart, without which a corrupted fit leaves everything that can be simulated.
     """
-    limits = {name: (0.0, np.inf) for name in names if "." not in name}
+    limits = {name: (0.0, np.inf) for name in names if "." not in name and name not in signed}
     bounded = {n: p for n in names if (p := effect_parameter(n, plant)) and p.bounded}
     return limits | {n: (p.minimum, p.maximum) for n, p in bounded.items()}
 
@@ -400,7 +402,7 @@ def _fitted(study: Study, parts, start, free, start_per_log, rounds: int, **ties
         start,
         free,
         per_log=per_log_names(free),
-        limits=limits_of(free, study.plant),
+        limits=limits_of(free, study.plant, study.module.SIGNED),
         start_per_log=start_per_log,
         max_step=study.max_step,
         rounds=rounds,

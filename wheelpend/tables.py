@@ -29,7 +29,9 @@ class Table(NamedTuple):
 
     names: list[str]
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
-    on_one_clock: Callable[[list[str], str], dict[str, np.ndarray]] | None = None  # the same, of what has many; which
+    on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = (
+        None  # the same, of what has many; which
+    )
     # of the columns is held until its next value
 
 
@@ -220,7 +222,7 @@ def matlab_table(path: Path) -> Table:
         there = ", ".join(n for n in found if not n.startswith("__")) or "nothing"
         raise Failure(f"{path.name} must hold numeric vectors, one for each quantity; it holds {there}.")
     lengths = [v.size for v in vectors.values()]
-    usual = max(set(lengths), key=lambda n: (lengths.count(n), n))
+    usual = max(set(lengths), key=lambda n: (n * lengths.count(n), n))
     columns = {name: v for name, v in vectors.items() if v.size == usual}
     return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
 

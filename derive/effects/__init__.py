@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from derive.effects import actuator, body, drive, ground, joint, sensor
+from derive.effects import actuator, body, drive, ground, joint, sensor, suit
 from derive.effects.row import (
     INPUT,
     Deformation,
@@ -25,7 +25,7 @@ from derive.effects.row import (
     SensorMap,
     Values,
 )
-from derive.effects.suit import fits, joined, possible, suited
+from derive.effects.suit import fits, joined, possible
 from derive.records import Plant
 
 LIBRARY: dict[str, Effect] = {
@@ -54,6 +54,11 @@ def find(name: str) -> Effect:
 def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """The library's effects, then a user's own."""
     return (*LIBRARY.values(), *map(find, own))
+
+
+def suited(effect: Effect, plant: Plant) -> Effect:
+    """A row as it reads on a plant; a user's own is in the plant's units already."""
+    return effect if OWN.get(effect.name) is effect else suit.suited(effect, plant)
 
 
 def possible_on(plant: Plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:

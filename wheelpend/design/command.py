@@ -87,8 +87,10 @@ def design(
     """  # fmt: skip
     limits = Limits(pitch_limit, voltage_limit)
     _check(limits, duration, sample)
-    if not derive.plants.build(model.plant, model.assumptions).falls:
-        raise Failure(f"A command can be designed for a plant that is held upright, but {model.plant} is none. Record "
+    plant = derive.plants.build(model.plant, model.assumptions)
+    if not plant.falls or plant.further:
+        what = "with one input that is held upright"
+        raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
     found = opening(model, logs, between, duration, sample, progress)
     question = found.question
