@@ -464,7 +464,7 @@ def effects(
         known, suited = derive.effects.all_with(), lambda row: row
         if model != MODEL or model.exists():
             opened = open_model(model, plant)
-            built = derive.plants.build(opened.plant, opened.assumptions)
+            built = opened.built
             known, suited = derive.effects.possible_on(built, opened.own), lambda row: derive.effects.suited(row, built)
         try:
             rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]

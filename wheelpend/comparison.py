@@ -11,7 +11,7 @@ import numpy as np
 
 import derive
 from wheelpend.diagnosis import fit_percent
-from wheelpend.inverse_dynamics import bursts, force_error
+from wheelpend.inverse_dynamics import forces
 from wheelpend.logs import Log, segment_bounds
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
 from wheelpend.model import Model
@@ -116,6 +116,7 @@ def compare(
     progress("predicting further ahead")
     shortest = min((p.log for p in judged), key=lambda log: log.duration)
     horizons = tuple(errors_at(study, judged, own, h) for h in horizons_of(shortest))
+    missed = {p.log.name: forces(study.module, p.log, v) for p, v in zip(judged, own, strict=True)}
     progress("estimating the missing force")
     missing = find_missing_force(seen, _as_fit(seen, own)) if error > VISIBLE * study.floor else None
     return Comparison(
@@ -132,10 +133,10 @@ def compare(
         missing=missing,
         study=study,
         per_log=per_log_table(model, judged, own),
-        force_error={p.log.name: force_error(study.module, p.log, v) for p, v in zip(judged, own, strict=True)},
+        force_error={name: left for name, (left, _) in missed.items()},
         bursts=[
-            {"log": p.log.name, "from": b.low, "to": b.high, "row": b.row, "peak": b.peak, "at_reversal": b.at_reversal}
-            for p, v in zip(judged, own, strict=True) for b in bursts(study.module, p.log, v)
+            {"log": name, "from": b.low, "to": b.high, "row": b.row, "peak": b.peak, "at_reversal": b.at_reversal}
+            for name, (_, bursts) in missed.items() for b in bursts
         ],
     )  # fmt: skip
 

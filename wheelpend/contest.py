@@ -25,8 +25,8 @@ from wheelpend.refit import (
     free_with,
     from_far,
     go_on,
-    shrunk,
     starts_for,
+    with_smaller,
 )
 from wheelpend.screening import Screen
 from wheelpend.shooting import Fit
@@ -167,30 +167,11 @@ def least_gain(study: Study, base: Fit, error: float, effect: Effect) -> float:
 
 def within(study: Study, larger: Tried, smaller: str) -> Fit:
     """Where an effect is nearest to one that contains or approaches it: its own refit may have gone astray."""
-    if smaller not in study.module.CONTAINS.get(larger.effect, {}):
-        return at_the_end(larger, smaller)
 
-    def taken_over(values: Mapping[str, float]) -> dict[str, float]:
-        own = shrunk(study, larger.effect, smaller, values)
-        return {n: v for n, v in values.items() if not own or n.partition(".")[0] != larger.effect} | own
+    def turned(values: Mapping[str, float]) -> dict[str, float]:
+        return with_smaller(study, larger.effect, smaller, values)
 
-    fit = larger.fit
-    return replace(fit, values=taken_over(fit.values), per_log=tuple(map(taken_over, fit.per_log)))
-
-
-def at_the_end(larger: Tried, smaller: str) -> Fit:
-    """Where an effect is that another one approaches: its parameters have the same names."""
-    names = [p.name for p in derive.effects.find(smaller).parameters]
-
-    def taken_over(values: Mapping[str, float]) -> dict[str, float]:
-        rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger.effect}
-        own = {f"{smaller}.{n}": v for n in names if (v := values.get(f"{larger.effect}.{n}")) is not None}
-        return rest | own
-
-    fit = larger.fit
-    free = tuple(dict.fromkeys(n for n in (*fit.names, *(f"{smaller}.{n}" for n in names))
-                               if n.partition(".")[0] != larger.effect))  # fmt: skip
-    return replace(fit, values=taken_over(fit.values), per_log=tuple(map(taken_over, fit.per_log)), free=free)
+    return replace(larger.fit, values=turned(larger.fit.values), per_log=tuple(map(turned, larger.fit.per_log)))
 
 
 def simpler(study: Study, effect: str) -> list[str]:

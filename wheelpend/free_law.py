@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-import derive
 from derive.records import Plant
 from wheelpend import kernels
 from wheelpend.contest import HOPEFUL
@@ -100,7 +99,7 @@ class Law(NamedTuple):
 
 def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
     """The law that explains most of what a fitted model misses; None where no term is worth having."""
-    plant = derive.plants.build(study.model.plant, study.model.assumptions)
+    plant = study.plant
     law = Law({}, study, base, {}, held_residuals(study, base)[0])
     progress("looking for the terms of a law")
     views, pays = views_of(study, base), FAR

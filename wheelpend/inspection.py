@@ -13,11 +13,10 @@ from wheelpend import sensors
 from wheelpend.faults import find_faults
 from wheelpend.findings import Cures, Finding
 from wheelpend.logs import CHANNELS, GAP, WHEEL_PENDULUM, ColumnMap, ColumnTable, Log, guessed_map, load_log
-from wheelpend.model import Model
+from wheelpend.model import NOISE_KEYS, Model
 from wheelpend.study import noise_of
 
 LONGEST = 40_000  # samples in which a step of the input is looked for
-OWN_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors], for the wheel-driven pendulum
 WITHIN, REST = 6.0, 0.1  # standard deviations within which a place stays, and seconds for which, to stand still
 QUIET = 0.5  # s that a signal must stay the same to be called still
 
@@ -73,7 +72,7 @@ def inspect_log(
     interval = np.diff(log.t)
     gaps = interval[interval > GAP * log.dt]
     cures = Cures(columns or {}, table, guessed)
-    findings = [*find_gaps(log), *still_findings(log, repeated(log, noise))]
+    findings = [*find_gaps(log), *still_findings(log, repeated(log, noise, table))]
     if set(CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
         findings += find_faults(log, relative, cures)
     return Inspection(
@@ -111,7 +110,7 @@ def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
 
 def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
     """Range, noise, step and share of missing samples of the input and of every channel."""
-    inputs = zip(table.inputs, log.voltage.reshape(len(log), -1).T, strict=False)
+    inputs = zip(table.inputs, log.inputs, strict=False)
     rows = [(name, values, 0.0, sensors.find_quantum(values[:LONGEST])) for name, values in inputs]
     rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
     return {
@@ -135,7 +134,7 @@ def proposed_sensors(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
     own = []
     if table == WHEEL_PENDULUM:  # whose sensors have keys of their own
         own += [f"encoder_counts = {round(2 * math.pi / steps.pop('theta_w'))}"] if "theta_w" in steps else []
-        own += [f"{OWN_KEYS[c]} = {levels.pop(c):.3g}" for c in [*levels] if c in OWN_KEYS]
+        own += [f"{NOISE_KEYS[c]} = {levels.pop(c):.3g}" for c in [*levels] if c in NOISE_KEYS]
     lines = ["[sensors]", *own] if own else []
     for title, found in (("noise", levels), ("step", steps)):
         if found:
@@ -158,20 +157,26 @@ def find_gaps(log: Log) -> list[Finding]:
     return [Finding("gap", "t", sentence, "Nothing to do: no segment spans a gap.", float(interval[k]))]
 
 
-def repeated(log: Log, noise: sensors.Noise) -> dict[str, list[tuple[float, float]]]:
-    """Times from and to [s] between which a channel stays the same, one that is quantised within a step of it."""
+def repeated(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
+    """Times from and to [s] between which a channel stays the same, a place that is quantised within a step of it."""
     found: dict[str, list[tuple[float, float]]] = {}
     for index, name in enumerate(log.channels):
-        runs = still_runs(log.measured[:, index], 1.01 * noise.quantum[index], log.dt)
+        slack = 1.01 * noise.quantum[index] if name in places(log, table) else 0.0
+        runs = still_runs(log.measured[:, index], slack, log.dt)
         times = [(float(log.t[a]), float(log.t[b])) for a, b in runs if log.t[b] - log.t[a] > QUIET]
         found |= {name: times} if times else {}
     return found
 
 
+def places(log: Log, table: ColumnTable) -> list[str]:
+    """Channels that say where something is, such as an encoder; not the one by which the machine falls."""
+    return [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.falls]
+
+
 def standstills(log: Log, sigma: np.ndarray, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
     """Times from and to [s] between which a place stays the same within its noise, for each channel where it does."""
-    places = [(k, c) for k, c in enumerate(log.channels) if table.units.get(c) in ("rad", "m") and c != table.falls]
-    found = {c: motionless(log.t, log.measured[:, k], WITHIN * float(sigma[k])) for k, c in places}
+    known = [(k, c) for k, c in enumerate(log.channels) if c in places(log, table)]
+    found = {c: motionless(log.t, log.measured[:, k], WITHIN * float(sigma[k])) for k, c in known}
     return {c: times for c, times in found.items() if times}
 
 

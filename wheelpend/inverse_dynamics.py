@@ -8,7 +8,7 @@ It needs a log with little noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from scipy.signal import butter, decimate, sosfiltfilt
 from wheelpend.failures import Failure
 from wheelpend.logs import Log, stretches
 from wheelpend.reading import fill_gaps, states_from
-from wheelpend.regression import LinearFit, acting_input, solve
+from wheelpend.regression import LinearFit, acting_input, equations_at, solve
 from wheelpend.shooting import vector
 
 ORDER = 4  # of the Butterworth filter for positions and their derivatives
@@ -51,13 +51,22 @@ def force_error(module: ModuleType, log: Log, values: Mapping[str, float]) -> fl
 
     The left side is the measured input, or for a machine that swings freely the pull of gravity.
     """
-    try:
-        sides = sides_of(module, log, vector(module, values, log))
-    except Failure:
+    return _error(raws_of(module, log, vector(module, values, log)), estimate_of(module, values))
+
+
+def _error(raws: Sequence[Raw], estimate: np.ndarray) -> float | None:
+    """The force error over some stretches."""
+    sides = together(raws)
+    if sides is None:
         return None
-    rest = sides.left - sides.regressor @ np.array([values.get(n, 0.0) for n in module.LINEAR])
+    rest = sides.left - sides.regressor @ estimate
     size = float(np.sum(sides.left**2))
     return float(100.0 * np.sqrt(np.sum(rest**2) / size)) if size > 0.0 else None
+
+
+def estimate_of(module: ModuleType, values: Mapping[str, float]) -> np.ndarray:
+    """Values of the regressor's parameters (n,); 0 of what a model has not."""
+    return np.array([values.get(n, 0.0) for n in module.LINEAR])
 
 
 class Burst(NamedTuple):
@@ -70,22 +79,17 @@ class Burst(NamedTuple):
     at_reversal: bool  # whether something reverses there, where friction is hardest to know
 
 
-def bursts(module: ModuleType, log: Log, values: Mapping[str, float]) -> list[Burst]:
-    """Where in time the equations miss far more force than usual, in order.
+def forces(module: ModuleType, log: Log, values: Mapping[str, float]) -> tuple[float | None, list[Burst]]:
+    """The force error of a model, and where in time its equations miss far more force than usual, in order.
 
-    Found at the full bandwidth of the differentiated motion: a push, or something that winds up and rings, is short.
-    Nothing is, where noise or a wrong model leave most of the input unexplained.
+    Bursts are found at the full bandwidth of the differentiated motion: a push, or something that winds up and rings,
+    is short. There are none where noise or a wrong model leave most of the input unexplained.
     """
-    left = force_error(module, log, values)
+    raws, estimate = raws_of(module, log, vector(module, values, log)), estimate_of(module, values)
+    left = _error(raws, estimate)
     if left is None or left > UNTRUSTED:
-        return []
-    parameters, found = vector(module, values, log), []
-    estimate = np.array([values.get(n, 0.0) for n in module.LINEAR])
-    for a, b in measured_stretches(log):
-        raw = raw_sides(module, log.part(a, b), parameters)
-        if raw is not None:
-            found += _standing_out(module, raw, raw.left - raw.regressor @ estimate)
-    return sorted(found)
+        return left, []
+    return left, sorted(b for raw in raws for b in _standing_out(module, raw, raw.left - raw.regressor @ estimate))
 
 
 def _standing_out(module: ModuleType, raw: Raw, rest: np.ndarray) -> list[Burst]:
@@ -109,11 +113,24 @@ def _standing_out(module: ModuleType, raw: Raw, rest: np.ndarray) -> list[Burst]
 
 def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
     """Both sides of the equations, filtered alike and thinned, over all stretches of a log that are long enough."""
-    found = [_thinned(raw_sides(module, log.part(a, b), parameters)) for a, b in measured_stretches(log)]
-    kept = [s for s in found if s is not None]
-    if not kept:
+    sides = together(raws_of(module, log, parameters))
+    if sides is None:
         raise Failure(f"{log.name} must hold an uninterrupted stretch of at least {4 * ENDS:g} s for its motion to be "
                       "differentiated. Use `--method shooting`.")  # fmt: skip
+    return sides
+
+
+def raws_of(module: ModuleType, log: Log, parameters: np.ndarray) -> list[Raw]:
+    """The sides over every stretch of a log that is long enough."""
+    found = (raw_sides(module, log.part(a, b), parameters) for a, b in measured_stretches(log))
+    return [raw for raw in found if raw is not None]
+
+
+def together(raws: Sequence[Raw]) -> Sides | None:
+    """Sides of several stretches, thinned; None where nothing is left."""
+    kept = [s for s in map(_thinned, raws) if s is not None]
+    if not kept:
+        return None
     return Sides(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
 
 
@@ -156,14 +173,11 @@ def raw_sides(module: ModuleType, log: Log, parameters: np.ndarray) -> Raw | Non
     states, rates = smooth_motion(module, log, t, band)
     held = log.t.searchsorted(t + NEARLY * dt, side="right") - 1
     voltage = acting_input(module, log, parameters)[np.maximum(held, 0)]
-    pairs = [module.regressor(*row, parameters) for row in zip(t, states, rates, voltage, strict=True)]
-    return Raw(t, states, np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]), band)
+    return Raw(t, states, *equations_at(module, t, states, rates, voltage, parameters), band)
 
 
-def _thinned(raw: Raw | None) -> Sides | None:
+def _thinned(raw: Raw) -> Sides | None:
     """Sides filtered alike and thinned to what that lets through, clear of the ends; None where nothing is left."""
-    if raw is None:
-        return None
     left, regressor = raw.left, raw.regressor
     thin = max(1, round(1.0 / (2.0 * min(PARALLEL, 0.5 * raw.band) * raw.dt)))
     if thin > 1:

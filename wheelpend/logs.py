@@ -133,6 +133,11 @@ class Log:
         return len(self.t)
 
     @property
+    def inputs(self) -> np.ndarray:
+        """Each input by itself (inputs, N)."""
+        return self.voltage.reshape(len(self), -1).T
+
+    @property
     def dt(self) -> float:
         """Median sample interval [s]."""
         return float(np.median(np.diff(self.t)))
@@ -232,8 +237,7 @@ def save_log(
     The file appears complete or not at all.
     """
     path = Path(path)
-    inputs = log.voltage.reshape(len(log), -1).T
-    data = {"t": log.t, **dict(zip(table.inputs, inputs, strict=False))}
+    data = {"t": log.t, **dict(zip(table.inputs, log.inputs, strict=False))}
     data |= {c: log.measured[:, k] for k, c in enumerate(log.channels)}
     if log.reference is not None and table.reference:
         data[table.reference] = log.reference
@@ -370,10 +374,9 @@ def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable
     """
     path = Path(path)
     file = open_file(path)
-    known = {columns[n].column if n in columns else n for n in table.names}
-    absent = [n for n in table.needed if (columns[n].column if n in columns else n) not in file.names]
-    absent = [n for n in absent if n not in file.names]
-    free = [n for n in file.names if n not in known]
+    known = {n: columns[n].column if n in columns else n for n in table.names}
+    absent = [n for n in table.needed if known[n] not in file.names and n not in file.names]
+    free = [n for n in file.names if n not in known.values()]
     found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guessed_columns(free, absent).items() if c}
     if "t" in absent and (clock := find_clock(file, found["t"].column if "t" in found else "", free)):
         found["t"] = clock
@@ -486,7 +489,7 @@ def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
 def odd_channels(log: Log, inputs: Sequence[str]) -> list[str]:
     """Missing cells and channels that never change."""
     found = []
-    driven = zip(inputs, log.voltage.reshape(len(log), -1).T, strict=False)
+    driven = zip(inputs, log.inputs, strict=False)
     for name, values in (*driven, *zip(log.channels, log.measured.T, strict=True)):
         missing = int(np.isnan(values).sum())
         if missing:

@@ -12,6 +12,7 @@ import re
 import tomllib
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -27,7 +28,7 @@ from wheelpend.logs import ColumnMap, ColumnTable
 from wheelpend.own_effects import read_own
 
 FILE = "model.toml"
-NOISE_KEYS = ("pitch_noise", "rate_noise")  # of [simulation], beside the parameters
+NOISE_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors] and [simulation], by channel
 UNION_BRANCHES = ("literal['auto']", "constrained-float", "float")  # what pydantic adds to a place; nothing to readers
 BASE_PARAMETER = re.compile(r"X[1-9]\d*")
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
@@ -78,8 +79,7 @@ class Sensors(Table):
 
     def noise_of(self, channel: str) -> float | None:
         """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
-        named = {"theta_p": self.pitch_noise, "dtheta_p": self.rate_noise}
-        stated = self.noise.get(channel, named.get(channel, "auto"))
+        stated = self.noise.get(channel, getattr(self, NOISE_KEYS.get(channel, ""), "auto"))
         return None if stated == "auto" else float(stated)
 
     def step_of(self, channel: str) -> float | None:
@@ -178,6 +178,11 @@ class Model:
         from wheelpend.first_model import text_of  # imported late: it makes the text that a Model is read from
 
         return cls.parse(ask(text_of, plant))
+
+    @cached_property
+    def built(self) -> Plant:
+        """The plant under the model's assumptions."""
+        return plants.build(self.plant, self.assumptions)
 
     @property
     def workspace(self) -> Path:
@@ -278,7 +283,7 @@ def build(file: File, text: str, path: Path | None) -> Model:
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
     check_base(file.parameters, "[parameters]")
-    further = (*NOISE_KEYS, *(str(s) for c in plant.coordinates for s in (c.q, c.dq)))
+    further = (*NOISE_KEYS.values(), *(str(s) for c in plant.coordinates for s in (c.q, c.dq)))
     check_base([k for k in file.simulation or () if k not in further], "[simulation]", further)
     for name, values in file.effect.items():
         known = [p.name for p in ask(library.find, name).parameters]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-import derive
 from derive.records import Plant
 from wheelpend.model import Model
 
@@ -35,7 +34,7 @@ class Quantities:
 
 def quantities_of(model: Model) -> Quantities:
     """Names and units of a model's plant, with the worth of its input as its constants say."""
-    plant = derive.plants.build(model.plant, model.assumptions)
+    plant = model.built
     scale = plant.scale_constant
     worth = model.constants.get(scale.name) if scale else None
     physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""

@@ -187,17 +187,28 @@ def refit_with(study: Study, start: dict[str, float], base: Fit, effect: str) ->
     found = fit_model(able, begun.values, free, horizons=(1.0,), start_per_log=begun.per_log)
     for name in larger if found.error > EXPLAINED * study.floor else ():  # a larger one may go where it goes astray
         around = refit(study, short, starts_for(near, name))
-        values = {n: v for n, v in around.values.items() if n.partition(".")[0] != name}
-        values |= shrunk(study, name, effect, around.values)
-        other = fit_model(able, values, free, horizons=(1.0,), start_per_log=begun.per_log)
+        other = fit_model(
+            able, with_smaller(study, name, effect, around.values), free, horizons=(1.0,), start_per_log=begun.per_log
+        )
         found = other if other.cost < found.cost else found
     return study, found
 
 
-def shrunk(study: Study, larger: str, smaller: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Sizes of an effect nearest to those of one that contains it; none where those are not among the values."""
+def with_smaller(study: Study, larger: str, smaller: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Values with an effect in place of a larger one that contains or approaches it, as near to that as it can be.
+
+    They stay as they are where the larger effect is not among them.
+    """
     sizes, names = (linear_names(derive.effects.find(e)) for e in (larger, smaller))
-    if not all(n in values for n in sizes):
-        return {}
-    weights = np.array(study.module.CONTAINS[larger][smaller])
-    return dict(zip(names, map(float, np.linalg.pinv(weights) @ [values[n] for n in sizes]), strict=True))
+    if smaller in study.module.CONTAINS.get(larger, {}):
+        weights = np.array(study.module.CONTAINS[larger][smaller])
+        known = all(n in values for n in sizes)
+        found = np.linalg.pinv(weights) @ [values[n] for n in sizes] if known else np.zeros(0)
+    else:  # what one approaches has parameters of the same names
+        alike = [f"{larger}.{n.partition('.')[2]}" for n in names]
+        known = all(n in values for n in alike)
+        found = np.array([values[n] for n in alike]) if known else np.zeros(0)
+    if not known:
+        return dict(values)
+    rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger}
+    return rest | dict(zip(names, map(float, found), strict=True))

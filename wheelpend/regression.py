@@ -31,8 +31,7 @@ class LinearFit:
 
 def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
     """The input (N,) that acts in the mean from each sample to the next: the commanded one unless the motor lags."""
-    columns = log.voltage.reshape(len(log), -1).T
-    voltage = np.column_stack([fill_gaps(log.t, c) for c in columns]).reshape(log.voltage.shape)
+    voltage = np.column_stack([fill_gaps(log.t, c) for c in log.inputs]).reshape(log.voltage.shape)
     if module.LAG < 0:
         return voltage
     acting = module.acting_voltage(log.t, voltage, parameters)
@@ -44,8 +43,20 @@ def differentiation(module: ModuleType, log: Log, parameters: np.ndarray) -> Lin
     states = measured_states(module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     voltage = acting_input(module, log, parameters)
-    pairs = [module.regressor(*row, parameters) for row in zip(log.t, states, rates, voltage, strict=True)]
-    return solve(module, np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs]))
+    return solve(module, *equations_at(module, log.t, states, rates, voltage, parameters))
+
+
+def equations_at(
+    module: ModuleType,
+    t: np.ndarray,
+    states: np.ndarray,
+    rates: np.ndarray,
+    voltage: np.ndarray,
+    parameters: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Left sides (N, NQ) and regressors (N, NQ, n) at states and accelerations (paper eqs. 21-23)."""
+    pairs = [module.regressor(*row, parameters) for row in zip(t, states, rates, voltage, strict=True)]
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
 
 
 def filtered(

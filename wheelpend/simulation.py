@@ -12,7 +12,7 @@ from wheelpend import kernels
 from wheelpend.commands import length, reference
 from wheelpend.failures import Failure, Fallen
 from wheelpend.logs import Log
-from wheelpend.model import Model
+from wheelpend.model import NOISE_KEYS, Model
 from wheelpend.shooting import stable_step, vector
 from wheelpend.study import known_values
 
@@ -151,8 +151,10 @@ def sensor_errors(
 def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
     """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
     own = model.simulation or {}
-    simulated = {"theta_p": own.get("pitch_noise"), "dtheta_p": own.get("rate_noise")}
-    levels = [simulated.get(n) or model.sensors.noise_of(n) or NOISE.get(n, default_noise(model, n)) for n in outputs]
+    levels = [
+        own.get(NOISE_KEYS.get(n, "")) or model.sensors.noise_of(n) or NOISE.get(n, default_noise(model, n))
+        for n in outputs
+    ]
     return np.array(levels, dtype=float)
 
 

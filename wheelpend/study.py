@@ -66,7 +66,7 @@ class Study:
     @property
     def plant(self) -> Plant:
         """The plant under the model's assumptions."""
-        return derive.plants.build(self.model.plant, self.model.assumptions)
+        return self.model.built
 
     def effect(self, name: str) -> Effect:
         """A row of the library as it reads on this plant."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import derive
 from wheelpend.console import say
 from wheelpend.failures import Failure
 from wheelpend.free_law import FreeLaw
@@ -26,7 +25,7 @@ OFFER = "`--law` fits a free-form law to it, which you may accept as an effect o
 
 def plant_of(model: Model):
     """The model's plant."""
-    return derive.plants.build(model.plant, model.assumptions)
+    return model.built
 
 
 def check_name(model: Model, name: str | None) -> None:

@@ -15,7 +15,7 @@ from wheelpend.model import Model
 
 def compile_all(model: Model, progress: Callable[[str], None]) -> None:
     """Compile the library's kernels, also those with something free inside the machine, and the model's own."""
-    plant = derive.plants.build(model.plant, model.assumptions)
+    plant = model.built
     freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(plant) if e.frees}.items())
     modules = [
         ("library", kernels.library_of(model)),

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-import derive
 from wheelpend.commands import DURATION
 from wheelpend.design.excitation import Excitation, builtins
 from wheelpend.design.loop import Limits, Played
@@ -87,7 +86,7 @@ def design(
     """  # fmt: skip
     limits = Limits(pitch_limit, voltage_limit)
     _check(limits, duration, sample)
-    plant = derive.plants.build(model.plant, model.assumptions)
+    plant = model.built
     if not plant.falls or plant.further:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
