@@ -1,32 +1,21 @@
-"""Text to file: the templates make a module out of the pieces, and a folder is compared with it or replaced by it."""
+"""The templates make a module's text out of the pieces."""
 
 from __future__ import annotations
 
-import difflib
-import os
-from pathlib import Path
+from functools import lru_cache
 
 import jinja2
 import sympy as sp
 
+from derive.files import TEMPLATES
 from derive.records import Model
 from derive.statespace import Code, generate_code
-
-HERE = Path(__file__).resolve().parent
-TEMPLATES = next(p for p in (HERE / "templates", HERE.parent / "templates") if p.is_dir())
 
 
 def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     """Text of the model's module."""
     code = generate_code(model)
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    text = environment.get_template("module.py.j2").render(
+    text = frame().render(
         source=source,
         sympy=sp.__version__,
         plant=model.plant.name,
@@ -41,6 +30,19 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     return tidy(text)
 
 
+@lru_cache
+def frame() -> jinja2.Template:
+    """The template of a module, read once for all of them."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    return environment.get_template("module.py.j2")
+
+
 def argument_lists(code: Code) -> dict[str, str]:
     """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
     count, width = len(code.accelerations), len(code.variables) + (code.lag >= 0)
@@ -52,6 +54,13 @@ def argument_lists(code: Code) -> dict[str, str]:
         "mobility": [f"mobility_{i}_{j}" for i in range(count) for j in range(count)],
         "by_state": [f"by_{i}_{j}" for i in range(count) for j in range(width)],
         "forces": [f"force_{n}" for n in range(len(code.slips))],
+        "turns": [f"{f}_{name}" for name in code.turns for f in ("sin", "cos")],
+        "angles": [f"angle_{name}" for name in code.turns],
+        "states": code.states,
+        "signals": [f"signal_{n}" for n in range(len(code.signals))],
+        "features": [f"feature_{n}" for n in range(len(code.features))],
+        "starts": [f"start_{name}" for name in code.turns],
+        "flowing": code.variables[: len(code.slopes)],
     }
     return {name: ", ".join(entries) for name, entries in lists.items()}
 
@@ -60,9 +69,9 @@ def equations_text(model: Model) -> str:
     """The equations of motion as lines of text: residual = 0 for each row."""
     lines = []
     for coordinate, row in zip(model.plant.moving, model.residual, strict=True):
-        terms = sp.Add.make_args(row)
+        terms = map(str, sp.Add.make_args(row))
         lines.append(f"{coordinate.row} row: 0 =")
-        lines += [f"    {'- ' if str(t).startswith('-') else '+ '}{str(t).lstrip('-')}" for t in terms]
+        lines += [f"    {'- ' if t.startswith('-') else '+ '}{t.lstrip('-')}" for t in terms]
     return "\n".join(lines)
 
 
@@ -79,27 +88,3 @@ def tidy(text: str) -> str:
             lines += ["", ""]
         lines.append(line.rstrip() if not blank else "")
     return "\n".join(lines).rstrip() + "\n"
-
-
-def differences(folder: Path, files: dict[str, str]) -> str:
-    """Unified diff from what is in the folder to what should be; empty when nothing is stale."""
-    found: list[str] = []
-    for name, text in files.items():
-        path = folder / name
-        old = path.read_text(encoding="utf-8") if path.exists() else ""
-        found += difflib.unified_diff(old.splitlines(True), text.splitlines(True), str(path), f"{path} (derived)")
-    return "".join(found)
-
-
-def write(folder: Path, files: dict[str, str]) -> None:
-    """Write files: all of them beside their places first, then renamed onto them."""
-    folder.mkdir(parents=True, exist_ok=True)
-    beside = {name: folder / f".{name}.{os.getpid()}.new" for name in files}
-    try:
-        for name, text in files.items():
-            beside[name].write_text(text, encoding="utf-8")
-        for name, path in beside.items():
-            os.replace(path, folder / name)
-    finally:
-        for path in beside.values():
-            path.unlink(missing_ok=True)

@@ -9,21 +9,22 @@ Constants get generic values, so that a relation is one that holds whatever the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
+from itertools import combinations
 from typing import NamedTuple
 
 import sympy as sp
 
 from derive import effects as library
 from derive import plants
+from derive.algebra import combination, generic, modulo, replaced, slope, terms
 from derive.effects import Deformation, Effect, InnerForce, InnerPlay, InputDelay, InputLag, PathForce, SensorDelay
 from derive.functions import TIME, symbol
 from derive.grouping import NotExpressibleError
 from derive.model import driven_by, dry_surfaces, forces, group_and_deform, input_map, sensor_maps
 from derive.records import Plant, Relations
 
-ZERO = sp.Integer(0)
 UNTRACED = (InputDelay, InputLag, SensorDelay, PathForce, InnerForce, InnerPlay)  # act with a memory or a delay
 Trace = tuple[sp.Expr, ...]  # change of each reading, then of each row
 Terms = dict[tuple[int, sp.Expr], sp.Expr]  # (entry, function of the motion) → constant
@@ -59,7 +60,7 @@ def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, 
         return {}
     table = {}
     for parameter, trace in zip(row.linear, found, strict=True):
-        weights = combination([*ground.parameters.values()], trace)
+        weights = combination(at_primes(ground.parameters.values()), *at_primes([trace]))
         if weights is None or any(constant.free_symbols for constant in trace.values()):
             return {}  # it is not, or by weights that change with the machine
         pairs = zip(ground.parameters, weights, strict=True)
@@ -70,14 +71,13 @@ def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, 
 def twins(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Effects whose traces are the same up to the model's own parameters and changes of coordinates."""
     ground = ground_of(plant, assumptions)
-    known = [*ground.parameters.values(), *ground.changes]
     found = {n: t for n in names if (t := traces(plant, assumptions, n))}
-    table = {}
-    for name, own in found.items():
-        same = [o for o, t in found.items() if o != name and spans(known + own, t) and spans(known + t, own)]
-        if same:
-            table[name] = tuple(sorted(same))
-    return table
+    known = [*ground.parameters.values(), *ground.changes]
+    rest = iter(modulo(at_primes(known), at_primes([t for own in found.values() for t in own])))
+    left = {name: [next(rest) for _ in own] for name, own in found.items()}
+    same = {frozenset((a, b)) for a, b in combinations(left, 2) if spans(left[a], left[b]) and spans(left[b], left[a])}
+    table = {name: tuple(sorted(o for o in found if {o, name} in same)) for name in found}
+    return {name: others for name, others in table.items() if others}
 
 
 def contained(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, dict[str, tuple]]:
@@ -86,8 +86,8 @@ def contained(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, 
     table: dict[str, dict[str, tuple]] = {}
     for name, own in found.items():
         for other, smaller in found.items():
-            if len(smaller) < len(own) and spans(own, smaller):
-                columns = [combination(own, t) or () for t in smaller]
+            if len(smaller) < len(own) and spans(at_primes(own), at_primes(smaller)):
+                columns = [combination(at_primes(own), t) or () for t in at_primes(smaller)]
                 rows = tuple(tuple(float(w) for w in row) for row in zip(*columns, strict=True))
                 table.setdefault(name, {})[other] = rows
     return table
@@ -101,7 +101,7 @@ def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
 @lru_cache(maxsize=256)
 def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
     plant, rows, *_ = _ground(plant_name, assumptions)
-    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant):
+    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant.nameplate):
         return ()
     if isinstance(effect.enters, Deformation):
         try:
@@ -111,7 +111,7 @@ def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms,
     whole = whole_of(plant, rows, (effect,))
     absent = {effect.symbols[p.name]: sp.nsimplify(p.absent) for p in effect.parameters}
     found = [
-        tuple(e.diff(effect.symbols[p.name]).subs(absent) for e in whole) for p in effect.linear
+        tuple(slope(e, effect.symbols[p.name]).subs(absent) for e in whole) for p in effect.linear
     ]  # fmt: skip
     return tuple(terms_of(plant, trace) for trace in found)
 
@@ -127,7 +127,7 @@ def _ground(plant_name: str, assumptions: tuple) -> Ground:
     plant = plants.build(plant_name, settled)
     grouping, rows = group_and_deform(plant, settled, ())
     whole = whole_of(plant, rows, ())
-    parameters = {n: terms_of(plant, tuple(e.diff(symbol(n)) for e in whole)) for n in grouping.names}
+    parameters = {n: terms_of(plant, tuple(slope(e, symbol(n)) for e in whole)) for n in grouping.names}
     return Ground(plant, rows, parameters, tuple(terms_of(plant, t) for t in coordinate_changes(plant, whole)))
 
 
@@ -136,12 +136,12 @@ def whole_of(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> Trace:
 
     Of a dry force the part that does not turn with the direction of slip is a constant force, in slip and in stick.
     """
-    driven = [r.subs(driven_by(plant, input_map(plant, chosen))) for r in rows]
+    driven = [replaced(r, driven_by(plant, input_map(plant, chosen))) for r in rows]
     total = [r - f for r, f in zip(driven, forces(plant, chosen), strict=True)]
     for surface in dry_surfaces(plant, chosen):
         ahead, back = (surface.law.subs(surface.direction, d) for d in (1, -1))
         law = (ahead + back) / 2 + (ahead - back) / 2 * surface.direction
-        total = [r + sp.nsimplify(w) * law for r, w in zip(total, surface.slip, strict=True)]
+        total = [r + sp.nsimplify(w) * law if w else r for r, w in zip(total, surface.slip, strict=True)]
     return (*sensor_maps(plant, chosen), *total)
 
 
@@ -150,7 +150,7 @@ def coordinate_changes(plant: Plant, whole: Trace) -> list[Trace]:
     one = (sp.Integer(1), sp.Integer(0), sp.Integer(0))
     shifts = [one, *((c.q, c.dq, c.ddq) for c in plant.coordinates)]
     return [
-        tuple(e.diff(c.q) * q + e.diff(c.dq) * dq + e.diff(c.ddq) * ddq for e in whole)
+        tuple(slope(e, c.q) * q + slope(e, c.dq) * dq + slope(e, c.ddq) * ddq for e in whole)
         for c in plant.coordinates
         for q, dq, ddq in shifts
     ]
@@ -160,40 +160,14 @@ def terms_of(plant: Plant, trace: Trace) -> Terms:
     """A trace as constants times functions of the motion."""
     moving = {s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)} | {*plant.inputs, TIME}
     moving |= {symbol(f"direction_{p.name}") for p in plant.ports}
-    terms: Terms = {}
-    for place, entry in enumerate(trace):
-        for term in sp.Add.make_args(sp.expand(entry)):
-            constant, motion = term.as_independent(*moving, as_Add=False)
-            if constant != 0:
-                terms[place, motion] = terms.get((place, motion), sp.Integer(0)) + constant
-    return {key: constant for key, constant in terms.items() if constant != 0}
+    return {(n, motion): constant for n, entry in enumerate(trace) for motion, constant in terms(entry, moving).items()}
 
 
-@lru_cache(maxsize=4096)
-def generic(constant: sp.Expr) -> sp.Expr:
-    """A constant with a prime for each of its symbols, the same everywhere."""
-    return constant.subs({s: generic_value(s.name) for s in constant.free_symbols})
+def at_primes(traces: Iterable[Terms]) -> list[Terms]:
+    """Traces with generic values for their constants."""
+    return [{key: generic(constant) for key, constant in trace.items()} for trace in traces]
 
 
-def generic_value(name: str) -> sp.Integer:
-    """A prime that belongs to a name."""
-    return sp.nextprime(int.from_bytes(name.encode(), "big") % 1_000_003)
-
-
-def spans(known: Sequence[Terms], wanted: Sequence[Terms]) -> bool:
+def spans(known: Sequence[Mapping], wanted: Sequence[Mapping]) -> bool:
     """Whether every wanted trace is a combination of the known ones."""
     return all(combination(known, w) is not None for w in wanted)
-
-
-def combination(known: Sequence[Terms], wanted: Terms) -> tuple[sp.Expr, ...] | None:
-    """Weights with which the known traces add up to the wanted one, those that are free at zero; None without any."""
-    places = list(dict.fromkeys(key for terms in (*known, wanted) for key in terms))
-    if any(all(key not in terms for terms in known) for key in wanted):
-        return None
-    matrix = sp.Matrix([[generic(terms.get(key, ZERO)) for terms in known] for key in places])
-    right = sp.Matrix([generic(wanted.get(key, ZERO)) for key in places])
-    unknown = sp.symbols(f"weight_0:{len(known)}")
-    solutions = sp.linsolve((matrix, right), *unknown)
-    if not solutions:
-        return None
-    return tuple(w.subs(dict.fromkeys(unknown, 0)) for w in next(iter(solutions)))

@@ -7,8 +7,11 @@ both diagonal entries (it is the geared rotor), and constants that differ in sig
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import sympy as sp
 
+from derive.algebra import combination, expand, proportional, replaced, symbols_in, terms
 from derive.functions import symbol
 from derive.records import Equations, Grouping, Plant
 
@@ -18,7 +21,7 @@ Term = tuple[int, sp.Expr]  # row, function of the motion
 def scaled_rows(plant: Plant, equations: Equations) -> tuple[sp.Expr, ...]:
     """Inertia − force of each row, divided by the plant's scale: volt-equivalents."""
     pairs = zip(equations.inertia, equations.force, strict=True)
-    return tuple(sp.expand((i - f).subs(plant.substitutions) / plant.scale) for i, f in pairs)
+    return tuple(expand((i - f).subs(plant.substitutions) / plant.scale) for i, f in pairs)
 
 
 def find_parameters(plant: Plant, rows: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
@@ -43,12 +46,10 @@ def find_parameters(plant: Plant, rows: tuple[sp.Expr, ...]) -> tuple[sp.Expr, .
 
 def coefficients_of(plant: Plant, rows: tuple[sp.Expr, ...]) -> dict[Term, sp.Expr]:
     """Split each row into terms: {(row, function of the motion): constant}, in a fixed order."""
-    moving = _motion_symbols(plant)
+    moving = frozenset(_motion_symbols(plant))
     table: dict[Term, sp.Expr] = {}
     for number, row in enumerate(rows):
-        for term in sp.Add.make_args(sp.expand(row)):
-            constant, basis = term.as_independent(*moving, as_Add=False)
-            table[number, basis] = table.get((number, basis), sp.Integer(0)) + constant
+        table |= {(number, basis): constant for basis, constant in terms(row, moving).items()}
     return {key: table[key] for key in sorted(table, key=lambda k: (k[0], sp.default_sort_key(k[1])))}
 
 
@@ -59,16 +60,19 @@ def relative_inertias(plant: Plant, coefficients: dict[Term, sp.Expr]) -> dict[t
         for j in range(i + 1, len(plant.coordinates)):
             coupling = -coefficients.get((i, plant.coordinates[j].ddq), sp.Integer(0))
             if coupling.subs(dict.fromkeys(coupling.free_symbols, 2)).is_positive:
-                pairs[i, j] = sp.expand(coupling)
+                pairs[i, j] = expand(coupling)
     return pairs
 
 
 def relative_span(found: list[sp.Expr], relative: dict[tuple[int, int], sp.Expr]) -> list[sp.Expr]:
     """Sums of a diagonal inertia and a relative one, which are no parameters of their own."""
-    return [sp.expand(f + k) for f in found for k in relative.values()]
+    return [expand(f + k) for f in found for k in relative.values()]
 
 
-def express(target: sp.Expr, basis: tuple[sp.Expr, ...], names: tuple[sp.Symbol, ...], known: set) -> sp.Expr | None:
+@lru_cache(maxsize=4096)
+def express(
+    target: sp.Expr, basis: tuple[sp.Expr, ...], names: tuple[sp.Symbol, ...], known: frozenset[sp.Symbol]
+) -> sp.Expr | None:
     """Write a physical constant as a combination of parameters with coefficients in the known constants.
 
     A parameter up to its sign comes first, then a combination with plain numbers, then one with known constants: a
@@ -76,24 +80,27 @@ def express(target: sp.Expr, basis: tuple[sp.Expr, ...], names: tuple[sp.Symbol,
     """
     for definition, name in zip(basis, names, strict=True):
         for sign in (1, -1):
-            if sp.expand(target - sign * definition) == 0:
+            if expand(target) == expand(sign * definition):
                 return sign * name
-    plain = _combine(target, basis, names, set())
+    plain = _combine(target, basis, names, frozenset())
     return plain if plain is not None else _combine(target, basis, names, known)
 
 
-def _combine(target: sp.Expr, basis: tuple, names: tuple, known: set) -> sp.Expr | None:
+def _combine(target: sp.Expr, basis: tuple, names: tuple, known: frozenset[sp.Symbol]) -> sp.Expr | None:
     """Solve target = Σ weight · parameter + constant for weights in the known constants."""
-    weights = sp.symbols(f"weight_0:{len(basis) + 1}")
-    combination = sp.Add(*(w * b for w, b in zip(weights, basis, strict=False))) + weights[-1]
-    difference = sp.expand(sp.numer(sp.together(target - combination)))
-    unknown = sorted(difference.free_symbols - set(weights) - known, key=str)
-    conditions = sp.Poly(difference, *unknown).coeffs() if unknown else [difference]
-    solutions = sp.linsolve(conditions, *weights)
-    if not solutions:
-        return None
-    solution = [w.subs(dict.fromkeys(weights, 0)) for w in next(iter(solutions))]
-    return sp.Add(*(w * n for w, n in zip(solution, names, strict=False))) + solution[-1]
+    unknown = set().union(*map(symbols_in, (target, *basis))) - known
+    *columns, wanted = (terms(e, unknown) for e in without_denominators(*basis, sp.Integer(1), target))
+    weights = combination(columns, wanted)
+    return None if weights is None else sp.Add(*(w * n for w, n in zip(weights, (*names, 1), strict=True)))
+
+
+def without_denominators(*expressions: sp.Expr) -> tuple[sp.Expr, ...]:
+    """Expressions as sums of products, multiplied by what makes them so where one is divided by a sum."""
+    expanded = tuple(map(expand, expressions))
+    if not any(term.has(sp.Add) for e in expanded for term in sp.Add.make_args(e)):
+        return expanded
+    common = sp.lcm_list([sp.denom(sp.together(e)) for e in expanded])
+    return tuple(expand(sp.cancel(e * common)) for e in expanded)
 
 
 class NotExpressibleError(ValueError):
@@ -102,7 +109,7 @@ class NotExpressibleError(ValueError):
 
 def rewrite(plant: Plant, rows: tuple[sp.Expr, ...], basis: tuple[sp.Expr, ...], names: tuple[str, ...]) -> tuple:
     """Write the scaled rows in terms of the equivalent parameters and the known constants."""
-    known = {sp.Symbol(c.name, positive=True) for c in plant.constants}
+    known = frozenset(sp.Symbol(c.name, positive=True) for c in plant.constants)
     symbols = tuple(symbol(n) for n in names)
     rewritten = [sp.Integer(0)] * len(rows)
     for (row, motion), constant in coefficients_of(plant, rows).items():
@@ -114,7 +121,7 @@ def rewrite(plant: Plant, rows: tuple[sp.Expr, ...], basis: tuple[sp.Expr, ...],
             )
         rewritten[row] += expressed * motion
     plain = {k: symbol(k.name) for k in known}
-    return tuple(sp.expand(r).subs(plain) for r in rewritten)
+    return tuple(replaced(expand(r), plain) for r in rewritten)
 
 
 def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Matrix] | None = None) -> Grouping:
@@ -125,8 +132,7 @@ def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Mat
     definitions = find_parameters(plant, rows)
     names = tuple(f"X{k + 1}" for k in range(len(definitions)))
     if default_phi is not None:
-        provisional = rewrite(plant, rows, definitions, names)
-        names = names_by_column(plant, provisional, names, default_phi)
+        names = names_by_column(plant, rewrite(plant, rows, definitions, names), names, default_phi)
         order = sorted(range(len(names)), key=lambda k: int(names[k][1:]))
         definitions, names = tuple(definitions[k] for k in order), tuple(names[k] for k in order)
     return Grouping(names, definitions, rewrite(plant, rows, definitions, names))
@@ -134,7 +140,7 @@ def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Mat
 
 def columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.Matrix]:
     """What multiplies each parameter in each row."""
-    return {n: sp.Matrix([sp.expand(r).coeff(symbol(n)) for r in rows]) for n in names}
+    return {n: sp.Matrix([expand(r).coeff(symbol(n)) for r in rows]) for n in names}
 
 
 def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: dict[str, sp.Matrix]) -> tuple:
@@ -177,10 +183,10 @@ def _order(plant: Plant, term: Term) -> tuple:
 def _new(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
     """Those candidates that are neither numbers nor such a multiple of one that is known."""
     fresh: list[sp.Expr] = []
-    for candidate in map(sp.expand, candidates):
+    for candidate in map(expand, candidates):
         if not candidate.free_symbols:
             continue
-        if not any(sp.cancel(candidate / k).is_number for k in known + fresh):
+        if not any(proportional(candidate, k) for k in known + fresh):
             fresh.append(
                 -candidate if candidate.subs(dict.fromkeys(candidate.free_symbols, 2)).is_negative else candidate
             )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sympy as sp
 from sympy.simplify.fu import TR8
 
+from derive.algebra import expand, jacobian, slope
 from derive.records import Body, Coordinate, Equations, Plant
 
 
@@ -15,7 +16,7 @@ def derive_equations(plant: Plant) -> Equations:
     return Equations(
         lagrangian,
         inertia=tuple(
-            sp.expand(lagrange_row(lagrangian, c, plant.moving) + turning_row(plant, sideways, c)) for c in plant.moving
+            expand(lagrange_row(lagrangian, c, plant.moving) + turning_row(plant, sideways, c)) for c in plant.moving
         ),
         force=tuple(generalised_force(plant, c) for c in plant.moving),
     )
@@ -28,7 +29,7 @@ def kinetic_energy(plant: Plant) -> sp.Expr:
 
 def velocity_of(body: Body, plant: Plant) -> sp.Matrix:
     """Velocity of a body's centre of mass [m/s], in the frame of the positions, which may turn."""
-    velocity = sum((body.position.diff(c.q) * c.dq for c in plant.moving), sp.zeros(*body.position.shape))
+    velocity = jacobian(body.position, [c.q for c in plant.moving]) * sp.Matrix([c.dq for c in plant.moving])
     if plant.heading is None:
         return velocity
     arm, rate = body.position - plant.heading.origin, plant.heading.coordinate.dq
@@ -39,32 +40,32 @@ def kinetic_energy_of(body: Body, plant: Plant) -> sp.Expr:
     """Kinetic energy of one body [J]."""
     velocity = velocity_of(body, plant)
     turning = sp.sympify(body.rate) ** 2
-    return sp.expand(body.mass * sum_angles(velocity.dot(velocity)) / 2 + body.inertia * sum_angles(turning) / 2)
+    return expand(body.mass * sum_angles(velocity.dot(velocity)) / 2 + body.inertia * sum_angles(turning) / 2)
 
 
 def potential_energy(plant: Plant) -> sp.Expr:
     """Potential energy of all bodies in the plant's gravity [J]."""
     energies = (-body.mass * sum_angles(plant.gravity.dot(body.position)) for body in plant.bodies)
-    return sp.expand(sp.Add(*energies))
+    return expand(sp.Add(*energies))
 
 
 def sum_angles(expression: sp.Expr) -> sp.Expr:
     """Products of sines and cosines as functions of sums of angles: what trigsimp would find, 30 times faster."""
-    return sp.expand(TR8(sp.expand(expression)))
+    return expand(TR8(expand(expression)))
 
 
 def lagrange_row(lagrangian: sp.Expr, row: Coordinate, coordinates: tuple[Coordinate, ...]) -> sp.Expr:
     """d/dt ∂L/∂q̇ − ∂L/∂q by the chain rule (paper eq. 2)."""
-    momentum = sp.diff(lagrangian, row.dq)
-    rate_of_momentum = sp.Add(*(momentum.diff(c.dq) * c.ddq + momentum.diff(c.q) * c.dq for c in coordinates))
-    return sp.expand(rate_of_momentum - sp.diff(lagrangian, row.q))
+    momentum = slope(lagrangian, row.dq)
+    rate_of_momentum = sp.Add(*(slope(momentum, c.dq) * c.ddq + slope(momentum, c.q) * c.dq for c in coordinates))
+    return expand(rate_of_momentum - slope(lagrangian, row.q))
 
 
 def sideways_momentum(plant: Plant) -> sp.Expr:
     """Momentum along the turning frame's y axis, in which no wheel rolls [kg m/s]."""
     if plant.heading is None:
         return sp.Integer(0)
-    return sp.expand(sp.Add(*(body.mass * velocity_of(body, plant)[1] for body in plant.bodies)))
+    return expand(sp.Add(*(body.mass * velocity_of(body, plant)[1] for body in plant.bodies)))
 
 
 def turning_row(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
@@ -76,11 +77,11 @@ def turning_row(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
     if plant.heading is None:
         return sp.Integer(0)
     forward = plant.heading.origin[0]
-    speed = sp.Add(*(forward.diff(c.q) * c.dq for c in plant.moving))
+    speed = sp.Add(*(slope(forward, c.q) * c.dq for c in plant.moving))
     turned = sideways * speed if row == plant.heading.coordinate else sp.Integer(0)
-    return turned - plant.heading.coordinate.dq * sideways * forward.diff(row.q)
+    return turned - plant.heading.coordinate.dq * sideways * slope(forward, row.q)
 
 
 def generalised_force(plant: Plant, row: Coordinate) -> sp.Expr:
     """Generalised force on one coordinate, by the virtual work of every load on its port."""
-    return sp.expand(sp.Add(*(load.force * plant.port(load.port).coordinate.diff(row.q) for load in plant.loads)))
+    return expand(sp.Add(*(load.force * slope(plant.port(load.port).coordinate, row.q) for load in plant.loads)))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import sympy as sp
 
 from derive import effects as library
 from derive import plants
+from derive.algebra import expand, replaced, slope, symbols_in
 from derive.effects import (
     Deformation,
     DryForce,
@@ -32,6 +34,20 @@ from derive.regressor import derive_regressor
 ORIGIN = "origin"  # of a tether: where what it holds was at the log's first sample
 
 
+class Form(NamedTuple):
+    """What the equations of a plant follow from, before any effect acts."""
+
+    name: str
+    fingerprint: str  # of its file
+    assumptions: tuple  # settled, as sorted pairs
+    free: tuple[str, ...] = ()
+
+    @property
+    def plant(self) -> Plant:
+        """The plant itself."""
+        return plants.build(self.name, dict(self.assumptions), self.free)
+
+
 def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], missing_force: bool = False) -> Model:
     """Derive the complete model.
 
@@ -43,12 +59,12 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     settled = plants.settle(plant_name, assumptions)
     chosen = in_library_order((*effect_names, *plants.brought(plant_name, settled)))
     plant = plants.build(plant_name, settled, freed(chosen))
-    chosen = tuple(library.suited(e, plant) for e in chosen)
+    chosen = tuple(library.suited(e, plant.nameplate) for e in chosen)
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
     driven = driven_by(plant, acting)
-    residual = [row.subs(driven) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    residual = [replaced(row, driven) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
     residual = [without_size(row, chosen) if n >= len(plant.coordinates) else row for n, row in enumerate(residual)]
     memories = memories_of(plant, chosen)
     fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
@@ -60,7 +76,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         residual = [r - f for r, f in zip(residual, unknown, strict=True)]
         fitted += [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
     readings = sensor_maps(plant, chosen)
-    used = set().union(*(e.free_symbols for e in (*residual, *readings, *(m.law for m in memories))))
+    used = set().union(*(symbols_in(e) for e in (*residual, *readings, *(m.law for m in memories))))
     surfaces = dry_surfaces(plant, chosen, load_in(plant, grouping, acting))
     constants = [c for c in (*plant.constants, origin_of(plant)) if symbol(c.name) in used]
     return Model(
@@ -93,8 +109,8 @@ def freed(chosen: tuple[Effect, ...]) -> tuple[str, ...]:
 def without_size(row: sp.Expr, chosen: tuple[Effect, ...]) -> sp.Expr:
     """A row divided by the size that all of its terms share: what hangs in a machine moves, however light it is."""
     for size in (e.symbols[p.name] for e in chosen if e.frees for p in e.linear):
-        if row != 0 and sp.expand(row.subs(size, 0)) == 0:
-            row = sp.expand(sp.expand(row) / size)
+        if row != 0 and expand(row.subs(size, 0)) == 0:
+            row = expand(expand(row) / size)
     return row
 
 
@@ -107,20 +123,20 @@ def origin_of(plant: Plant) -> Parameter:
 def load_in(plant: Plant, grouping: Grouping, acting: sp.Expr) -> dict[str, sp.Expr]:
     """What each port carries of the motor: the plant's own loads on it, in volt-equivalents, under the acting input."""
     carried = {p.name: [load.force for load in plant.loads if load.port == p.name] for p in plant.ports}
-    scaled = [sp.expand(sp.Add(*f).subs(plant.substitutions) / plant.scale) for f in carried.values()]
+    scaled = [expand(sp.Add(*f).subs(plant.substitutions) / plant.scale) for f in carried.values()]
     return {
-        name: rewrite(plant, (force,), grouping.definitions, grouping.names)[0].subs(driven_by(plant, acting))
+        name: replaced(rewrite(plant, (force,), grouping.definitions, grouping.names)[0], driven_by(plant, acting))
         for name, force in zip(carried, scaled, strict=True)
     }
 
 
 def regressor_of(plant: Plant, settled: dict, residual, surfaces, memories, grouping: Grouping, fitted) -> Regressor:
     """The regressor, for which what moves inside the machine and what remembers stand still: no sensor reads them."""
-    inside = {s: 0 for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
-    inside |= {m.force: 0 for m in memories}
-    rows = tuple(r.subs(inside) for r in residual[: len(plant.coordinates)])
+    inside = {s: sp.Integer(0) for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
+    inside |= {m.force: sp.Integer(0) for m in memories}
+    rows = tuple(replaced(r, inside) for r in residual[: len(plant.coordinates)])
     rigid = plants.build(plant.name, settled)
-    flat = tuple(s._replace(slip=s.slip[: len(plant.coordinates)], law=s.law.subs(inside)) for s in surfaces)
+    flat = tuple(s._replace(slip=s.slip[: len(plant.coordinates)], law=replaced(s.law, inside)) for s in surfaces)
     return derive_regressor(rigid, rows, flat, grouping, fitted)
 
 
@@ -136,17 +152,37 @@ def in_library_order(effect_names: Sequence[str]) -> tuple[Effect, ...]:
 
 
 def group_and_deform(plant: Plant, assumptions: dict, chosen: tuple[Effect, ...]) -> tuple[Grouping, tuple]:
-    """Find the equivalent parameters on the undeformed, rigid plant, then re-derive with the chosen deformations."""
-    absent = {s: sp.Integer(0) for s in plant.geometry.values()}
-    rigid = plants.build(plant.name, assumptions)
-    grouping = group(
-        rigid, tuple(r.subs(absent) for r in scaled_rows(rigid, derive_equations(rigid))), default_columns(plant.name)
-    )
+    """Find the equivalent parameters on the undeformed, rigid plant, then write the rows with the deformations."""
+    form = Form(plant.name, plants.fingerprint(plant.name), tuple(sorted(assumptions.items())))
     present = deformations(plant, chosen)
-    deformed = scaled_rows(plant, derive_equations(plant))
-    rows = tuple(r.subs({s: 0 for s in absent if s not in present}) for r in deformed)
-    rows = rewrite(plant, rows, grouping.definitions, grouping.names)
-    return grouping, tuple(r.subs(present) for r in rows)
+    rows = deformed_rows(form._replace(free=plant.free), tuple(present))
+    return grouping_of(form), tuple(replaced(r, present) for r in rows)
+
+
+@lru_cache(maxsize=64)
+def equations_of(form: Form) -> tuple[sp.Expr, ...]:
+    """Scaled rows in physical symbols, with every deformation."""
+    plant = form.plant
+    return scaled_rows(plant, derive_equations(plant))
+
+
+@lru_cache(maxsize=64)
+def grouping_of(form: Form) -> Grouping:
+    """Equivalent parameters of a rigid plant, undeformed; they keep the names they have by default."""
+    settled = tuple(sorted(plants.settle(form.name, {}).items()))
+    usual = None if form.assumptions == settled else grouping_of(form._replace(assumptions=settled))
+    absent = dict.fromkeys(form.plant.geometry.values(), sp.Integer(0))
+    rows = tuple(replaced(r, absent) for r in equations_of(form))
+    return group(form.plant, rows, usual and columns(usual.rows, usual.names))
+
+
+@lru_cache(maxsize=256)
+def deformed_rows(form: Form, present: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
+    """Rows in the equivalent parameters, with some of the deformations."""
+    grouping = grouping_of(form._replace(free=()))
+    absent = {s: sp.Integer(0) for s in form.plant.geometry.values() if s not in present}
+    rows = tuple(replaced(r, absent) for r in equations_of(form))
+    return rewrite(form.plant, rows, grouping.definitions, grouping.names)
 
 
 def deformations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp.Expr]:
@@ -160,15 +196,6 @@ def deformations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp
     return present
 
 
-@lru_cache
-def default_columns(plant_name: str) -> dict[str, sp.Matrix]:
-    """Regressor columns under the default assumptions, which give the parameters their names."""
-    plant = plants.build(plant_name, plants.settle(plant_name, {}))
-    absent = {s: sp.Integer(0) for s in plant.geometry.values()}
-    grouping = group(plant, tuple(r.subs(absent) for r in scaled_rows(plant, derive_equations(plant))))
-    return columns(grouping.rows, grouping.names)
-
-
 def named(grouping: Grouping):
     """Pairs of name and definition."""
     return zip(grouping.names, grouping.definitions, strict=True)
@@ -180,7 +207,7 @@ def x_unit(plant: Plant, name: str, grouping: Grouping) -> str:
     found = [(c, e) for c, e in zip(plant.coordinates, column, strict=True) if e != 0]
     moving = [(c, e) for c, e in found if e.has(*(k.ddq for k in plant.coordinates))]
     row, entry = (moving or found)[0]
-    force = plant.force_unit(row.unit)
+    force = plant.nameplate.force_unit(row.unit)
     along = next((c.unit for c in plant.coordinates if entry.has(c.ddq)), "")
     if along:
         return library.joined(force, f"s²/{along}")
@@ -212,7 +239,7 @@ def forces(plant: Plant, chosen: tuple[Effect, ...]) -> list[sp.Expr]:
             resistances.append((angle, effect.enters.law(angle, rate_of(angle, plant), **effect.symbols)))
         elif isinstance(effect.enters, PathForce):
             resistances.append((plant.port(effect.enters.port).coordinate, remembered(effect)))
-    return [-sp.Add(*(f * sp.diff(angle, c.q) for angle, f in resistances)) for c in plant.moving]
+    return [-sp.Add(*(f * along for angle, f in resistances if (along := slope(angle, c.q)))) for c in plant.moving]
 
 
 def inside_resistance(inner: Coordinate, name: str, chosen: tuple[Effect, ...]) -> sp.Expr:
@@ -267,7 +294,7 @@ def direction_of(port: str) -> sp.Symbol:
 
 def slip_row(plant: Plant, port: str) -> tuple[float, ...]:
     """Slip speed of a port as constant weights on the coordinates' rates."""
-    weights = tuple(plant.port(port).coordinate.diff(c.q) for c in plant.moving)
+    weights = tuple(slope(plant.port(port).coordinate, c.q) for c in plant.moving)
     if any(w.free_symbols for w in weights):
         raise ValueError(f"Dry friction needs a port whose angle is linear in the coordinates; {port} is not")
     return tuple(float(w) for w in weights)
@@ -275,7 +302,7 @@ def slip_row(plant: Plant, port: str) -> tuple[float, ...]:
 
 def rate_of(angle: sp.Expr, plant: Plant) -> sp.Expr:
     """Time derivative of a function of the coordinates."""
-    return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.moving))
+    return sp.Add(*(slope(angle, c.q) * c.dq for c in plant.moving))
 
 
 def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]:

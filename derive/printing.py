@@ -8,6 +8,8 @@ from typing import NamedTuple
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
+from derive.algebra import symbols_in
+
 
 class Kernel(NamedTuple):
     """The body of a generated function as text."""
@@ -75,7 +77,7 @@ def kernel(targets: Sequence[Target], sources: dict[str, str]) -> Kernel:
     in the order given. Raises KeyError for a symbol without a source.
     """
     values = [sp.sympify(t.value) for t in targets]
-    used = set().union(*(v.free_symbols for v in values)) if values else set()
+    used = set().union(*map(symbols_in, values))
     missing = sorted(s.name for s in used if s.name not in sources)
     if missing:
         raise KeyError(f"No source for {', '.join(missing)}")

@@ -7,9 +7,11 @@ nothing else.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
-import sympy as sp
+from derive.late import sp
+from derive.nameplate import Axis, Gauge, Nameplate, Parameter, Place
 
 
 class Coordinate(NamedTuple):
@@ -74,14 +76,6 @@ class Assumption(NamedTuple):
     brings: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is nothing but an effect
 
 
-class Parameter(NamedTuple):
-    """A number that is identified from data, or a known constant."""
-
-    name: str
-    unit: str
-    sentence: str
-
-
 class Heading(NamedTuple):
     """A frame that turns about the vertical with the machine, and rolls forward along its own x axis.
 
@@ -133,16 +127,31 @@ class Plant:
         """All inputs, in the order of their columns."""
         return (self.input, *self.further)
 
-    @property
-    def scale_constant(self) -> Parameter | None:
-        """The known constant that turns volt-equivalents into N m or N, where the scale is one."""
-        return next((c for c in self.constants if c.name == str(self.scale)), None)
+    @cached_property
+    def nameplate(self) -> Nameplate:
+        """What it has, in names, units and numbers; ports and channels are linear in the coordinates."""
+        return Nameplate(
+            name=self.name,
+            sentence=self.sentence,
+            coordinates=tuple(Axis(c.name, c.row, c.unit, str(c.q), str(c.dq), str(c.ddq)) for c in self.coordinates),
+            ports=tuple(self.place_of(port) for port in self.ports),
+            channels=tuple(Gauge(c.name, c.unit) for c in self.channels),
+            inputs=tuple(map(str, self.inputs)),
+            input_unit=self.input_unit,
+            driven=self.driven,
+            constants=self.constants,
+            scale=str(self.scale),
+            geometry=tuple(self.geometry),
+            inner=tuple(self.inner),
+            controlled=self.controlled,
+            reference=self.reference,
+            falls=self.falls,
+        )
 
-    def force_unit(self, along: str) -> str:
-        """Unit of a generalised force along a coordinate in rad or m: that of the input, with a lever where need be."""
-        own = self.coordinates[0].unit  # the scale turns forces along the first coordinate into those of the input
-        lever = "" if along == own else " m" if own == "m" else "/m"
-        return f"{self.input_unit}{lever}"
+    def place_of(self, port: Port) -> Place:
+        """A port in names, units and numbers."""
+        weights = tuple(float(sp.diff(port.coordinate, c.q)) for c in self.coordinates)
+        return Place(port.name, port.sentence, self.unit_along(port.coordinate), port.reach, weights)
 
     def unit_along(self, expression: sp.Expr) -> str:
         """Unit of a function of the coordinates that is linear in them."""

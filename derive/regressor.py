@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import prod
+
 import sympy as sp
 
+from derive.algebra import expand, jacobian, replaced, slope, symbols_in
 from derive.functions import TIME, symbol
 from derive.records import DrySurface, EnergyBalance, Grouping, Parameter, Plant, Regressor
 
@@ -20,45 +24,46 @@ def derive_regressor(
     Dry friction enters with its direction. Effect parameters in which the residual is not linear (a slope's angle) stay
     inside tau and phi as known numbers. Raises ValueError, naming the culprits, if a base parameter is not linear.
     """
-    slipping = sp.Matrix(residual) + dry_forces(plant, surfaces)
-    rows = sp.Matrix([sp.expand(s * r) for s, r in zip(orientation(plant, grouping), slipping, strict=True)])
+    slipping = [row + force for row, force in zip(residual, dry_forces(surfaces, len(residual)), strict=True)]
+    rows = [expand(s * r) for s, r in zip(orientation(plant, grouping), slipping, strict=True)]
     parameters = linear_parameters(rows, grouping.names, fitted)
-    phi = rows.jacobian(parameters)
-    tau = -(rows - phi * sp.Matrix(parameters)).applyfunc(sp.expand)
-    pieces = [split(plant, sp.expand(entry)) for entry in phi]
+    phi = jacobian(rows, parameters).applyfunc(expand)
+    known = [expand(row - sp.Add(*map(prod, zip(phi[n, :], parameters, strict=True)))) for n, row in enumerate(rows)]
+    tau = -sp.Matrix(known)
+    pieces = [split(plant, entry) for entry in phi]
     phi2, phi1, phi0 = (sp.Matrix(*phi.shape, [p[k] for p in pieces]) for k in range(3))
     balance = energy_balance(plant, slipping, parameters)
-    return Regressor(parameters, tau, phi.applyfunc(sp.expand), phi2, phi1, phi0, balance)
+    return Regressor(parameters, tau, phi, phi2, phi1, phi0, balance)
 
 
-def energy_balance(plant: Plant, slipping: sp.Matrix, parameters: tuple[sp.Symbol, ...]) -> EnergyBalance:
+def energy_balance(plant: Plant, slipping: list[sp.Expr], parameters: tuple[sp.Symbol, ...]) -> EnergyBalance:
     """Multiply each row by its rate and add: what multiplies a parameter is a stored energy's rate plus a power.
 
     This is the energy regressor of the paper's references [22, 23]. Raises ValueError if an acceleration is left.
     """
-    power = sp.expand(sp.Add(*(c.dq * row for c, row in zip(plant.coordinates, slipping, strict=True))))
-    per_parameter = [sp.expand(power.diff(x)) for x in parameters]
+    power = expand(sp.Add(*(c.dq * row for c, row in zip(plant.coordinates, slipping, strict=True))))
+    per_parameter = [expand(slope(power, x)) for x in parameters]
     stored = [stored_energy(plant, p) for p in per_parameter]
-    taken = [sp.expand(p - total_rate(plant, e)) for p, e in zip(per_parameter, stored, strict=True)]
+    taken = [expand(p - total_rate(plant, e)) for p, e in zip(per_parameter, stored, strict=True)]
     if any(p.has(*(c.ddq for c in plant.coordinates)) for p in taken):
         raise ValueError(f"{plant.name}: the energy balance must be free of accelerations, but {taken} is not")
     known = sp.Add(*(x * p for x, p in zip(parameters, per_parameter, strict=True)))
-    return EnergyBalance(sp.Matrix([stored]), sp.Matrix([taken]), sp.expand(known - power))
+    return EnergyBalance(sp.Matrix([stored]), sp.Matrix([taken]), expand(known - power))
 
 
 def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
     """Kinetic and potential energy whose rate a power contains."""
-    kinetic = sp.Add(*(power.diff(c.ddq).subs({k.ddq: 0 for k in plant.coordinates}) * c.dq
-                       for c in plant.coordinates)) / 2  # fmt: skip
-    left = sp.expand(power - total_rate(plant, kinetic))
+    still = {c.ddq: sp.Integer(0) for c in plant.coordinates}
+    kinetic = sp.Add(*(replaced(slope(power, c.ddq), still) * c.dq for c in plant.coordinates)) / 2
+    left = expand(power - total_rate(plant, kinetic))
     potential = sp.Integer(0)
     for c in plant.coordinates:
         pull = left.coeff(c.dq, 1)
         moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), *plant.inputs, TIME)
-        if not pull.has(*moving) and has_potential(pull, c.q):
-            potential += sp.integrate(pull, c.q)
-            left = sp.expand(left - pull * c.dq)
-    return sp.expand(kinetic) + potential
+        if pull != 0 and not pull.has(*moving) and has_potential(pull, c.q):
+            potential += sp.Add(*(potential_of(term, c.q) for term in sp.Add.make_args(pull)))
+            left = expand(left - pull * c.dq)
+    return expand(kinetic) + potential
 
 
 def has_potential(pull: sp.Expr, angle: sp.Symbol) -> bool:
@@ -72,22 +77,38 @@ def has_potential(pull: sp.Expr, angle: sp.Symbol) -> bool:
     return known and bool(plain.is_polynomial(angle))
 
 
+def potential_of(pull: sp.Expr, angle: sp.Symbol) -> sp.Expr:
+    """Integral over its angle of a pull without sums: by rule for powers, sines and cosines, else by SymPy, slowly."""
+    factor, function = pull.as_independent(angle, as_Add=False)
+    base, exponent = function.as_base_exp()
+    if function == 1 or (base == angle and exponent.is_Integer and exponent > 0):
+        power = 1 if function == 1 else exponent + 1
+        return factor * angle**power / power
+    if isinstance(function, sp.sin | sp.cos):
+        argument = function.args[0]
+        turning = slope(argument, angle)
+        whole = (-sp.cos(argument) if isinstance(function, sp.sin) else sp.sin(argument)) / turning
+        if turning.is_number:
+            return factor * whole
+        if angle not in symbols_in(turning) and (turning.is_Symbol or (-turning).is_Symbol):
+            still = replaced(function, {s: sp.Integer(0) for s in symbols_in(turning)}) * angle
+            return factor * sp.Piecewise((whole, sp.Ne(turning, 0)), (still, True))
+    return sp.integrate(pull, angle)
+
+
 def total_rate(plant: Plant, expression: sp.Expr) -> sp.Expr:
     """Time derivative of a function of the coordinates and their rates."""
-    return sp.Add(*(expression.diff(c.q) * c.dq + expression.diff(c.dq) * c.ddq for c in plant.coordinates))
+    return sp.Add(*(slope(expression, c.q) * c.dq + slope(expression, c.dq) * c.ddq for c in plant.coordinates))
 
 
-def dry_forces(plant: Plant, surfaces: tuple[DrySurface, ...]) -> sp.Matrix:
+def dry_forces(surfaces: tuple[DrySurface, ...], rows: int) -> list[sp.Expr]:
     """Dry friction on each row while slipping."""
-    total = sp.zeros(len(plant.coordinates), 1)
-    for surface in surfaces:
-        total += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
-    return total
+    return [sp.Add(*(sp.nsimplify(s.slip[n]) * s.law for s in surfaces if s.slip[n])) for n in range(rows)]
 
 
 def orientation(plant: Plant, grouping: Grouping) -> tuple[sp.Expr, ...]:
     """Factor per row that puts the input on the left with a plus sign, as in the paper's (19) and (20)."""
-    gains = (own_gain(plant, sp.expand(row)) for row in grouping.rows)
+    gains = (own_gain(plant, expand(row)) for row in grouping.rows)
     return tuple(-1 / gain if gain else sp.Integer(1) for gain in gains)
 
 
@@ -97,15 +118,16 @@ def own_gain(plant: Plant, row: sp.Expr) -> sp.Expr:
     return sp.simplify(sp.Add(*gains)) or gains[-1]
 
 
-def linear_parameters(rows: sp.Matrix, base: tuple[str, ...], fitted: tuple[Parameter, ...]) -> tuple:
+def linear_parameters(rows: Sequence[sp.Expr], base: tuple[str, ...], fitted: tuple[Parameter, ...]) -> tuple:
     """Base parameters, then those effect parameters in which the rows are jointly linear."""
     parameters = [symbol(name) for name in base]
-    culprits = [x for x in parameters if rows.jacobian(parameters).diff(x) != rows.jacobian(parameters) * 0]
+    columns = jacobian(rows, parameters)
+    culprits = [x for x in parameters if any(slope(entry, x) for entry in columns)]
     if culprits:
         raise ValueError(f"The model is not linear in {', '.join(map(str, culprits))}")
     for candidate in (symbol(p.name) for p in fitted[len(base) :]):
-        column = rows.diff(candidate)
-        if not any(column.has(x) for x in (*parameters, candidate)) and any(column):
+        column = [slope(row, candidate) for row in rows]
+        if any(column) and not any(symbols_in(entry) & {*parameters, candidate} for entry in column):
             parameters.append(candidate)
     return tuple(parameters)
 
@@ -119,26 +141,22 @@ def split(plant: Plant, entry: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """
     twice, once, rest = sp.Integer(0), sp.Integer(0), entry
     for c in plant.coordinates:
-        factor = sp.expand(rest).coeff(c.ddq)
+        factor = rest.coeff(c.ddq)
         if factor == 0:
             continue
         if not factor.free_symbols & set(_states(plant)):
             twice += factor * c.q
         else:
             once += factor * c.dq
-            factor_rate = sp.Add(*(factor.diff(k.q) * k.dq for k in plant.coordinates))
+            factor_rate = sp.Add(*(slope(factor, k.q) * k.dq for k in plant.coordinates))
             rest -= factor_rate * c.dq
-        rest = sp.expand(rest - _acceleration_terms(rest, c))
+        rest = expand(rest - factor * c.ddq)
     for c in plant.coordinates:
         factor = rest.coeff(c.dq)
         if factor != 0 and not factor.has(*_states(plant)) and not factor.has(*plant.inputs):
             once += factor * c.q
-            rest = sp.expand(rest - factor * c.dq)
+            rest = expand(rest - factor * c.dq)
     return twice, once, rest
-
-
-def _acceleration_terms(expression: sp.Expr, c) -> sp.Expr:
-    return sp.expand(expression).coeff(c.ddq) * c.ddq
 
 
 def _states(plant: Plant) -> tuple[sp.Symbol, ...]:

@@ -7,18 +7,32 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.functions import symbol
+from derive.algebra import expand, holding, inverse_of, jacobian, replaced, slope, symbols_in
+from derive.functions import TIME, symbol
 from derive.model import named, slip_row
 from derive.printing import Kernel, Target, kernel
 from derive.records import Memory, Model, Relations
+from derive.regressor import dry_forces
 
 
 class Signal(NamedTuple):
-    """A quantity to be filtered for the regression: its expression and how often it is differentiated."""
+    """A quantity to be filtered for the regression, and how often it is differentiated."""
 
     value: sp.Expr
     derivatives: int  # 0, 1 or 2
     held: bool  # whether it is constant between samples, as the input is
+
+
+class Filtered(NamedTuple):
+    """The filtered regression: signals, and the features that its rows are made of.
+
+    A feature is a sum of filtered signals that always come together; ``rows`` hold, for each row of the regression, the
+    weights of the features in each column of φ and then in τ.
+    """
+
+    signals: tuple[Signal, ...]
+    features: tuple[tuple[tuple[float, int], ...], ...]  # weight and signal
+    rows: tuple[tuple[tuple[float, ...], ...], ...]  # (NQ, parameters + 1, features)
 
 
 class MemoryCode(NamedTuple):
@@ -33,6 +47,9 @@ class MemoryCode(NamedTuple):
 
 class Code(NamedTuple):
     """Everything the templates need; strings and numbers only."""
+
+    simple: bool  # whether a step has neither events nor memory, so that many machines can take it side by side
+    turns: tuple[str, ...]  # names of the angles whose sines and cosines the equations of motion take
 
     states: tuple[str, ...]  # coordinates and rates
     variables: tuple[str, ...]  # the same, then what effects add
@@ -67,17 +84,21 @@ class Code(NamedTuple):
     driven: bool
     signed: tuple[str, ...]  # own parameters that may be negative: differences of physical constants
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
+    features: tuple[tuple[tuple[float, int], ...], ...]  # weight and signal
+    mixing: tuple[tuple[tuple[float, ...], ...], ...]  # weights of the features in [φ τ]
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
     kernels: dict[str, Kernel]
 
 
 def generate_code(model: Model) -> Code:
     """Turn a model into the text of its kernels."""
-    signals = filtered_signals(model)
+    filtered = filtered_regression(model)
     outputs = tuple(c.name for c in model.plant.channels)
     names = model.parameters
     variables = variables_of(model)
     return Code(
+        simple=simple(model),
+        turns=tuple(turns_of(model).values()),
         states=tuple(s.name for s in model.states),
         variables=variables,
         slopes=slopes_of(model),
@@ -112,22 +133,29 @@ def generate_code(model: Model) -> Code:
         ports={p.name: slip_row(model.plant, p.name)[: len(model.plant.coordinates)] for p in model.plant.ports},
         driven=model.plant.driven,
         signed=tuple(n for n, d in named(model.grouping) if not positive(d)),
-        signals=tuple((s.derivatives, s.held) for s in signals),
+        signals=tuple((s.derivatives, s.held) for s in filtered.signals),
+        features=filtered.features,
+        mixing=filtered.rows,
         unmeasured=unmeasured_rates(model),
         kernels={
+            "angles": angles(model),
+            "controlled": controlled_kernel(model),
             "free_motion": free_motion(model),
             "residual_jacobian": residual_jacobian(model),
             "dry_law": dry_law(model),
             "drive": kernel([Target("driven", model.drive)], scalar_sources(model)),
             "drive_jacobian": drive_jacobian(model),
             "outputs": outputs_kernel(model),
+            "readings": kernel(
+                [Target(f"reading_{n}", r) for n, r in enumerate(model.readings)], scalar_sources(model)
+            ),
             "output_jacobian": output_jacobian(model),
             "regressor": regressor_kernel(model),
             "regressor_parts": regressor_parts(model),
             "energy_parts": energy_parts(model),
-            "signal_rates": signal_rates(model, signals),
-            "signals": kernel([Target(f"signal[{n}]", s.value) for n, s in enumerate(signals)], directed(model)),
-            "assemble": assemble(model, signals),
+            "signal_rates": signal_rates(model, filtered.signals),
+            "signals": signals_kernel(model, filtered.signals),
+            **assembling(filtered),
         },
     )
 
@@ -145,7 +173,7 @@ def place_of(names: tuple[str, ...], name: str) -> int:
 def ideal_readings(model: Model) -> tuple[tuple[float, ...], ...]:
     """What each output reads of the states while no effect touches the sensors, as constant weights."""
     readings = sp.Matrix([c.reading for c in model.plant.channels])
-    weights = readings.jacobian(list(model.states))
+    weights = jacobian(readings, model.states)
     at_rest = readings.subs(dict.fromkeys(model.states, 0))
     if weights.free_symbols or any(at_rest):
         raise ValueError(f"{model.plant.name}: every sensor must read a sum of coordinates or of rates, not {readings}")
@@ -168,8 +196,8 @@ def memory_code(model: Model, memory: Memory) -> MemoryCode:
     variables = variables_of(model)
     pairs = zip(memory.weights, model.plant.moving, strict=True)
     table = sources(model, **{s.name: s.name for s in (memory.before, memory.path)})
-    slopes = [Target("by_before", memory.law.diff(memory.before)), Target("by_path", memory.law.diff(memory.path))]
-    own = [(n, memory.law.diff(symbol(p.name))) for n, p in enumerate(model.fitted)]
+    slopes = [Target("by_before", slope(memory.law, memory.before)), Target("by_path", slope(memory.law, memory.path))]
+    own = [(n, slope(memory.law, symbol(p.name))) for n, p in enumerate(model.fitted)]
     return MemoryCode(
         memory.force.name,
         variables.index(memory.force.name),
@@ -185,12 +213,12 @@ def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
     table: dict[str, tuple[str, ...]] = {}
     for effect in model.effects:
         own = set(effect.symbols.values())
-        others = {s: 0 for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)
+        others = {s: sp.Integer(0) for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)
                   if p.absent == 0.0 and s not in own}  # fmt: skip
         inner = model.plant.inner.get(effect.frees)
         touched = (*own, *((inner.q, inner.dq, inner.ddq) if inner else ()))
-        slopes = [row.subs(others).diff(s) for row in model.residual for s in touched]
-        inside = set().union(*(slope.free_symbols for slope in slopes))
+        parts = [replaced(holding(row, touched), others) for row in model.residual]
+        inside = set().union(*(symbols_in(slope(part, s)) for part in parts for s in touched))
         wanted = tuple(c for c in known if symbol(c) in inside)
         table |= {name: wanted for name in effect.full_names if wanted}
     return table
@@ -226,17 +254,59 @@ def scalar_sources(model: Model) -> dict[str, str]:
     return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
 
 
+def turns_of(model: Model) -> dict[sp.Expr, str]:
+    """What the equations of motion take sines and cosines of and that changes with time: expression → name."""
+    varying = {TIME, *model.states, *model.inner}
+    found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
+    ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
+    return {a: a.name if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
+
+
+def angles(model: Model) -> Kernel:
+    """Those expressions."""
+    return kernel([Target(f"angle_{name}", a) for a, name in turns_of(model).items()], scalar_sources(model))
+
+
+def simple(model: Model) -> bool:
+    """Whether a step has neither events nor memory, of one input and a controller that reads angle and rate."""
+    remembers = model.surfaces or model.memories or model.moments or model.lag or model.delay or model.sensor_delay
+    inner = len(model.plant.moving) > len(model.plant.coordinates)
+    return (
+        not (remembers or inner) and model.plant.driven and len(model.plant.inputs) == 1 and all(model.plant.controlled)
+    )
+
+
+def controlled_kernel(model: Model) -> Kernel:
+    """What the controller sees, in the states; nothing where it reads no rate."""
+    outputs = [c.name for c in model.plant.channels]
+    seen = zip(("angle", "rate"), model.plant.controlled, strict=True)
+    return kernel([Target(n, model.readings[outputs.index(c)]) for n, c in seen if c], scalar_sources(model))
+
+
+def turned(model: Model, targets: list[Target]) -> list[Target]:
+    """Targets whose sines and cosines of these are arguments of the kernel."""
+    turns = turns_of(model).items()
+    known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in turns for f in (sp.sin, sp.cos)}
+    return [Target(t.place, sp.sympify(t.value).xreplace(known)) for t in targets]
+
+
+def turn_sources(model: Model) -> dict[str, str]:
+    """Sources for a kernel that is handed sines and cosines."""
+    names = [f"{f}_{name}" for name in turns_of(model).values() for f in ("sin", "cos")]
+    return {**scalar_sources(model), **{name: name for name in names}}
+
+
 def free_motion(model: Model) -> Kernel:
     """Accelerations without dry friction, and the inverse mass matrix, in closed form."""
     accelerations = [c.ddq for c in model.plant.moving]
-    residual = sp.Matrix(model.residual)
-    mass = residual.jacobian(accelerations)
-    inverse = mass.adjugate() / mass.det()
-    at_rest = residual.subs(dict.fromkeys(accelerations, 0))
+    mass = jacobian(model.residual, accelerations)
+    inverse = inverse_of(mass)
+    at_rest = [replaced(row, dict.fromkeys(accelerations, sp.Integer(0))) for row in model.residual]
     size = len(accelerations)
-    targets = [Target(a.name, -(inverse * at_rest)[i]) for i, a in enumerate(accelerations)]
+    free = [sp.Add(*(inverse[i, k] * at_rest[k] for k in range(size))) for i in range(size)]
+    targets = [Target(a.name, -free[i]) for i, a in enumerate(accelerations)]
     targets += [Target(f"mobility_{i}_{j}", inverse[i, j]) for i in range(size) for j in range(size)]
-    return kernel(targets, scalar_sources(model))
+    return kernel(turned(model, targets), turn_sources(model))
 
 
 def residual_jacobian(model: Model) -> Kernel:
@@ -245,19 +315,19 @@ def residual_jacobian(model: Model) -> Kernel:
     Those in the states are all there, and where the input lags it is a state, the last. Of those in the parameters the
     zero ones are left out.
     """
-    slipping = sp.Matrix(model.residual)
-    for surface in model.surfaces:
-        slipping += sp.Matrix(surface.slip).applyfunc(sp.nsimplify) * surface.law
-    by_state = slipping.jacobian([*model.states, *model.inner, *([model.plant.input] if model.lag else [])])
-    by_parameter = slipping.jacobian([symbol(p.name) for p in model.fitted])
+    dry = dry_forces(model.surfaces, len(model.residual))
+    slipping = [row + force for row, force in zip(model.residual, dry, strict=True)]
+    by_state = jacobian(slipping, [*model.states, *model.inner, *([model.plant.input] if model.lag else [])])
+    by_parameter = jacobian(slipping, [symbol(p.name) for p in model.fitted])
     rows, columns = by_state.shape
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]
-    return kernel(targets + nonzero("by_parameter", by_parameter, "stage"), scalar_sources(model))
+    targets += nonzero("by_parameter", by_parameter, "stage")
+    return kernel(turned(model, targets), turn_sources(model))
 
 
 def drive_jacobian(model: Model) -> Kernel:
     """Derivatives of the driven input in the parameters; zero entries are left out."""
-    slopes = [(n, model.drive.diff(symbol(p.name))) for n, p in enumerate(model.fitted)]
+    slopes = [(n, slope(model.drive, symbol(p.name))) for n, p in enumerate(model.fitted)]
     return kernel([Target(f"by_parameter[{n}]", s) for n, s in slopes if s != 0], scalar_sources(model))
 
 
@@ -269,8 +339,8 @@ def dry_law(model: Model) -> Kernel:
 def dry_sizes(model: Model) -> tuple[str, ...]:
     """Parameters in which the dry laws are linear; no surface has friction where all of them are zero."""
     laws = [s.law for s in model.surfaces]
-    sizes = [p.name for p in model.fitted if any(f.has(symbol(p.name)) for f in laws)]
-    sizes = [n for n in sizes if all(f.diff(symbol(n), 2) == 0 for f in laws)]
+    sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]
+    sizes = [n for n in sizes if all(slope(slope(f, symbol(n)), symbol(n)) == 0 for f in laws)]
     rest = [f.subs({symbol(n): 0 for n in sizes}) for f in laws]
     if any(f != 0 for f in rest):
         raise ValueError(f"Dry friction must vanish where its linear parameters {sizes} are zero; it leaves {rest}")
@@ -282,11 +352,16 @@ def outputs_kernel(model: Model) -> Kernel:
     return kernel([Target(f"output[{n}]", r) for n, r in enumerate(model.readings)], sources(model))
 
 
+def readings_kernel(model: Model) -> Kernel:
+    """The same as scalars."""
+    return kernel([Target(f"reading_{n}", r) for n, r in enumerate(model.readings)], scalar_sources(model))
+
+
 def output_jacobian(model: Model) -> Kernel:
     """Derivatives of the readings; zero entries are left out."""
     readings = sp.Matrix(model.readings)
-    by_state = readings.jacobian(list(model.states))
-    by_parameter = readings.jacobian([symbol(p.name) for p in model.fitted])
+    by_state = jacobian(readings, model.states)
+    by_parameter = jacobian(readings, [symbol(p.name) for p in model.fitted])
     return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))
 
 
@@ -314,15 +389,65 @@ def directed(model: Model) -> dict[str, str]:
     return sources(model, **slips)
 
 
-def filtered_signals(model: Model) -> tuple[Signal, ...]:
-    """Distinct quantities, up to sign, that the filtered regression needs; the left sides come last."""
-    found: list[Signal] = []
-    for derivatives, piece in enumerate((model.regressor.phi0, model.regressor.phi1, model.regressor.phi2)):
-        for entry in piece:
-            if entry and _place(model, found, entry, derivatives) is None:
-                found.append(Signal(entry, derivatives, entry.has(*model.plant.inputs) and not model.lag))
-    held = model.plant.driven and not model.lag
-    return (*found, *(Signal(entry, 0, held) for entry in model.regressor.tau))
+def filtered_regression(model: Model) -> Filtered:
+    """What the regression has to filter: each distinct term of its entries once, whatever its factor."""
+    regressor, count = model.regressor, len(model.regressor.parameters)
+    entries: dict[tuple[sp.Expr, int], dict[tuple[int, int], float]] = {}  # term and derivatives → weight in each entry
+    pieces = enumerate((regressor.phi0, regressor.phi1, regressor.phi2))
+    for derivatives, matrix in [*pieces, (0, regressor.tau)]:
+        for place, entry in enumerate(matrix):
+            row, column = divmod(place, count) if matrix is not regressor.tau else (place, count)
+            for term in sp.Add.make_args(expand(entry)):
+                weight, value = term.as_coeff_Mul()
+                if weight:
+                    shares = entries.setdefault((value, derivatives), {})
+                    shares[row, column] = shares.get((row, column), 0.0) + float(weight)
+    together: dict[tuple, list[tuple[float, int]]] = {}  # entries that a feature is in → its signals
+    signals: list[Signal] = []
+    for (value, derivatives), shares in entries.items():
+        scale = next(iter(shares.values()))
+        pattern = tuple(sorted((place, weight / scale) for place, weight in shares.items()))
+        together.setdefault(pattern, []).append((scale, len(signals)))
+        signals.append(Signal(value, derivatives, value.has(*model.plant.inputs) and not model.lag))
+    rows = [[[0.0] * len(together) for _ in range(count + 1)] for _ in range(regressor.tau.rows)]
+    for feature, pattern in enumerate(together):
+        for (row, column), weight in pattern:
+            rows[row][column][feature] = weight
+    return Filtered(tuple(signals), tuple(map(tuple, together.values())), tuple(tuple(map(tuple, row)) for row in rows))
+
+
+def assembling(filtered: Filtered) -> dict[str, Kernel]:
+    """The features from the filtered signals, and left side and regressor from the features (paper eqs. 39, 40)."""
+    signals, features = (
+        [symbol(f"{kind}_{n}") for n in range(len(of))]
+        for kind, of in (("signal", filtered.signals), ("feature", filtered.features))
+    )
+    sums = [sp.Add(*(number(w) * signals[n] for w, n in feature)) for feature in filtered.features]
+    rows = sp.Matrix([[sp.Add(*(number(w) * f for w, f in zip(weights, features, strict=True))) for weights in row]
+                      for row in filtered.rows])  # fmt: skip
+    names = {s.name: s.name for s in (*signals, *features)}
+    left = [Target(f"tau[{n}]", v) for n, v in enumerate(rows[:, -1])]
+    return {
+        "features": kernel([Target(f.name, value) for f, value in zip(features, sums, strict=True)], names),
+        "assemble": kernel(left + nonzero("phi", rows[:, :-1]), names),
+    }
+
+
+def number(value: float) -> sp.Expr:
+    """A weight as it is printed: 1, not 1.0."""
+    return sp.Integer(int(value)) if value == int(value) else sp.Float(value)
+
+
+def signals_kernel(model: Model, signals: tuple[Signal, ...]) -> Kernel:
+    """The quantities that are filtered, in the states and the angles' sines and cosines."""
+    weights = {s.direction.name: s.slip for s in model.surfaces}
+    rates = [s.name for s in model.states[len(model.states) // 2 :]]
+    slips = {
+        name: f"_sign({' + '.join(f'{w} * {r}' for w, r in zip(slip, rates, strict=False) if w)})"
+        for name, slip in weights.items()
+    }
+    targets = [Target(f"signal_{n}", s.value) for n, s in enumerate(signals)]
+    return kernel(turned(model, targets), {**turn_sources(model), **slips})
 
 
 def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:
@@ -330,7 +455,7 @@ def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     targets = []
     for n, s in enumerate(signals):
         if s.derivatives == 2:
-            rate = sp.Add(*(s.value.diff(c.q) * c.dq for c in model.plant.coordinates))
+            rate = sp.Add(*(slope(s.value, c.q) * c.dq for c in model.plant.coordinates))
             targets.append(Target(f"speed[{n}]", rate))
     return kernel(targets, directed(model))
 
@@ -349,23 +474,6 @@ def energy_parts(model: Model) -> Kernel:
     return kernel([*targets, Target("supplied[0]", energy.supplied)], directed(model))
 
 
-def assemble(model: Model, signals: tuple[Signal, ...]) -> Kernel:
-    """Put the filtered signals together to left side and regressor (paper eqs. 39, 40)."""
-    regressor = model.regressor
-    phi = sp.zeros(*regressor.phi.shape)
-    for derivatives, piece in enumerate((regressor.phi0, regressor.phi1, regressor.phi2)):
-        for place, entry in enumerate(piece):
-            if entry:
-                place_of_signal = _place(model, signals, entry, derivatives)
-                assert place_of_signal is not None, "filtered_signals leaves none out"
-                number, sign = place_of_signal
-                phi[place] += sign * symbol(f"signal_{number}")
-    first = len(signals) - len(regressor.tau)
-    targets = [Target(f"tau[{n}]", symbol(f"signal_{first + n}")) for n in range(len(regressor.tau))]
-    table = {f"signal_{n}": f"signal[{n}]" for n in range(len(signals))}
-    return kernel(targets + nonzero("phi", phi), table)
-
-
 def nonzero(array: str, matrix: sp.Matrix, *outer: str) -> list[Target]:
     """Targets for the entries of a matrix that are not always zero; ``outer`` are indices before row and column."""
     rows, columns = matrix.shape
@@ -376,13 +484,3 @@ def nonzero(array: str, matrix: sp.Matrix, *outer: str) -> list[Target]:
 def nonzero_entries(array: str, row: sp.Matrix) -> list[Target]:
     """Targets for the entries of a row that are not always zero."""
     return [Target(f"{array}[{i}]", entry) for i, entry in enumerate(row) if entry != 0]
-
-
-def _place(model: Model, signals, entry: sp.Expr, derivatives: int) -> tuple[int, int] | None:
-    """Index and sign of an entry among the signals of the same kind."""
-    for number, signal in enumerate(signals):
-        if signal.derivatives == derivatives:
-            for sign in (1, -1):
-                if sp.expand(entry - sign * signal.value) == 0:
-                    return number, sign
-    return None

@@ -26,7 +26,7 @@ from derive.effects.row import (
     Values,
 )
 from derive.effects.suit import fits, joined, possible
-from derive.records import Plant
+from derive.nameplate import Nameplate
 
 LIBRARY: dict[str, Effect] = {
     row.name: row
@@ -56,12 +56,12 @@ def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
     return (*LIBRARY.values(), *map(find, own))
 
 
-def suited(effect: Effect, plant: Plant) -> Effect:
+def suited(effect: Effect, plant: Nameplate) -> Effect:
     """A row as it reads on a plant; a user's own is in the plant's units already."""
     return effect if OWN.get(effect.name) is effect else suit.suited(effect, plant)
 
 
-def possible_on(plant: Plant, own: Sequence[str] = ()) -> tuple[Effect, ...]:
+def possible_on(plant: Nameplate, own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
     return possible(all_with(own), plant)
 

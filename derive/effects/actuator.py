@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from derive.effects.row import INPUT, Effect, EffectParameter, InputDelay, InputLag, InputMap, Quantiles
-from derive.functions import Magnitude, Ramp, Sign
+from derive.late import Magnitude, Ramp, Sign
 
 ROWS = (
     Effect(

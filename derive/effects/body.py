@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from derive.effects.row import Deformation, Effect, EffectParameter, Force, InnerForce, Onset, Values
-from derive.functions import TIME, Magnitude, Step, symbol
+from derive.late import Magnitude, Step, functions, symbol
 
 ROWS = (
     Effect(
@@ -104,7 +104,10 @@ ROWS = (
             ),
             EffectParameter("torque", "V", scope="event", typical=0.5),
         ),
-        Force("outside", lambda a, v, start, end, torque: torque * (Step(TIME - end) - Step(TIME - start))),
+        Force(
+            "outside",
+            lambda a, v, start, end, torque: torque * (Step(functions.TIME - end) - Step(functions.TIME - start)),
+        ),
         means="The model is not at fault here: leave the push out of the log, or keep it out of the fit.",
     ),
 )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import sympy as sp
-
 from derive.effects.row import (
     DryForce,
     Effect,
@@ -18,7 +16,7 @@ from derive.effects.row import (
     Ripple,
     Values,
 )
-from derive.functions import LOAD, Decay, Least, Magnitude, Sign, Step
+from derive.late import Decay, Least, Magnitude, Sign, Step, functions, sp
 
 RIGID = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
 LOSS = 1.5  # s/rad: how much of the bounce a contact takes
@@ -75,7 +73,7 @@ ROWS = (
         "Dry friction in the gearbox that grows with the load it carries.",
         "f = μ |T| sign s, T the torque that the motor passes on; sticks at s = 0 while the rest stays below μ |T|",
         (EffectParameter("share", "1", minimum=0.0, maximum=1.0, typical=0.1),),
-        DryForce("drive", lambda direction, s, share: share * Magnitude(LOAD) * direction, loaded=True),
+        DryForce("drive", lambda direction, s, share: share * Magnitude(functions.LOAD) * direction, loaded=True),
         dissipates=True,
         means="Teeth and screws rub the harder the more they carry: a share of every torque is lost, whatever the "
         "speed. A worm gear or a trapezoidal screw loses most.",

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-import sympy as sp
-
 from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InnerForce, Values
-from derive.functions import Least
+from derive.late import Least, sp
 
 GRIPS = 300.0  # V s/rad: a grip that counts as rigid
 

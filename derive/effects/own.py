@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derive.effects.row import INPUT, DryForce, EffectParameter, Force, InputMap, SensorMap
+from derive.effects.row import DIRECTION, INPUT, DryForce, EffectParameter, Force, InputMap, SensorMap
 from derive.functions import symbol
 from derive.grammar import GrammarError, read, tokens
 
-DIRECTION = "direction"  # −1 or 1 while a port slips; a law that holds it may also hold the port at rest
 ARGUMENTS = {
     Force: ("angle", "speed"),
     DryForce: (DIRECTION, "speed"),

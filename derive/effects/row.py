@@ -12,10 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import sympy as sp
+from derive.late import sp, symbol
 
-from derive.functions import symbol
-
+DIRECTION = "direction"  # in laws: −1 or 1 while a port slips; one that holds it may also hold the port at rest
 INPUT = "input"  # in Quantiles: the commanded input
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sympy as sp
-
 from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
+from derive.late import sp
 
 ROWS = (
     Effect(

@@ -26,13 +26,13 @@ from derive.effects.row import (
     SensorMap,
     Values,
 )
-from derive.records import Plant
+from derive.nameplate import Nameplate
 
 ANGLE = re.compile(r"rad([²³]?)")
 POWERS = {"": 1, "²": 2, "³": 3}
 
 
-def fits(effect: Effect, plant: Plant) -> bool:
+def fits(effect: Effect, plant: Nameplate) -> bool:
     """Whether a plant has the part that an effect acts on."""
     match effect.enters:
         case DryForce(loaded=True) if not plant.driven:
@@ -54,7 +54,7 @@ def fits(effect: Effect, plant: Plant) -> bool:
     raise TypeError(f"{effect.name} enters in a way that no plant knows: {effect.enters}")
 
 
-def suited(effect: Effect, plant: Plant) -> Effect:
+def suited(effect: Effect, plant: Nameplate) -> Effect:
     """The row as it reads on a plant: units of its input and of the part's motion, numbers in those."""
     unit, reach = motion_of(effect, plant)
     force = plant.force_unit(unit) if isinstance(effect.enters, Force | DryForce | PathForce) else plant.input_unit
@@ -63,13 +63,13 @@ def suited(effect: Effect, plant: Plant) -> Effect:
     return replace(effect, parameters=tuple(_parameter(p, unit, reach, force) for p in effect.parameters))
 
 
-def motion_of(effect: Effect, plant: Plant) -> tuple[str, float]:
+def motion_of(effect: Effect, plant: Nameplate) -> tuple[str, float]:
     """Unit of the motion that an effect's law depends on, and how much of it counts as one rad."""
     match effect.enters:
         case Force(port=name) | DryForce(port=name) | PathForce(port=name):
             if fits(effect, plant):
                 port = plant.port(name)
-                return plant.unit_along(port.coordinate), port.reach
+                return port.unit, port.reach
     return "rad", 1.0
 
 
@@ -109,6 +109,6 @@ def joined(force: str, rest: str) -> str:
     return f"1{rest}" if rest.startswith("/") else rest or "1"
 
 
-def possible(rows: Sequence[Effect], plant: Plant) -> tuple[Effect, ...]:
+def possible(rows: Sequence[Effect], plant: Nameplate) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
     return tuple(e for e in rows if fits(e, plant))

@@ -7,9 +7,9 @@ and numbers for a first model.toml: REFERENCE for X1, X2, ..., CONSTANTS, and th
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping
 from functools import lru_cache
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 
@@ -39,6 +39,8 @@ def find(name: str) -> ModuleType:
     A plant that is not ours may come with an installed package, which names its module under the entry point GROUP.
     """
     if name not in PLANTS:
+        from importlib.metadata import entry_points  # late: few look for a plant that is not ours
+
         for entry in entry_points(group=GROUP, name=name):
             register(entry.load())
     if name not in PLANTS:
@@ -52,7 +54,12 @@ def find(name: str) -> ModuleType:
 def fingerprint(name: str) -> str:
     """Hash of a plant's file: what decides what a user's plant derives to."""
     file = find(name).__file__
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16] if file else ""
+    return _hash_of(file, os.stat(file).st_mtime_ns) if file else ""
+
+
+@lru_cache
+def _hash_of(file: str, changed: int) -> str:
+    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16]
 
 
 def assumptions_of(name: str) -> tuple[Assumption, ...]:

@@ -6,8 +6,7 @@ when it leans that way.
 
 from __future__ import annotations
 
-import sympy as sp
-
+from derive.late import sp
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 NAME = "cart_pole"

@@ -7,8 +7,7 @@ level: no log of free swinging tells more.
 
 from __future__ import annotations
 
-import sympy as sp
-
+from derive.late import sp
 from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 NAME = "pendulum"

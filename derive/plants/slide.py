@@ -5,8 +5,7 @@ Sign convention: x grows the way in which a positive input pushes.
 
 from __future__ import annotations
 
-import sympy as sp
-
+from derive.late import sp
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 NAME = "slide"

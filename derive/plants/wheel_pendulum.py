@@ -6,9 +6,8 @@ vertical. Positions are in the frame of the track (x forward along it, z away fr
 
 from __future__ import annotations
 
-import sympy as sp
-
-from derive.records import Assumption, Body, Channel, Heading, Load, Parameter, Plant, Port, coordinate
+from derive.late import sp
+from derive.records import Assumption, Body, Channel, Coordinate, Heading, Load, Parameter, Plant, Port, coordinate
 
 NAME = "wheel_pendulum"
 
@@ -75,11 +74,14 @@ CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "L": 0.716}
 
 GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/rad, V/(rad s), V s/rad]
 
-INNER = {
-    "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
-    "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
-    "sway": coordinate("sway", "pendulum"),  # of what hangs in the body, against the vertical
-}
+
+def inside() -> dict[str, Coordinate]:
+    """Give inside the machine that effects may free."""
+    return {
+        "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
+        "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
+        "sway": coordinate("sway", "pendulum"),  # of what hangs in the body, against the vertical
+    }
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
@@ -93,8 +95,9 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     K_t, K_b, R_m, f_m, f_w, alpha = sp.symbols("K_t K_b R_m f_m f_w alpha", positive=True)
     gamma, delta, payload = sp.symbols("track_slope com_angle payload", real=True)
     hung, height, length, decay = sp.symbols("sway_mass sway_height sway_length sway_decay", real=True)
+    give = inside()
     (twist, dtwist), (creep, _), (sway, dsway) = (
-        (c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in INNER.items()
+        (c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()
     )
     gamma = sp.Integer(0) if turns else gamma  # a slope would turn with the heading
     psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
@@ -196,7 +199,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             *([Parameter("W", "m", "distance of the wheels")] if turns else []),
         ),
         geometry={"com_angle": delta, "payload": payload} | ({} if turns else on_a_track),
-        inner={} if turns else INNER,
+        inner={} if turns else give,
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference="theta_ref",
