@@ -1,0 +1,189 @@
+"""What one log of a campaign answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from wheelpend.climb import diagnose
+from wheelpend.comparison import compare
+from wheelpend.explanation import explain
+from wheelpend.failures import Failure
+from wheelpend.identification import identify
+from wheelpend.inspection import inspect_for
+from wheelpend.logs import Log
+from wheelpend.model import Model
+from wheelpend.own_plants import load_plant
+from wheelpend.simulation import simulate
+from wheelpend.study import read_logs
+
+Source = str | Path | Log | int  # a measured log, or the seed of a simulated one
+
+
+class Played(NamedTuple):
+    """The experiment that is simulated with every seed."""
+
+    command: str
+    duration: float | None  # s
+    hide: dict[str, float]  # by effect.parameter
+
+
+class Setting(NamedTuple):
+    """What is asked of every log; can be handed to another process."""
+
+    text: str  # of the model.toml
+    path: Path | None  # of that file, beside which effects.toml is
+    plant: Path | None  # file of a plant of the user's own
+    do: str
+    method: str = "shooting"  # of identify
+    tau: tuple[float, ...] | Literal["auto"] | None = None  # s, of identify
+    played: Played | None = None
+
+
+class Estimate(NamedTuple):
+    """A parameter as one log has it."""
+
+    value: float
+    sigma: float | None  # standard error
+
+
+class Named(NamedTuple):
+    """An effect that is said to be missing."""
+
+    effect: str
+    equivalent_to: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What came of one log."""
+
+    log: str  # its file, or the seed
+    seed: int | None = None
+    failure: str | None = None
+    verdict: str | None = None  # of diagnose and explain
+    named: tuple[Named, ...] = ()  # the first effect of diagnose, those that explain added
+    effects: tuple[str, ...] = ()  # of the model that the parameters belong to
+    error: float | None = None  # of the model as it is, refitted where parameters are fitted
+    error_after: float | None = None  # with what was named
+    noise_floor: float | None = None
+    fit_percent: dict[str, float] = field(default_factory=dict)  # of compare, by channel
+    parameters: dict[str, Estimate] = field(default_factory=dict)  # those that the log tells
+    warnings: tuple[str, ...] = ()
+
+
+def answer(setting: Setting, source: Source) -> Answer:
+    """Ask one log; whatever goes wrong with it is its answer."""
+    begin = begun(source)
+    try:
+        model = model_of(setting.text, setting.path, setting.plant)
+        log, warnings = read(model, setting, source)
+        return ASK[setting.do](replace(begin, warnings=warnings), model, log, setting)
+    except Exception as error:  # the other logs are still of use
+        text = str(error) if isinstance(error, Failure) else f"{type(error).__name__}: {error}"
+        return replace(begin, failure=text.removeprefix(f"{Path(begin.log).name}: "))
+
+
+def begun(source: Source) -> Answer:
+    """The answer of a log that has not been asked yet."""
+    if isinstance(source, int):
+        return Answer(f"seed {source}", source)
+    return Answer(source.name if isinstance(source, Log) else str(source))
+
+
+@lru_cache(maxsize=1)
+def model_of(text: str, path: Path | None, plant: Path | None) -> Model:
+    """The model, opened once in every process."""
+    if plant is not None:
+        load_plant(plant)
+    return Model.parse(text, path)
+
+
+def read(model: Model, setting: Setting, source: Source) -> tuple[Log, tuple[str, ...]]:
+    """A log, and what is odd about a measured one."""
+    if isinstance(source, int):
+        assert setting.played is not None, "a seed belongs to something that is simulated"
+        return played(model, setting.played, source), ()
+    log = read_logs([source], model)[0]
+    return log, (*log.warnings, *(f.sentence for f in inspect_for(model, log).findings))
+
+
+def played(model: Model, experiment: Played, seed: int) -> Log:
+    """A simulated log."""
+    return simulate(model, command=experiment.command, duration=experiment.duration, hide=experiment.hide, seed=seed)
+
+
+# ---- the questions
+
+
+def ask_identify(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+    """Parameters. Whether least squares is biased shows in the campaign: no log is rehearsed for it."""
+    found = identify(model, [log], method=setting.method, tau=setting.tau, test_bias=False)
+    further = (w for w in found.warnings if w.removeprefix(f"{log.name}: ") not in begin.warnings)
+    return replace(
+        begin,
+        effects=model.effects,
+        error=found.error,
+        noise_floor=found.noise_floor,
+        parameters=told(found.parameters),
+        warnings=(*begin.warnings, *further),
+    )
+
+
+def ask_compare(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+    """How well the model predicts the log."""
+    found = compare(model, [log])
+    return replace(
+        begin,
+        effects=model.effects,
+        error=found.error,
+        noise_floor=found.noise_floor,
+        fit_percent=found.fit_percent,
+    )
+
+
+def ask_diagnose(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+    """What is missing, and the size of the first candidate."""
+    found = diagnose(model, [log])
+    first = found.named[:1]
+    return replace(
+        begin,
+        verdict=found.verdict,
+        named=tuple(Named(t.effect, t.equivalent_to) for t in first),
+        effects=(*model.effects, *(t.effect for t in first)),
+        error=found.error,
+        error_after=first[0].error_after if first else None,
+        noise_floor=found.noise_floor,
+        parameters={f"{t.effect}.{n}": Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
+    )
+
+
+def ask_explain(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+    """What is missing until nothing is, and the parameters of the model with it."""
+    found = explain(model, [log])
+    return replace(
+        begin,
+        verdict=found.verdict,
+        named=tuple(Named(s.effect, s.equivalent_to) for s in found.steps),
+        effects=found.effects,
+        error=found.base_error,
+        error_after=found.error,
+        noise_floor=found.noise_floor,
+        parameters=told(found.parameters),
+    )
+
+
+def told(parameters: dict[str, dict]) -> dict[str, Estimate]:
+    """The parameters that a log tells."""
+    return {n: Estimate(row["value"], row["sigma"]) for n, row in parameters.items() if row["identifiable"]}
+
+
+ASK: dict[str, Callable[[Answer, Model, Log, Setting], Answer]] = {
+    "identify": ask_identify,
+    "compare": ask_compare,
+    "diagnose": ask_diagnose,
+    "explain": ask_explain,
+}
