@@ -3,8 +3,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+PEERS := .venv-peers
 
-.PHONY: install demo test check benchmark generate clean
+.PHONY: install demo test check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -26,6 +27,15 @@ check: install
 	$(BIN)/ruff format --check derive wheelpend tests
 	$(BIN)/mypy
 
+# Speed beside peers, which get an environment of their own; one that cannot be installed is absent from the table.
+bench: install
+	test -d $(PEERS) || $(PYTHON) -m venv $(PEERS)
+	@for peer in casadi mujoco pysindy padasip scipy; do \
+		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check $$peer \
+			|| echo "$$peer could not be installed; its rows will be absent"; \
+	done
+	$(BIN)/python -m wheelpend.speed --peers $(PEERS) $(if $(OUT),--out $(OUT))
+
 # Hidden effects: a stratified sample of half an hour, or with FULL=1 all of it; goes on where it was interrupted.
 benchmark: install
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark]'
@@ -35,4 +45,4 @@ generate: install
 	$(BIN)/wheelpend generate
 
 clean:
-	rm -rf $(VENV) demo build dist
+	rm -rf $(VENV) $(PEERS) demo build dist
