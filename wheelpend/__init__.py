@@ -20,6 +20,7 @@ _HOMES = {
     "explain": "explanation",
     "add": "explanation",
     "report": "reporting",
+    "campaign": "campaigns",
     "load_kernels": "kernels",
     "Failure": "failures",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -40,9 +41,10 @@ MODEL = Path("model.toml")
 def open_model(path: Path, plant: Path | None = None):
     """Open the model named on the command line; its plant may be that of a file of the user's own, named there too."""
     from wheelpend.model import Model
-    from wheelpend.own_plants import load_plant
 
     if plant is not None:
+        from wheelpend.own_plants import load_plant
+
         load_plant(plant)
     return Model.open(path)
 
@@ -427,6 +429,47 @@ def design(
 
 
 @app.command()
+def campaign(
+    logs: Annotated[
+        list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
+    ] = None,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Simulate the logs instead, one with each seed.")
+    ] = False,
+    seeds: Annotated[int | None, typer.Option(help="Of --simulate: how many; 100.", min=1, show_default=False)] = None,
+    command: Annotated[
+        str | None, typer.Option(help="Of --simulate: as in `wheelpend simulate`; aggressive.", show_default=False)
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Of --simulate: length [s]; 20, or that of the file.", show_default=False)
+    ] = None,
+    hide: Annotated[
+        list[str] | None, typer.Option(help="Of --simulate: NAME=VALUE or NAME=param:value,...; repeat for several.")
+    ] = None,
+    do: Annotated[str, typer.Option(help="identify, compare, diagnose or explain.")] = "identify",
+    method: Annotated[str, typer.Option(help="Of identify: as there.")] = "shooting",
+    tau: Annotated[str | None, typer.Option(metavar="T1,T2|auto", help="Of identify: as there.")] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="CSV file to write, one line per log.")] = Path(
+        "campaign.csv"
+    ),
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """The same question to many logs on all cores, and whether they agree; goes on where it was interrupted."""
+    from wheelpend.campaigns.command import Simulated, run
+
+    experiment = (seeds, command, duration, hide)
+    if bool(logs) == simulate:
+        raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
+    if logs and any(given is not None for given in experiment):
+        raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
+    with failures(json):
+        asked = Simulated(seeds or 100, command or "aggressive", duration, hide or []) if simulate else logs or []
+        run(open_model(model, plant), asked, do, method, parse_tau(tau), out, json)
+
+
+@app.command()
 def report(
     logs: Logs,
     holdout: Holdout = None,
@@ -464,7 +507,7 @@ def effects(
         known, suited = derive.effects.all_with(), lambda row: row
         if model != MODEL or model.exists():
             opened = open_model(model, plant)
-            built = opened.built
+            built = opened.nameplate
             known, suited = derive.effects.possible_on(built, opened.own), lambda row: derive.effects.suited(row, built)
         try:
             rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]
@@ -508,21 +551,28 @@ def inspect_(
 @app.command()
 def warm(model: ModelFile = MODEL, plant: PlantFile = None) -> None:
     """Compile the kernels ahead of time."""
+    from time import monotonic
+
     from wheelpend.warm import compile_all
 
     with failures(), progress("compiling") as update:
-        compile_all(open_model(model, plant), update)
-        say(f"Compiled; the machine code is kept in {_cache()}.")
+        opened, begin = open_model(model, plant), monotonic()
+        found = compile_all(opened, update)
+        seconds = f"{monotonic() - begin:.0f} s"
+        say(f"Compiled the kernels of the {', the '.join(found)} in {seconds}." if found else
+            f"Every kernel of {opened.path} was compiled already; loading them all took {seconds}.")  # fmt: skip
+        say(f"The machine code is kept in {_cache()}, where every later run finds it.")
 
 
 def _cache() -> Path:
-    from wheelpend.kernels import cache_folder
+    from wheelpend.cache import cache_folder
 
     return cache_folder()
 
 
 def main() -> None:
     """Entry point of the `wheelpend` command."""
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded; in small problems more are in the way
     app()
 
 

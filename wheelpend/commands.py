@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from wheelpend import logs
 from wheelpend.console import write_text
@@ -83,5 +82,7 @@ def _check(name: str, numbers: dict[str, np.ndarray]) -> None:
 
 def save_trajectory(path: Path, t: np.ndarray, angle: np.ndarray, rate: np.ndarray) -> None:
     """Write a command as CSV, complete or not at all: times [s], pitch [rad], rate [rad/s], (N,) each."""
+    import polars as pl  # imported late: only this needs it
+
     table = pl.DataFrame({"t": t, logs.REFERENCE: angle, RATE: rate})
     write_text(path, table.write_csv(float_precision=9))

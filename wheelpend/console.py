@@ -15,7 +15,6 @@ from rich.console import Console
 from rich.table import Table
 
 from wheelpend.failures import Failure
-from wheelpend.serialise import dumps, to_json
 
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -63,6 +62,8 @@ def _plain_progress(every_s: float = 10.0) -> Callable[[str], None]:
 
 def emit_json(data: dict, json_file: str) -> None:
     """Write JSON to a file, or to standard output for '-'."""
+    from wheelpend.serialise import dumps  # imported late, with NumPy
+
     text = dumps(data) + "\n"
     if json_file == "-":
         sys.stdout.write(text)
@@ -83,6 +84,8 @@ def write_text(path: Path, text: str) -> None:
 def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
     """Give a result: as JSON where asked for, and as text unless standard output is taken."""
     if json_file:
+        from wheelpend.serialise import to_json  # imported late
+
         emit_json(result if isinstance(result, dict) else to_json(result), json_file)
     if json_file != "-":
         text()

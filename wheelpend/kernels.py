@@ -10,8 +10,8 @@ from __future__ import annotations
 import hashlib
 import importlib.util
 import os
+import py_compile
 import sys
-import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -19,35 +19,14 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 import derive
-from derive.emit import TEMPLATES
+from wheelpend.cache import cache_folder, kept
 from wheelpend.failures import Failure
 
 if TYPE_CHECKING:
+    from wheelpend.first_use import FirstUse
     from wheelpend.model import Model
 
-
-def cache_folder() -> Path:
-    """Where texts and machine code are kept: $WHEELPEND_CACHE, else the user's cache, else a temporary folder."""
-    root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
-    folder = Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
-    except OSError:
-        folder = Path(tempfile.gettempdir()) / f"wheelpend-{os.getuid()}"
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
-
-
-@lru_cache
-def derivation_fingerprint() -> str:
-    """Hash of everything that decides what the derivation produces: its sources, its templates, sympy and Jinja."""
-    from importlib.metadata import version
-
-    digest = hashlib.sha256((version("sympy") + version("jinja2")).encode())
-    for path in sorted([*Path(derive.__file__).parent.rglob("*.py"), *TEMPLATES.glob("*.j2")]):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+PREFIX = "wheelpend_kernels_"  # of the names of modules
 
 
 def derived_files(model: Model) -> dict[str, str]:
@@ -92,21 +71,36 @@ def freed_by(effects: Sequence[str]) -> tuple[str, ...]:
     return tuple(sorted({derive.effects.find(e).frees for e in effects} - {""}))
 
 
+@lru_cache
 def load(text: str, name: str) -> ModuleType:
     """Import a derived text under a name with its hash; its machine code is cached beside it."""
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    module_name = f"wheelpend_kernels_{name}_{digest}"
+    module_name = f"{PREFIX}{name}_{digest}"
     if module_name in sys.modules:
         return sys.modules[module_name]
     path = cache_folder() / f"{module_name}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         derive.write(path.parent, {path.name: text})
+    if not os.path.exists(importlib.util.cache_from_source(str(path))):
+        py_compile.compile(str(path))  # whatever Python is told to write: this folder is ours
+    from wheelpend.machine_code import make_ready  # imported late: numba is slow to load
+
     spec = importlib.util.spec_from_file_location(module_name, path)
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
     sys.modules[module_name] = module
     spec.loader.exec_module(module)
+    make_ready(module)
+    first_use()
     return module
+
+
+@lru_cache
+def first_use() -> FirstUse:
+    """What says so when something is derived or compiled that later runs find."""
+    from wheelpend.first_use import FirstUse  # imported late: a module that is loaded imports numba anyway
+
+    return FirstUse(PREFIX)
 
 
 def load_kernels(workspace: str | Path = ".") -> ModuleType:
@@ -137,16 +131,13 @@ def _text(
     its own, and with what is free.
     """
     own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    place = (plant, derive.plants.fingerprint(plant))
-    decides = (place, sorted(assumptions.items()), sorted(effects), own, library, free, forces)
-    key = repr((*decides, derivation_fingerprint()))
-    path = cache_folder() / f"derived_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
-    if path.exists():
-        return path.read_text(encoding="utf-8")
-    if library:
-        model = derive.library_model(plant, assumptions, effects, free)
-        text = derive.render(model, title=" ".join((plant, "with every effect", *(f"and {f}" for f in free))))
-    else:
-        text = derive.render(derive.compose(plant, assumptions, effects, missing_force=forces))
-    derive.write(path.parent, {path.name: text})
-    return text
+    decides = (sorted(assumptions.items()), sorted(effects), own, library, free, forces)
+
+    def derived() -> str:
+        if library:
+            first_use().say("Deriving the equations with every effect, once per machine; later runs find them derived.")
+            model = derive.library_model(plant, assumptions, effects, free)
+            return derive.render(model, title=" ".join((plant, "with every effect", *(f"and {f}" for f in free))))
+        return derive.render(derive.compose(plant, assumptions, effects, missing_force=forces))
+
+    return kept("derived", plant, decides, derived)

@@ -11,11 +11,11 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import polars as pl
 
 from wheelpend.bags import bag_table, is_bag
 from wheelpend.continuity import continued
@@ -56,6 +56,7 @@ ALIASES = {  # what other people call our columns; only used to propose a mappin
     "x": ("pos", "position", "cart", "slide", "axis", "qm"),
 }
 SHORTEST_SEGMENT = 5  # samples
+ENOUGH, PIECES = 400_000, 8  # samples, in so many pieces, that tell of a long log's noise and interval
 SLOW = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP = 5.0  # an interval this many times the median one is a gap
 
@@ -137,15 +138,27 @@ class Log:
         """Each input by itself (inputs, N)."""
         return self.voltage.reshape(len(self), -1).T
 
-    @property
+    @cached_property
     def dt(self) -> float:
         """Median sample interval [s]."""
-        return float(np.median(np.diff(self.t)))
+        return float(np.median(np.diff(self.t[:ENOUGH])))
 
     @property
     def duration(self) -> float:
         """Time from the first sample to the last [s]."""
         return float(self.t[-1] - self.t[0])
+
+    def excerpt(self) -> Log:
+        """Pieces from all over a long log, a missing sample between them; a shorter one as it is."""
+        if len(self) <= ENOUGH:
+            return self
+        length = ENOUGH // PIECES
+        begins = np.arange(PIECES) * (len(self) - length) // (PIECES - 1)
+        places = (begins[:, None] + np.arange(length)).ravel()
+        measured = self.measured[places]
+        measured[::length] = np.nan
+        reference = None if self.reference is None else self.reference[places]
+        return replace(self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference)
 
     def part(self, first: int, last: int) -> Log:
         """Samples first to last - 1, with t still counted from the start of the whole log."""
@@ -236,6 +249,8 @@ def save_log(
 
     The file appears complete or not at all.
     """
+    import polars as pl  # imported late: reading a short log needs none of it
+
     path = Path(path)
     data = {"t": log.t, **dict(zip(table.inputs, log.inputs, strict=False))}
     data |= {c: log.measured[:, k] for k, c in enumerate(log.channels)}

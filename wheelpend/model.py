@@ -10,56 +10,52 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
-
-import tomlkit
-import tomlkit.items
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from typing import Any, Literal, TypeVar
 
 from derive import effects as library
 from derive import plants
-from derive.records import Plant
-from wheelpend.failures import Failure, did_you_mean
+from derive.nameplate import Nameplate
+from wheelpend.checks import (
+    Wrong,
+    anything,
+    check_known,
+    mapping,
+    number,
+    one_of,
+    or_word,
+    positive,
+    several,
+    shorthand,
+    size,
+    table,
+    text,
+)
+from wheelpend.failures import Failure
 from wheelpend.logs import ColumnMap, ColumnTable
-from wheelpend.own_effects import read_own
+from wheelpend.nameplates import nameplate
 
 FILE = "model.toml"
+OWN_FILE = "effects.toml"
 NOISE_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors] and [simulation], by channel
-UNION_BRANCHES = ("literal['auto']", "constrained-float", "float")  # what pydantic adds to a place; nothing to readers
 BASE_PARAMETER = re.compile(r"X[1-9]\d*")
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Size = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)]
-Noise = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)] | Literal["auto"]
+Noise = float | Literal["auto"]
 T = TypeVar("T")
 
 
 # ---- what a model.toml may hold
 
 
-class Table(BaseModel):
-    """A table whose keys are all known."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def refuse_unknown_keys(cls, data: Any) -> Any:
-        """Name the known keys when one is unknown."""
-        if isinstance(data, Mapping):
-            check_known("key", data, cls.model_fields)
-        return data
-
-
-class Value(Table):
+@dataclass(frozen=True)
+class Value:
     """A parameter: what it should be, and what the data said."""
 
-    nominal: Number | None = None
-    identified: Number | None = None
-    sigma: Size | None = None  # standard error of identified
+    nominal: float | None = None
+    identified: float | None = None
+    sigma: float | None = None  # standard error of identified
 
     @property
     def best(self) -> float | None:
@@ -67,15 +63,16 @@ class Value(Table):
         return self.nominal if self.identified is None else self.identified
 
 
-class Sensors(Table):
+@dataclass(frozen=True)
+class Sensors:
     """What is known about the sensors."""
 
     encoder: Literal["absolute", "relative"] = "absolute"  # relative: theta_w is wheel minus body
-    encoder_counts: Size | None = None  # per revolution; 0 or nothing where unknown
+    encoder_counts: float | None = None  # per revolution; 0 or nothing where unknown
     pitch_noise: Noise = "auto"  # standard deviation of theta_p [rad]
     rate_noise: Noise = "auto"  # standard deviation of dtheta_p [rad/s]
-    noise: dict[str, Noise] = Field(default_factory=dict)  # standard deviation of any channel, in its unit
-    step: dict[str, Size] = Field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
+    noise: dict[str, Noise] = field(default_factory=dict)  # standard deviation of any channel, in its unit
+    step: dict[str, float] = field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
 
     def noise_of(self, channel: str) -> float | None:
         """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
@@ -88,40 +85,63 @@ class Sensors(Table):
         return self.step.get(channel) or (2 * math.pi / counts if counts else None)
 
 
-class Controller(Table):
+@dataclass(frozen=True)
+class Controller:
     """The feedback law that made the voltage, where it is known."""
 
     kind: Literal["pid"]
-    gains: tuple[Number, Number, Number]  # on the pitch error, its integral and its rate [V/rad, V/(rad s), V s/rad]
+    gains: tuple[float, float, float]  # on the pitch error, its integral and its rate [V/rad, V/(rad s), V s/rad]
 
 
-class Column(Table):
+@dataclass(frozen=True)
+class Column:
     """Where a log keeps a quantity."""
 
     column: str
     unit: str = ""
-    sign: Literal[1, -1] = 1
-    scale: Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)] = 1.0
+    sign: int = 1  # or -1
+    scale: float = 1.0
 
 
-def plain(key: str) -> BeforeValidator:
-    """Accept a plain number for a Value and take it as the given key."""
-    return BeforeValidator(lambda v: {key: v} if isinstance(v, int | float) and not isinstance(v, bool) else v)
-
-
-class File(Table):
+@dataclass(frozen=True)
+class File:
     """The tables of a model.toml."""
 
     plant: str
     effects: tuple[str, ...] = ()
-    assumptions: dict[str, Any] = Field(default_factory=dict)
-    constants: dict[str, Number] = Field(default_factory=dict)
-    parameters: dict[str, Annotated[Value, plain("nominal")]] = Field(default_factory=dict)
-    effect: dict[str, dict[str, Annotated[Value, plain("identified")]]] = Field(default_factory=dict)
-    sensors: Sensors = Field(default_factory=lambda: Sensors())
+    assumptions: dict[str, Any] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    parameters: dict[str, Value] = field(default_factory=dict)
+    effect: dict[str, dict[str, Value]] = field(default_factory=dict)
+    sensors: Sensors = field(default_factory=Sensors)
     controller: Controller | None = None
-    columns: dict[str, Column] = Field(default_factory=dict)
-    simulation: dict[str, Number] | None = None
+    columns: dict[str, Column] = field(default_factory=dict)
+    simulation: dict[str, float] | None = None
+
+
+VALUE = table(Value, nominal=number, identified=number, sigma=size)
+NOISE = or_word("auto", positive)
+CHECKED = table(
+    File,
+    plant=text,
+    effects=several(text),
+    assumptions=mapping(anything),
+    constants=mapping(number),
+    parameters=mapping(shorthand("nominal", VALUE)),
+    effect=mapping(mapping(shorthand("identified", VALUE))),
+    sensors=table(
+        Sensors,
+        encoder=one_of("absolute", "relative"),
+        encoder_counts=size,
+        pitch_noise=NOISE,
+        rate_noise=NOISE,
+        noise=mapping(NOISE),
+        step=mapping(size),
+    ),
+    controller=table(Controller, kind=one_of("pid"), gains=several(number, count=3)),
+    columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive)),
+    simulation=mapping(number),
+)
 
 
 # ---- the model
@@ -180,9 +200,9 @@ class Model:
         return cls.parse(ask(text_of, plant))
 
     @cached_property
-    def built(self) -> Plant:
-        """The plant under the model's assumptions."""
-        return plants.build(self.plant, self.assumptions)
+    def nameplate(self) -> Nameplate:
+        """What the plant has under the model's assumptions."""
+        return nameplate(self.plant, self.assumptions)
 
     @property
     def workspace(self) -> Path:
@@ -196,10 +216,11 @@ class Model:
 
     def with_fit(self, values: Mapping[str, tuple[float, float | None]]) -> Model:
         """Return the model with identified values and standard errors, by X1 or effect.parameter."""
+        from wheelpend.model_text import with_value  # imported late: only edits need it
+
         text = self.text
         for name, (value, sigma) in values.items():
-            if not math.isfinite(value):
-                raise Failure(f"An identified value must be finite; {name} came out as {value}.")
+            check_finite(name, value)
             text = with_value(text, name, float(value), sigma)
         return Model.parse(text, self.path)
 
@@ -208,6 +229,8 @@ class Model:
 
         Raises Failure when one is to leave that an assumption stands for.
         """
+        from wheelpend.model_text import with_effect_list, without_effect_table  # imported late: only edits need them
+
         wanted = tuple(effects)
         brought = plants.brought(self.plant, self.assumptions)
         for name in brought:
@@ -241,6 +264,12 @@ class Model:
         return Model.parse(self.text, target)
 
 
+def check_finite(name: str, value: float) -> None:
+    """Raise Failure where an identified value is no number."""
+    if not math.isfinite(value):
+        raise Failure(f"An identified value must be finite; {name} came out as {value}.")
+
+
 # ---- reading
 
 
@@ -254,28 +283,17 @@ def read(text: str) -> File:
     if isinstance(assumptions, dict) and "encoder" in assumptions:
         raise Failure("[assumptions] must not hold encoder. It describes a sensor: set encoder in [sensors].")
     try:
-        return File.model_validate(data)
-    except ValidationError as error:
-        raise Failure("; ".join(describe(e) for e in error.errors()) + ".") from error
-
-
-def describe(error: Any) -> str:
-    """One of pydantic's errors as a phrase: where, what must hold, what came."""
-    place = ".".join(str(part) for part in error["loc"] if part not in UNION_BRANCHES)
-    if error["type"] == "value_error":
-        return f"{'[' + place + ']: ' if place else ''}{error['ctx']['error']}".rstrip(".")
-    message = error["msg"][0].lower() + error["msg"][1:]
-    if error["type"] == "missing":
-        return f"{place} is missing"
-    return f"{place}: {message}, not {error['input']!r}"
+        return CHECKED(data, "")
+    except Wrong as wrong:
+        raise Failure("; ".join(wrong.args) + ".") from wrong
 
 
 def build(file: File, text: str, path: Path | None) -> Model:
     """Check every name against plant and library."""
     assumptions = settle(file)
-    plant = plants.build(file.plant, assumptions)
+    plant = nameplate(file.plant, assumptions)
     brought = plants.brought(file.plant, assumptions)
-    own = library.register(read_own(path.parent, plant)) if path else ()
+    own = own_of(path.parent, plant) if path else ()
     effects = (*check_effects(file.effects, plant, own), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
     table = columns_of(plant)
@@ -283,7 +301,7 @@ def build(file: File, text: str, path: Path | None) -> Model:
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
     check_base(file.parameters, "[parameters]")
-    further = (*NOISE_KEYS.values(), *(str(s) for c in plant.coordinates for s in (c.q, c.dq)))
+    further = (*NOISE_KEYS.values(), *(n for c in plant.coordinates for n in (c.q, c.dq)))
     check_base([k for k in file.simulation or () if k not in further], "[simulation]", further)
     for name, values in file.effect.items():
         known = [p.name for p in ask(library.find, name).parameters]
@@ -296,7 +314,7 @@ def build(file: File, text: str, path: Path | None) -> Model:
         constants=file.constants,
         parameters=file.parameters,
         effect_values={f"{e}.{p}": v for e in effects for p, v in file.effect.get(e, {}).items()},
-        sensors=file.sensors.model_copy(update={"encoder_counts": file.sensors.encoder_counts or None}),
+        sensors=replace(file.sensors, encoder_counts=file.sensors.encoder_counts or None),
         controller=file.controller,
         columns={name: ColumnMap(c.column, c.unit, c.sign, c.scale) for name, c in file.columns.items()},
         simulation=file.simulation,
@@ -314,7 +332,16 @@ def settle(file: File) -> dict[str, Any]:
     return ask(plants.settle, file.plant, {**file.assumptions, **encoder})
 
 
-def check_effects(names: tuple[str, ...], plant: Plant, own: tuple[str, ...]) -> tuple[str, ...]:
+def own_of(workspace: Path, plant: Nameplate) -> tuple[str, ...]:
+    """Names of the effects that a workspace's effects.toml adds, which are known from then on."""
+    if not os.path.exists(workspace / OWN_FILE):
+        return ()
+    from wheelpend.own_effects import read_own  # imported late: reading laws takes SymPy
+
+    return library.register(read_own(workspace, plant))
+
+
+def check_effects(names: tuple[str, ...], plant: Nameplate, own: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names; raises Failure when one is unknown, there twice, or acts on a part that the plant lacks."""
     for k, name in enumerate(names):
         check_known("effect", [name], sorted([*library.LIBRARY, *own]))
@@ -333,26 +360,16 @@ def check_base(names: Iterable[str], place: str, further: tuple[str, ...] = ()) 
             raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
 
 
-def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:
-    """Raise Failure naming the known names when one is not among them."""
-    for name in names:
-        if name not in known:
-            plural = "quantities" if what == "quantity" else what + "s"
-            hint = did_you_mean(name, known)
-            raise Failure(f"No {what} named '{name}'{place}. Known {plural}: {', '.join(known)}.{hint}")
-
-
-def columns_of(plant: Plant) -> ColumnTable:
+def columns_of(plant: Nameplate) -> ColumnTable:
     """The columns that a log of this plant has."""
     units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
     if plant.driven:
-        units |= {u.name: plant.input_unit for u in plant.inputs}
+        units |= dict.fromkeys(plant.inputs, plant.input_unit)
     if plant.reference:
         units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
     channels = tuple(c.name for c in plant.channels)
-    driven = plant.input.name if plant.driven else ""
-    further = tuple(u.name for u in plant.further)
-    return ColumnTable(driven, channels, units, plant.reference, plant.falls, further)
+    driven = plant.input if plant.driven else ""
+    return ColumnTable(driven, channels, units, plant.reference, plant.falls, plant.further)
 
 
 def ask(look_up: Callable[..., T], *arguments: Any) -> T:
@@ -361,106 +378,3 @@ def ask(look_up: Callable[..., T], *arguments: Any) -> T:
         return look_up(*arguments)
     except KeyError as error:
         raise Failure(error.args[0]) from error
-
-
-# ---- editing the text
-
-
-def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
-    """Text with an identified value, kept in the place and form that the file has for it."""
-    effect, _, parameter = name.rpartition(".")
-    header = ("effect", effect) if effect else ("parameters",)
-    document = tomlkit.parse(text)
-    table: Any = document
-    for key in header:
-        table = table.get(key, {})
-    entry = table.get(parameter)
-    numbers = {"identified": value}
-    if sigma is not None and math.isfinite(sigma):
-        numbers["sigma"] = float(sigma)
-    if entry is None and (not table or find_table(text.splitlines(), header)):
-        return insert_line(text, header, f"{parameter} = {inline(numbers).as_string()}")
-    if entry is None:  # the table is there without a header of its own, in dotted keys
-        table[parameter] = inline(numbers)
-    elif isinstance(entry, tomlkit.items.Table):
-        entry.pop("sigma", None)
-        entry.update(numbers)
-    else:  # a plain number is the nominal value of a base parameter, the identified one of an effect's
-        old = entry if isinstance(entry, Mapping) else {} if effect else {"nominal": entry}
-        table[parameter] = inline({**{k: v for k, v in old.items() if k != "sigma"}, **numbers})
-    return tomlkit.dumps(document)
-
-
-def inline(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
-    """Numbers as an inline table, spaced as people write it."""
-    return tomlkit.value(
-        "{ " + ", ".join(f"{key} = {tomlkit.item(v).as_string()}" for key, v in numbers.items()) + " }"
-    )
-
-
-def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
-    """Text whose list of effects is the wanted one."""
-    document = tomlkit.parse(text)
-    if "effects" not in document:
-        array = tomlkit.array()
-        array.extend(wanted)
-        start = re.search(r"(?m)^\s*\[", text)
-        at = start.start() if start else len(text)
-        end = "\r\n" if "\r\n" in text else "\n"
-        before = text[:at] if not at or text[:at].endswith("\n") else text[:at] + end
-        return f"{before}effects = {array.as_string()}{end}{text[at:]}"
-    array = document["effects"]  # type: ignore[assignment]
-    for name in [n for n in array if n not in wanted]:
-        array.remove(name)
-    for name in [n for n in wanted if n not in array]:
-        array.append(name)
-    if list(array) != list(wanted):
-        array.clear()
-        array.extend(wanted)
-    return tomlkit.dumps(document)
-
-
-def insert_line(text: str, header: tuple[str, ...], line: str) -> str:
-    """Text with a line after the last entry of a table, which is made at the end of the file where it is missing."""
-    lines = text.splitlines(keepends=True)
-    end = "\r\n" if "\r\n" in text else "\n"
-    block = find_table(lines, header)
-    if block is None:
-        gap = "" if not text else end if text.endswith("\n") else 2 * end
-        return f"{text}{gap}[{'.'.join(header)}]{end}{line}{end}"
-    before, after = lines[: block[1]], lines[block[1] :]
-    if not before[-1].endswith("\n"):
-        before.append(end)
-    return "".join([*before, line + end, *after])
-
-
-def without_effect_table(text: str, name: str) -> str:
-    """Text without [effect.name]; the comments that follow its last entry belong to what comes next and stay."""
-    lines = text.splitlines(keepends=True)
-    block = find_table(lines, ("effect", name))
-    if block is not None:
-        first, last = block
-        if first and not lines[first - 1].strip() and not "".join(lines[last : last + 1]).strip():
-            first -= 1  # of the blank lines before and after, one is enough
-        text = "".join(lines[:first] + lines[last:])
-    document = tomlkit.parse(text)
-    tables: Any = document.get("effect", {})
-    if name in tables:  # written in another form
-        del tables[name]
-        if not tables:
-            document.remove("effect")
-        text = tomlkit.dumps(document)
-    return text
-
-
-def find_table(lines: list[str], header: tuple[str, ...]) -> tuple[int, int] | None:
-    """Lines of a table from its header to its last entry, half open; None where it has no header of its own."""
-    quoted = r"\s*\.\s*".join(rf"[\"']?{re.escape(key)}[\"']?" for key in header)
-    pattern = re.compile(rf"\s*\[\s*{quoted}\s*\]\s*(#.*)?\s*")
-    first = next((k for k, line in enumerate(lines) if pattern.fullmatch(line)), None)
-    if first is None:
-        return None
-    end = next((k for k in range(first + 1, len(lines)) if re.match(r"\s*\[", lines[k])), len(lines))
-    while end > first + 1 and re.fullmatch(r"\s*(#.*)?\s*", lines[end - 1]):
-        end -= 1
-    return first, end

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+import signal
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
-from multiprocessing import get_context, parent_process
-from threading import Thread
+from multiprocessing import active_children, get_context, parent_process
+from threading import Thread, current_thread, main_thread
 from time import monotonic
 from typing import TypeVar
 
 T = TypeVar("T")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+OURS = "WHEELPEND_THREADS"  # 1 where this process shall use no threads of its own
 
 
 def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], None]) -> list[T]:
@@ -26,21 +28,40 @@ def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], No
     return [found[number] for number in range(len(jobs))]
 
 
-def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) -> Iterator[tuple[int, T]]:
-    """Number and result of each job as it ends; after so many seconds none begins, and those begun are waited for."""
+def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) -> Generator[tuple[int, T], None, None]:
+    """Number and result of each job as it ends; after so many seconds none begins, and those begun are waited for.
+
+    Where the caller is interrupted or wants no more, the workers are ended at once.
+    """
     workers, deadline, waiting = min(cores(), len(jobs)), monotonic() + seconds, iter(enumerate(jobs))
     if cores() == 1 or not jobs:
         yield from ((number, job()) for number, job in waiting if monotonic() < deadline)
         return
-    spawn = get_context("spawn")
+    spawn, others = get_context("spawn"), set(active_children())
     with single_threaded(), ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool:
-        running = {pool.submit(job): number for number, job in islice(waiting, workers)}
-        while running:
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                number = running.pop(future)
-                if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
-                    running.update((pool.submit(job), place) for place, job in islice(waiting, 1))
-                yield number, future.result()
+        try:
+            running = begun(pool, islice(waiting, workers))
+            while running:
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    number = running.pop(future)
+                    if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
+                        running.update(begun(pool, islice(waiting, 1)))
+                    yield number, future.result()
+        except BaseException:
+            for worker in set(active_children()) - others:
+                worker.terminate()
+            raise
+
+
+def begun(pool: ProcessPoolExecutor, jobs: Iterable[tuple[int, Callable[[], T]]]) -> dict[Future[T], int]:
+    """Submit numbered jobs. A worker that starts meanwhile never hears Ctrl-C: who asked for it ends it."""
+    if current_thread() is not main_thread():  # where no signal arrives, nor may be set aside
+        return {pool.submit(job): number for number, job in jobs}
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        return {pool.submit(job): number for number, job in jobs}
+    finally:
+        signal.signal(signal.SIGINT, heard)
 
 
 def end_with_parent() -> None:
@@ -62,14 +83,14 @@ def cores() -> int:
 
 def threads() -> int:
     """How many threads this process may use: one where every core has a process of its own."""
-    return 1 if all(os.environ.get(name) == "1" for name in THREADS) else cores()
+    return 1 if os.environ.get(OURS) == "1" else cores()
 
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Processes started inside use one thread for linear algebra: the cores are taken by the jobs."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    """Processes started inside use one thread, for linear algebra too: the cores are taken by the jobs."""
+    before = {name: os.environ.get(name) for name in (*THREADS, OURS)}
+    os.environ.update(dict.fromkeys(before, "1"))
     try:
         yield
     finally:

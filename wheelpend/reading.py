@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from types import ModuleType
 
 import numpy as np
-from scipy.linalg import null_space
 
 from wheelpend.logs import Log
+from wheelpend.numerics import null_space
 
 
 def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
@@ -21,8 +21,10 @@ def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> n
     What no sensor tells is 0.
     """
     states, known = np.zeros((len(values), module.NX)), np.isfinite(values)
-    for pattern in np.unique(known, axis=0):
-        rows = (known == pattern).all(axis=1)
+    bits = 1 << np.arange(module.NY)
+    patterns = known @ bits
+    for number in np.flatnonzero(np.bincount(patterns)):
+        pattern, rows = number & bits > 0, patterns == number
         by_value, by_slope = maps(module, pattern)
         states[rows] = np.nan_to_num(values[rows]) @ by_value.T + np.nan_to_num(slopes[rows]) @ by_slope.T
     return states

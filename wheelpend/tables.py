@@ -6,19 +6,20 @@ Rows are counted from 1, the header not included.
 from __future__ import annotations
 
 import csv
-import math
+import io
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import polars as pl
 
 from wheelpend.failures import Failure
 
 MISSING = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
 SHORTEST = 20  # rows
+SHORT = 8_000_000  # bytes up to which a CSV file of plain numbers is read without Polars
+PLAIN = b"0123456789+-.eE,\n"
 WIDEST = 64  # columns of a matrix that is taken for as many quantities
 MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
 KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
@@ -39,7 +40,9 @@ def open_table(path: Path) -> Table:
     """Look into a file; raises Failure when it is not there, empty, damaged or of another kind."""
     head = beginning(path)
     if head[:4] == b"PAR1":
-        return Table(parquet_names(path), partial(parquet_columns, path))
+        from wheelpend import frames
+
+        return Table(frames.parquet_names(path), partial(frames.parquet_columns, path))
     if head.startswith(MATLAB):
         return matlab_table(path)
     if b"\0" in head:
@@ -76,17 +79,28 @@ def check_length(log: str, samples: int) -> None:
 
 def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns of a CSV file."""
-    return numbers_of(path.name, read_csv(path, names, wanted, separator), wanted)
+    columns = plain_columns(path, names) if separator == "," else None
+    if columns is not None:
+        return {name: columns[names.index(name)] for name in wanted}
+    from wheelpend import frames  # imported late: loading Polars takes longer than reading a short log
+
+    return frames.csv_columns(path, names, separator, wanted)
 
 
-def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns of a Parquet file."""
-    return numbers_of(path.name, read_parquet(path, wanted), wanted)
-
-
-def numbers_of(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns as numbers, each let go of once it is turned."""
-    return {name: to_numbers(log, table.drop_in_place(name)) for name in wanted}
+def plain_columns(path: Path, names: list[str]) -> np.ndarray | None:
+    """All columns (names, N) of a short CSV file of nothing but numbers, one in every cell; None of any other."""
+    if path.stat().st_size > SHORT:
+        return None
+    header, _, rows = path.read_bytes().partition(b"\n")
+    if not rows or b'"' in header or b"\r" in header or rows.translate(None, PLAIN):
+        return None
+    if rows.startswith(b"\n") or b"\n\n" in rows:  # blank lines
+        return None
+    try:
+        table = np.loadtxt(io.StringIO(rows.decode("ascii")), delimiter=",", comments=None, ndmin=2)
+    except ValueError:  # an empty cell, for instance
+        return None
+    return np.ascontiguousarray(table.T) if table.shape[1] == len(names) else None
 
 
 def header_line(path: Path) -> str:
@@ -108,14 +122,6 @@ def csv_names(path: Path, separator: str) -> list[str]:
     return check_unique(path.name, names)
 
 
-def parquet_names(path: Path) -> list[str]:
-    """Column names of a Parquet file."""
-    try:
-        return check_unique(path.name, list(pl.read_parquet_schema(path)))
-    except (pl.exceptions.PolarsError, OSError) as error:
-        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
-
-
 def check_unique(log: str, names: list[str]) -> list[str]:
     """Return the names; raises Failure when one is there twice."""
     twice = sorted({n for n in names if names.count(n) > 1})
@@ -124,83 +130,9 @@ def check_unique(log: str, names: list[str]) -> list[str]:
     return names
 
 
-def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) -> pl.DataFrame:
-    """Read the wanted columns; as text where a cell is not a plain number, so that it can be looked at."""
-    numeric = {n: pl.Float64() if n in wanted else pl.String() for n in names}
-    for schema in (numeric, dict.fromkeys(names, pl.String())):
-        try:
-            table = pl.read_csv(
-                path,
-                has_header=False,
-                skip_rows=1,  # the header, whose names may have spaces around them
-                separator=separator,
-                columns=[names.index(w) for w in wanted],
-                schema=schema,
-                null_values=list(MISSING),
-                encoding="utf8-lossy",
-                low_memory=True,
-            )
-        except pl.exceptions.NoDataError:
-            return pl.DataFrame(schema=dict.fromkeys(wanted, pl.Float64()))
-        except (pl.exceptions.PolarsError, OSError) as error:
-            failure = error
-        else:
-            return without_blank_end(table)
-    reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
-    raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
-
-
-def uneven_row(path: Path, width: int, separator: str) -> str:
-    """Describe the first row that does not have as many cells as the header, if there is one."""
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        try:
-            for number, row in enumerate(csv.reader(file, delimiter=separator)):
-                if row and len(row) != width:
-                    return f"row {number} has {len(row)}, the header {width}"
-        except csv.Error:  # a quotation mark that never closes, for instance
-            pass
-    return ""
-
-
-def without_blank_end(table: pl.DataFrame) -> pl.DataFrame:
-    """Leave out blank lines at the end of a file."""
-    end = table.height
-    while end and all(cell is None for cell in table.row(end - 1)):
-        end -= 1
-    return table.head(end)
-
-
-def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
-    """Read the wanted columns of a Parquet file."""
-    try:
-        return pl.read_parquet(path, columns=wanted)
-    except (pl.exceptions.PolarsError, OSError) as error:
-        raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
-
-
 def first_line(error: Exception) -> str:
     """The first line of another library's message, without its full stop."""
     return str(error).strip().partition("\n")[0].rstrip(".")
-
-
-def to_numbers(log: str, column: pl.Series) -> np.ndarray:
-    """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
-    if column.dtype == pl.String:
-        text = column.str.strip_chars()
-        text = pl.select(pl.when(text.is_in(list(MISSING))).then(None).otherwise(text)).to_series()
-        numbers = text.cast(pl.Float64, strict=False)
-        bad = (text.is_not_null() & numbers.is_null()).arg_true()
-        if len(bad):
-            row = int(bad[0])
-            raise Failure(
-                f"{log}: cells must be numbers or empty; row {row + 1} of column {column.name} has {text[row]!r}"
-                + (f", and {len(bad) - 1} more like it." if len(bad) > 1 else ".")
-            )
-    elif column.dtype.is_numeric() or column.dtype == pl.Null:
-        numbers = column.cast(pl.Float64)
-    else:
-        raise Failure(f"{log}: column {column.name} must hold numbers; it holds {column.dtype}. Convert it first.")
-    return numbers.fill_null(math.nan).to_numpy()
 
 
 # ---- MATLAB

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -13,19 +14,35 @@ from wheelpend.logs import side_by_side
 from wheelpend.model import Model
 
 
-def compile_all(model: Model, progress: Callable[[str], None]) -> None:
-    """Compile the library's kernels, also those with something free inside the machine, and the model's own."""
-    plant = model.built
-    freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(plant) if e.frees}.items())
-    modules = [
-        ("library", kernels.library_of(model)),
-        ("plain", kernels.lean(model.plant, model.assumptions, ())),
-        ("model", kernels.lean(model.plant, model.assumptions, model.effects)),
-        *((f"library with {name}", kernels.library_of(model, [effect])) for name, effect in freeing),
-    ]
-    for number, (name, module) in enumerate(modules, 1):
+def compile_all(model: Model, progress: Callable[[str], None]) -> list[str]:
+    """Compile the library's kernels, also those with something free inside the machine, and the model's own.
+
+    Returns those of which something was compiled in this process.
+    """
+    return compile_some(modules_of(model), progress)
+
+
+def modules_of(model: Model) -> dict[str, Callable[[], ModuleType]]:
+    """What loads each module that the tool uses of a model, by what holds it."""
+    freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(model.nameplate) if e.frees}.items())
+    return {
+        "library": partial(kernels.library_of, model),
+        "plain plant": partial(kernels.lean, model.plant, model.assumptions, ()),
+        "model": partial(kernels.lean, model.plant, model.assumptions, model.effects),
+        **{f"library with {name}": partial(kernels.library_of, model, [effect]) for name, effect in freeing},
+    }
+
+
+def compile_some(modules: Mapping[str, Callable[[], ModuleType]], progress: Callable[[str], None]) -> list[str]:
+    """Compile modules by name; returns those of which something was compiled in this process."""
+    new = []
+    for number, (name, load) in enumerate(modules.items(), 1):
         progress(f"compiling the kernels of the {name}, once per machine ({number} of {len(modules)})")
+        module = load()
         exercise(module)
+        if module.__name__ in kernels.first_use().compiled:
+            new.append(name)
+    return new
 
 
 def exercise(module: ModuleType) -> None:
@@ -44,10 +61,15 @@ def exercise(module: ModuleType) -> None:
     module.filter_regressor(t, states, voltage, parameters, 0.1, 0.13, True, states[0])
     module.energy_parts(0.0, states[0], voltage[0], parameters)
     size = module.NX + 2
+    weight, bounds, first = np.ones(module.NY), np.array([[0, 6]]), states[:1]
     module.shoot(
-        t, voltage, zeros, np.ones(module.NY), np.array([[0, 6]]), states[:1], parameters, columns,
+        t, voltage, zeros, weight, bounds, first, parameters, columns,
         np.array([[0, 9]]), 0.01, np.zeros((1, size, size)), zeros.copy(),
     )  # fmt: skip
+    if module.NV > module.NX:  # something carries on from segment to segment
+        module.settle(t, voltage, zeros, weight, bounds, first.copy(), parameters, 0.01, 1, False)
+    if module.LAG >= 0:
+        module.acting_voltage(t, voltage, parameters)
     count = len(module.LINEAR)
     module.recursive_identification(
         t,

@@ -1,0 +1,38 @@
+"""What SciPy has too comes out as SciPy has it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy import linalg, ndimage, signal, special
+
+from wheelpend import numerics, shapes
+
+
+def test_what_a_matrix_turns_into_zero():
+    matrix = np.random.default_rng(0).normal(size=(2, 5))
+    np.testing.assert_allclose(numerics.null_space(matrix), linalg.null_space(matrix), atol=1e-14)
+    assert numerics.null_space(np.zeros((2, 3))).shape == (3, 3)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_sums_of_exponentials(count):
+    assert shapes.poisson_below(count, 3.3) == pytest.approx(special.gammaincc(count, 3.3), rel=1e-12)
+
+
+def test_smoothing_and_thinning():
+    walk = np.cumsum(np.random.default_rng(0).normal(size=(2000, 2)), axis=0)
+    smooth = numerics.gaussian(walk[:, 0], 5.3)
+    np.testing.assert_allclose(smooth, ndimage.gaussian_filter1d(walk[:, 0], 5.3, mode="nearest"), atol=1e-10)
+    thin, expected = numerics.thinned(walk, 4), signal.decimate(walk, 4, axis=0)
+    assert thin.shape == expected.shape and np.abs(thin - expected)[20:-20].max() < 1e-3 * walk.std()
+
+
+def test_two_lags_in_a_row():
+    wave = np.exp(1j * np.linspace(0.0, 90.0, 777))
+    response = shapes.response_of(777, 0.002, (0.01, 0.013))
+    found, expected = np.fft.ifft(np.fft.fft(wave, len(response)) * response)[:777], wave
+    for tau in (0.01, 0.013):
+        keep = math.exp(-0.002 / tau)
+        expected = signal.lfilter([1 - keep], [1, -keep], expected)
+    np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -1,0 +1,54 @@
+"""What was derived once is kept as text in files, under names that carry a hash of everything that decides it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+
+import derive
+from derive.files import HERE, TEMPLATES
+
+_kept: dict[Path, str] = {}  # what this process has read or made
+
+
+def cache_folder() -> Path:
+    """Where texts and machine code are kept: $WHEELPEND_CACHE, else the user's cache, else a temporary folder."""
+    root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
+    return _folder(Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend")
+
+
+@lru_cache
+def _folder(wanted: Path) -> Path:
+    try:
+        wanted.mkdir(parents=True, exist_ok=True)
+        return wanted
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / f"wheelpend-{os.getuid()}"
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+
+
+@lru_cache
+def derivation_fingerprint() -> str:
+    """Hash of everything that decides what the derivation produces: its sources, its templates, sympy and Jinja."""
+    from importlib.metadata import version
+
+    digest = hashlib.sha256((version("sympy") + version("jinja2")).encode())
+    for path in sorted([*HERE.rglob("*.py"), *TEMPLATES.glob("*.j2")]):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def kept(kind: str, plant: str, decides: object, make: Callable[[], str]) -> str:
+    """What was made of a plant before, from the same sources and with the same ``decides``; else it is made now."""
+    key = repr((plant, derive.plants.fingerprint(plant), decides, derivation_fingerprint()))
+    path = cache_folder() / f"{kind}_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
+    if path not in _kept:
+        if not path.exists():
+            derive.write(path.parent, {path.name: make()})
+        _kept[path] = path.read_text(encoding="utf-8")
+    return _kept[path]

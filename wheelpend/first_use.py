@@ -1,0 +1,42 @@
+"""What is derived and compiled on first use, and saying so: both take long, once per machine.
+
+Numba itself tells when it finds no machine code of a function in its cache and begins to compile it. That holds for
+whatever decides where the cache is and what is in it: the text, the processor, numba's version, NUMBA_CACHE_DIR.
+"""
+
+from __future__ import annotations
+
+import sys
+
+from numba.core.event import Event, Listener, register
+
+COMPILING = (
+    "Compiling kernels of this model, once per machine: it may take a minute or two. Later runs find them compiled; "
+    "`wheelpend warm` compiles all of them ahead of time."
+)
+
+
+class FirstUse(Listener):
+    """Says once in a process that kernels are being compiled, as the first of them is, and keeps whose they are."""
+
+    def __init__(self, prefix: str) -> None:
+        self.prefix = prefix  # of the names of modules that hold kernels
+        self.compiled: set[str] = set()  # modules of which something was compiled
+        self.said: set[str] = set()
+        register("numba:compile", self)
+
+    def on_start(self, event: Event) -> None:
+        """Numba begins to compile a function."""
+        module = event.data["dispatcher"].__module__
+        if module.startswith(self.prefix):
+            self.say(COMPILING)
+            self.compiled.add(module)
+
+    def on_end(self, event: Event) -> None:
+        """Numba has compiled a function."""
+
+    def say(self, sentence: str) -> None:
+        """Print a sentence on standard error, once."""
+        if sentence not in self.said:
+            self.said.add(sentence)
+            print(sentence, file=sys.stderr, flush=True)

@@ -1,0 +1,111 @@
+"""Edits of the text of a model.toml, the fewest that will do: a person's comments and order survive."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import tomlkit
+import tomlkit.items
+
+
+def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
+    """Text with an identified value, kept in the place and form that the file has for it."""
+    effect, _, parameter = name.rpartition(".")
+    header = ("effect", effect) if effect else ("parameters",)
+    document = tomlkit.parse(text)
+    table: Any = document
+    for key in header:
+        table = table.get(key, {})
+    entry = table.get(parameter)
+    numbers = {"identified": value}
+    if sigma is not None and math.isfinite(sigma):
+        numbers["sigma"] = float(sigma)
+    if entry is None and (not table or find_table(text.splitlines(), header)):
+        return insert_line(text, header, f"{parameter} = {inline(numbers).as_string()}")
+    if entry is None:  # the table is there without a header of its own, in dotted keys
+        table[parameter] = inline(numbers)
+    elif isinstance(entry, tomlkit.items.Table):
+        entry.pop("sigma", None)
+        entry.update(numbers)
+    else:  # a plain number is the nominal value of a base parameter, the identified one of an effect's
+        old = entry if isinstance(entry, Mapping) else {} if effect else {"nominal": entry}
+        table[parameter] = inline({**{k: v for k, v in old.items() if k != "sigma"}, **numbers})
+    return tomlkit.dumps(document)
+
+
+def inline(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
+    """Numbers as an inline table, spaced as people write it."""
+    return tomlkit.value(
+        "{ " + ", ".join(f"{key} = {tomlkit.item(v).as_string()}" for key, v in numbers.items()) + " }"
+    )
+
+
+def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
+    """Text whose list of effects is the wanted one."""
+    document = tomlkit.parse(text)
+    if "effects" not in document:
+        array = tomlkit.array()
+        array.extend(wanted)
+        start = re.search(r"(?m)^\s*\[", text)
+        at = start.start() if start else len(text)
+        end = "\r\n" if "\r\n" in text else "\n"
+        before = text[:at] if not at or text[:at].endswith("\n") else text[:at] + end
+        return f"{before}effects = {array.as_string()}{end}{text[at:]}"
+    array = document["effects"]  # type: ignore[assignment]
+    for name in [n for n in array if n not in wanted]:
+        array.remove(name)
+    for name in [n for n in wanted if n not in array]:
+        array.append(name)
+    if list(array) != list(wanted):
+        array.clear()
+        array.extend(wanted)
+    return tomlkit.dumps(document)
+
+
+def insert_line(text: str, header: tuple[str, ...], line: str) -> str:
+    """Text with a line after the last entry of a table, which is made at the end of the file where it is missing."""
+    lines = text.splitlines(keepends=True)
+    end = "\r\n" if "\r\n" in text else "\n"
+    block = find_table(lines, header)
+    if block is None:
+        gap = "" if not text else end if text.endswith("\n") else 2 * end
+        return f"{text}{gap}[{'.'.join(header)}]{end}{line}{end}"
+    before, after = lines[: block[1]], lines[block[1] :]
+    if not before[-1].endswith("\n"):
+        before.append(end)
+    return "".join([*before, line + end, *after])
+
+
+def without_effect_table(text: str, name: str) -> str:
+    """Text without [effect.name]; the comments that follow its last entry belong to what comes next and stay."""
+    lines = text.splitlines(keepends=True)
+    block = find_table(lines, ("effect", name))
+    if block is not None:
+        first, last = block
+        if first and not lines[first - 1].strip() and not "".join(lines[last : last + 1]).strip():
+            first -= 1  # of the blank lines before and after, one is enough
+        text = "".join(lines[:first] + lines[last:])
+    document = tomlkit.parse(text)
+    tables: Any = document.get("effect", {})
+    if name in tables:  # written in another form
+        del tables[name]
+        if not tables:
+            document.remove("effect")
+        text = tomlkit.dumps(document)
+    return text
+
+
+def find_table(lines: list[str], header: tuple[str, ...]) -> tuple[int, int] | None:
+    """Lines of a table from its header to its last entry, half open; None where it has no header of its own."""
+    quoted = r"\s*\.\s*".join(rf"[\"']?{re.escape(key)}[\"']?" for key in header)
+    pattern = re.compile(rf"\s*\[\s*{quoted}\s*\]\s*(#.*)?\s*")
+    first = next((k for k, line in enumerate(lines) if pattern.fullmatch(line)), None)
+    if first is None:
+        return None
+    end = next((k for k in range(first + 1, len(lines)) if re.match(r"\s*\[", lines[k])), len(lines))
+    while end > first + 1 and re.fullmatch(r"\s*(#.*)?\s*", lines[end - 1]):
+        end -= 1
+    return first, end
