@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import fdtrc
 
 from wheelpend.logs import Log
 from wheelpend.regression import LinearFit
@@ -82,6 +81,8 @@ def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> flo
     scaled = difference[moving] / scale
     square = float(scaled @ np.linalg.pinv(covariance[np.ix_(moving, moving)] / np.outer(scale, scale)) @ scaled)
     size = len(scale)
+    from scipy.special import fdtrc  # imported late
+
     return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
 
 

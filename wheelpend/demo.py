@@ -6,7 +6,7 @@ from pathlib import Path
 
 from wheelpend import wording, workspace
 from wheelpend.comparison import compare
-from wheelpend.console import err, progress, say
+from wheelpend.console import progress, say
 from wheelpend.explanation import explain
 from wheelpend.failures import Failure
 from wheelpend.ladder import draw_ladder
@@ -43,7 +43,6 @@ def run(folder: Path) -> None:
     data = data_folder()
     model = fresh_workspace(folder)
     log, holdout = data / LOG, data / HOLDOUT
-    err.print("Compiling the kernels the first time takes about a minute; after that they are kept.")
     with progress("compiling") as update:
         compile_all(model, update)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +12,9 @@ import derive
 from derive.effects import InnerPlay
 from wheelpend.contest import EQUIVALENT, Contest, Scored, least_gain, ranked
 from wheelpend.evidence import WORTHWHILE, Tried, judge
-from wheelpend.free_law import FreeLaw, find_law
 from wheelpend.happenings import find_happenings, found_at
 from wheelpend.missing_force import MissingForce, Place, concentrations, find_missing_force
+from wheelpend.pairs import leading_pair
 from wheelpend.refit import SHORT, Progress, near_screens, refit_play
 from wheelpend.repeatable import Repeats, repeats_of
 from wheelpend.screening import Candidate, Screen, screen
@@ -32,6 +33,9 @@ from wheelpend.study import (
     steadied,
     without_others,
 )
+
+if TYPE_CHECKING:
+    from wheelpend.free_law import FreeLaw
 
 PARTNERED = 3  # effects that are tried as one of a pair where none is worth naming alone
 PARTNER = 0.2  # share of the sum of squares that a partner must promise to take away
@@ -104,7 +108,8 @@ def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
     """
     study = found.study
     quick = (t for t in found.tried if t.physical and not derive.effects.find(t.effect).frees)
-    likely = sorted(quick, key=lambda t: t.fit.cost)[:PARTNERED]
+    together = leading_pair(study, found.fit)
+    likely = sorted(quick, key=lambda t: (t.effect not in together, t.fit.cost))[:PARTNERED]
     for number, one in enumerate(likely, 1):
         progress(f"looking for a partner of {one.effect}")
         first = behind(study, one, promise=PARTNER, progress=progress)
@@ -149,6 +154,8 @@ def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Dia
     """A diagnosis with a free-form law for what is unexplained, if there is such a thing."""
     if found.verdict != "unexplained":
         return found
+    from wheelpend.free_law import find_law  # imported late: reading laws takes SymPy
+
     return replace(found, law=find_law(found.study, found.fit, progress=progress))
 
 

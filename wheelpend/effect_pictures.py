@@ -77,7 +77,7 @@ def _force(effect: Effect, study: Study, part: Part, values: Values) -> Picture 
         law = effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
     states, window = measured_states(study.module, part.log), _window(part)
     size, weights, force = study.module.NQ, port_weights(study, port), study.plant.input_unit
-    unit = study.plant.unit_along(study.plant.port(port).coordinate)
+    unit = study.plant.port(port).unit
     origin = part.log.measured[np.isfinite(part.log.measured[:, 0]), 0]
     law = law.subs(symbol("origin"), float(origin[0]) if origin.size else 0.0)
     covered = _motion(study, part) | {
@@ -136,7 +136,7 @@ def _evaluated(effect: Effect, law: sp.Expr, free: Sequence[sp.Symbol]) -> Calla
 
 def _input(effect: Effect, study: Study, part: Part, values: Values) -> Picture | None:
     """The voltage that acts over the commanded one; at the log's two ends where it is another one later on."""
-    command, time = study.plant.input, symbol("t")
+    command, time = symbol(study.plant.input), symbol("t")
     law = effect.enters.law(command, time, **effect.symbols)  # type: ignore[union-attr]
     voltage = part.log.voltage[_window(part)].reshape(-1, max(len(study.module.INPUTS), 1))[:, 0]
     if law.diff(time, 2) != 0 or law.free_symbols - set(effect.symbols.values()) - {command, time}:

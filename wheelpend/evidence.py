@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
-from scipy.special import fdtrc, stdtr
 
 from derive.effects import Effect
+from wheelpend.numerics import null_space
+from wheelpend.parameter_table import honest_sigma
 from wheelpend.screening import Candidate, size_names
 from wheelpend.shapes import nothing
 from wheelpend.shooting import Fit
@@ -132,6 +132,10 @@ def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarr
     scatter = np.sqrt(np.sum((along - factor * power) ** 2) * len(blocks) / max(len(blocks) - 1, 1))
     unsure = 1.0 + sum(h.part.values for h in study.held) / sum(p.values for p in study.training)
     sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(unsure)
+    from scipy.special import (
+        stdtr,  # imported late, as in the whole tool: SciPy takes longer to load than most commands
+    )
+
     return float(stdtr(max(len(blocks) - 1, 1), -factor / sigma))
 
 
@@ -151,11 +155,6 @@ def coefficient(fitted: Fit, name: str) -> float:
     return fitted.of_log(0)[name]
 
 
-def honest_sigma(fitted: Fit, name: str, log: int = 0) -> float:
-    """The larger of the standard errors that the information matrix and the scatter of blocks give."""
-    return max(fitted.sigma(name, log=log), fitted.sigma(name, robust=True, log=log))
-
-
 def distance(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
     """How far coefficients are from those at which they do nothing, zero where none is given."""
     parts = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
@@ -168,6 +167,8 @@ def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarr
 
     ``combined`` (n, names) tests combinations of them instead.
     """
+    from scipy.special import fdtrc  # imported late
+
     places = [fitted.free.index(n) for n in names]
     mixed = np.eye(len(names)) if combined is None else combined
     values, count = mixed @ away, len(mixed)

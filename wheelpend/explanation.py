@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import derive
 from wheelpend.climb import MOST_EFFECTS, climb
 from wheelpend.diagnosis import Diagnosis, located, settled, with_law
-from wheelpend.evidence import OfLog, Tried, honest_sigma, sizes_per_log
-from wheelpend.free_law import FreeLaw
+from wheelpend.evidence import OfLog, Tried, sizes_per_log
 from wheelpend.logs import Log
 from wheelpend.model import Model
+from wheelpend.parameter_table import parameter_table, standard_error
 from wheelpend.refit import refit_with
 from wheelpend.repeatable import Repeats
 from wheelpend.shooting import Fit
@@ -27,11 +28,13 @@ from wheelpend.study import (
     free_names,
     held_residuals,
     known_values,
-    per_log_names,
     prepare,
     refuse_meaningless,
     steadied,
 )
+
+if TYPE_CHECKING:
+    from wheelpend.free_law import FreeLaw
 
 
 @dataclass(frozen=True)
@@ -151,30 +154,6 @@ def step_of(study: Study, tried: Tried, before: float) -> Step:
         tried.effect, tried.coefficients, tried.sigma, tried.unit, tried.p_value, tried.equivalent_to,
         before, tried.error_after, {n: tried.fit.values[n] for n in study.base}, tried.per_log, tried.blocks_agree,
     )  # fmt: skip
-
-
-def parameter_table(study: Study, fitted: Fit) -> dict[str, dict]:
-    """Every fitted parameter with its standard error; of several logs' own ones the first log's, and all in per_log.
-
-    A value that is not identifiable means nothing, nor does its standard error.
-    """
-    names, lost = free_names(study, study.model.effects), {n.split("@")[0] for n in fitted.unidentifiable}
-    table: dict[str, dict] = {
-        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(study, fitted, n), "identifiable": n not in lost}
-        for n in names
-    }
-    for n in per_log_names(names) if len(study.logs) > 1 else ():
-        table[n]["per_log"] = [
-            {"log": log.name, "value": fitted.of_log(k)[n], "sigma": standard_error(study, fitted, n, k)}
-            for k, log in enumerate(study.logs)
-        ]
-    return table
-
-
-def standard_error(study: Study, fitted: Fit, name: str, log: int = 0) -> float:
-    """From the information matrix where the residual is white and at noise level, else the more cautious of two."""
-    ideal = fitted.error < 1.05 * study.floor and not fitted.coloured
-    return fitted.sigma(name, log=log) if ideal else honest_sigma(fitted, name, log)
 
 
 def fitted_model(study: Study, fitted: Fit) -> Model:

@@ -15,12 +15,11 @@ from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import nnls
 
 from wheelpend import kernels
 from wheelpend.findings import Cures, Finding
 from wheelpend.logs import CHANNELS, Log, stretches
+from wheelpend.numerics import gaussian
 
 LONGEST = 40_000  # samples looked at for signs and clocks; a longer log is represented by its middle
 SHORTEST = 400  # samples, below which nothing is concluded on signs and clocks
@@ -62,7 +61,7 @@ class Signals(NamedTuple):
     def smooth(self, name: str, order: int = 0) -> np.ndarray:
         """A derivative of a channel, or of the voltage, behind the Gaussian (N,)."""
         signal = self.voltage if name == INPUT else self.channels[name]
-        result = gaussian_filter1d(signal, self.width / self.dt, mode="nearest")
+        result = gaussian(signal, self.width / self.dt)
         for _ in range(order):  # differences keep a constant exactly at zero, truncated Gaussians do not
             result = np.gradient(result, self.dt)
         return result
@@ -399,6 +398,8 @@ POSITIVE = 6  # columns of Equations.limited
 
 def explain_voltage(system: Equations, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
     """What the equations, with parameters that a machine can have, leave of the voltage shifted by some samples."""
+    from scipy.optimize import nnls  # imported late: it takes long to load
+
     matrix = system.limited / (np.linalg.norm(system.limited, axis=0) + 1e-300)
     q, r = np.linalg.qr(matrix)
     both = np.column_stack((r, -r[:, POSITIVE:]))

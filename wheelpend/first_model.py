@@ -8,7 +8,9 @@ from collections.abc import Iterable
 import tomlkit
 
 from derive import plants
-from derive.records import Assumption, Plant
+from derive.nameplate import Nameplate
+from derive.records import Assumption
+from wheelpend.nameplates import nameplate
 
 PAPER = "wheel_pendulum"
 HEAD = """\
@@ -29,7 +31,7 @@ rate_noise = "auto"                    # [rad/s]
 
 def text_of(plant: str) -> str:
     """A first model.toml of a plant; raises KeyError naming the known plants."""
-    built = plants.build(plant, plants.settle(plant, {}))
+    built = nameplate(plant, plants.settle(plant, {}))
     sections = [
         HEAD.format(plant=plant),
         section("assumptions", "", assumptions_of(plant)),
@@ -65,7 +67,7 @@ def commented(assumption: Assumption) -> str:
     return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
 
 
-def described_constants(plant: str, built: Plant) -> list[str]:
+def described_constants(plant: str, built: Nameplate) -> list[str]:
     """The plant's constants, each with its unit and what it is."""
     known = {c.name: c for c in built.constants}
     entries = [(f"{n} = {v!r}", known[n]) for n, v in plants.constants_of(plant).items() if n in known]
@@ -83,7 +85,7 @@ def nominal(plant: str) -> list[str]:
     return [f"{x} = {{ nominal = {0.9 * v:.6g} }}" for x, v in plants.reference_of(plant).items()]
 
 
-def sensors(built: Plant) -> str:
+def sensors(built: Nameplate) -> str:
     """Noise and steps of every channel, to be found from the data."""
     rows = [f'{c.name} = "auto"'.ljust(39) + f"# [{c.unit}]" for c in built.channels]
     return section("sensors.noise", 'standard deviation of every channel, or "auto": from the data', rows)
@@ -95,7 +97,7 @@ def controller(plant: str) -> list[str]:
     return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
 
 
-def columns(built: Plant) -> str:
+def columns(built: Nameplate) -> str:
     """How a log's columns are mapped."""
     last = built.channels[-1] if built.name != PAPER else next(c for c in built.channels if c.name == "theta_p")
     unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
@@ -110,7 +112,7 @@ def machine_comment(plant: str) -> str:
     )
 
 
-def machine(plant: str, built: Plant) -> list[str]:
+def machine(plant: str, built: Nameplate) -> list[str]:
     """True parameters, noises and where a machine that nothing holds begins."""
     lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
     if plant == PAPER:

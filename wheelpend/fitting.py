@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import ModuleType
 from typing import NamedTuple
 
@@ -23,6 +24,7 @@ from wheelpend.shooting import (
     vector,
 )
 
+ENOUGH = 400  # segments that tell whether a residual is white
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 
 
@@ -137,7 +139,7 @@ def fit(
     def shots_at(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[Shot]:
         return [
             shoot(module, p, x, vector(module, _values(start, plan, theta, k, start_per_log), p.log), columns,
-                  max_step=max_step)
+                  max_step=max_step, keep=False)
             for k, (p, x) in enumerate(zip(parts, states, strict=True))
         ]  # fmt: skip
 
@@ -151,7 +153,7 @@ def fit(
     if states is None:
         states = [
             fit_states(module, p, initial_states(module, p),
-                       vector(module, _values(start, plan, theta, k, start_per_log), p.log), max_step, rounds=2)[0]
+                       vector(module, _values(start, plan, theta, k, start_per_log), p.log), max_step, 2, keep=False)[0]
             for k, p in enumerate(parts)
         ]  # fmt: skip
     states = list(states)
@@ -184,7 +186,16 @@ def fit(
             damping = max(damping * 10.0, 1e-8)
             if damping > 1e6:
                 break
-    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied)
+    places = [vector(module, _values(start, plan, theta, k, start_per_log), p.log) for k, p in enumerate(parts)]
+    coloured = any(_coloured(module, *each, max_step) for each in zip(parts, states, places, strict=True))
+    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied, coloured)
+
+
+def _coloured(module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float) -> bool:
+    """Whether the residual is correlated from sample to sample, told by the first segments."""
+    bounds = part.bounds[:ENOUGH]
+    few = replace(part, log=part.log.part(0, int(bounds[-1, 1])), bounds=bounds, weights=None)
+    return has_colour(shoot(module, few, states[:ENOUGH], parameters, max_step=max_step).residual, bounds)
 
 
 def _stepped(reduced: Reduced, damping: float, limits, theta: np.ndarray, tied: Phases | None) -> np.ndarray:
@@ -197,7 +208,7 @@ def _stepped(reduced: Reduced, damping: float, limits, theta: np.ndarray, tied: 
     return tied.moved(theta, step)
 
 
-def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied) -> Fit:
+def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied, coloured) -> Fit:
     reduced = reduce(shots, module.NX, plan)
     information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
     along = tied.basis(theta) if tied else np.eye(len(theta))
@@ -221,7 +232,7 @@ def _result(module, parts, plan, theta, states, shots, start, start_per_log, con
         unidentifiable=flat,
         converged=converged,
         blocks=int(block.max(initial=-1)) + 1,
-        coloured=any(has_colour(s.residual, p.bounds) for s, p in zip(shots, parts, strict=True)),
+        coloured=coloured,
     )
 
 

@@ -13,13 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend import kernels
 from wheelpend.contest import HOPEFUL
-from wheelpend.evidence import WORTHWHILE, agreement, honest_sigma
+from wheelpend.evidence import WORTHWHILE, agreement
 from wheelpend.law_choice import Start, choices, column, covered
 from wheelpend.law_effects import LawEffect, effects_of, places, register
 from wheelpend.law_terms import Term, terms
+from wheelpend.parameter_table import honest_sigma
 from wheelpend.pieces import View, view_at, views_of
 from wheelpend.refit import SHORT
 from wheelpend.shooting import Fit
@@ -127,7 +128,7 @@ def near_view(law: Law) -> View:
     return view_at(law.study, short, shortened(law.study, SHORT * law.study.horizon))
 
 
-def best_of(law: Law, candidates: dict[int, Term], starts: Sequence[Start], plant: Plant) -> Law:
+def best_of(law: Law, candidates: dict[int, Term], starts: Sequence[Start], plant: Nameplate) -> Law:
     """The best of the laws that a law becomes with the terms of each start, without terms that do not pay.
 
     All are fitted with the same kernels, on short segments first.

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
-from wheelpend import filter_choice, instruments, kernels, regression
+from wheelpend import instruments, kernels, regression
 from wheelpend.bias import Bias, bias_of
-from wheelpend.energy import energy
 from wheelpend.failures import Failure, did_you_mean
-from wheelpend.filter_choice import Guide
-from wheelpend.inverse_dynamics import force_error, inverse_dynamics
 from wheelpend.logs import Log
-from wheelpend.model import Model
+from wheelpend.model import Model, check_finite
+from wheelpend.parameter_table import parameter_table
 from wheelpend.recursion import Moment, recursive
 from wheelpend.regression import LinearFit
 from wheelpend.rehearsal import Rehearsal, rehearse, shooting_fit
 from wheelpend.shooting import vector
 from wheelpend.study import Study, known_values, read_logs
+
+if TYPE_CHECKING:
+    from wheelpend.filter_choice import Guide, Tau
 
 METHODS = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy", "inverse")
 PAPER_TAU = (2.25, 6.5)  # s, the paper's Tables 1 and 2
@@ -50,7 +51,7 @@ class Identification:
     error: float | None  # of the fit in units of σ, for shooting
     noise_floor: float | None
     warnings: tuple[str, ...]
-    model: Model = field(repr=False)  # with the identified values
+    start: Model = field(repr=False)  # whose parameters were identified
     unit: dict[str, str] = field(repr=False, default_factory=dict)
     tau: tuple[float, ...] | None = None  # s, of the filters; None where there is none, and for pure integration
     hold: str | None = None  # how measured signals go on between samples, zero or first
@@ -59,6 +60,20 @@ class Identification:
     bias: Bias | None = None  # of least squares: whether noise in the regressor shows
     guide: Guide | None = None  # for --tau auto
     force_error: float | None = None  # of inverse: what the equations leave of the input [%]
+
+    @cached_property
+    def model(self) -> Model:
+        """The model with the identified values."""
+        return self.start.with_fit({n: (row["value"], row["sigma"]) for n, row in self.identified.items()})
+
+    @property
+    def identified(self) -> dict[str, dict]:
+        """The parameters that the log tells."""
+        return {n: row for n, row in self.parameters.items() if row["identifiable"]}
+
+    def __post_init__(self) -> None:
+        for name, row in self.identified.items():
+            check_finite(name, row["value"])
 
 
 class Settings(NamedTuple):
@@ -167,14 +182,12 @@ def _unused(method: str, tau, hold: str | None, forgetting: float | None) -> tup
 
 
 def _shoot(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
-    from wheelpend.explanation import parameter_table
-
     study, fitted = shooting_fit(model, logs, progress)
     table = parameter_table(study, fitted)
     lost = {n for n, row in table.items() if not row["identifiable"]}
     return Identification(
         "shooting", table, fitted.condition, sum(len(p.log) for p in study.training), fitted.error, study.floor,
-        (*study.warnings, *_unexcited(lost), *unused), _updated(model, table), _units(study.module),
+        (*study.warnings, *_unexcited(lost), *unused), model, _units(study.module),
     )  # fmt: skip
 
 
@@ -190,6 +203,8 @@ def _setting(model: Model, logs: Sequence, method: str, progress: Progress) -> S
 def _regress(at: Setting, settings: Settings, auto: bool, test_bias: bool, warnings: tuple[str, ...]) -> Identification:
     guide, bias = None, None
     if auto and settings.tau:
+        from wheelpend import filter_choice
+
         guide = filter_choice.choose(at.rehearsal, partial(_estimator, at, settings), at.module.LINEAR, at.progress)
         settings = settings._replace(tau=guide.chosen)
     at.progress("regression")
@@ -198,7 +213,11 @@ def _regress(at: Setting, settings: Settings, auto: bool, test_bias: bool, warni
         bias, untested = _test(at, settings, fitted)
         warnings = (*warnings, *untested)
     values = {**dict(zip(at.module.PARAMETERS, at.parameters, strict=True)), **fitted.values}
-    left = force_error(at.module, at.log, values) if settings.method == "inverse" else None
+    left = None
+    if settings.method == "inverse":
+        from wheelpend.inverse_dynamics import force_error
+
+        left = force_error(at.module, at.log, values)
     return _result(at, settings, fitted, warnings, track=track, bias=bias, guide=guide, force_error=left)
 
 
@@ -209,8 +228,12 @@ def _fit(at: Setting, settings: Settings, log: Log) -> tuple[LinearFit, tuple[Mo
     if method == "differentiation":
         return regression.differentiation(*common), ()
     if method == "energy":
+        from wheelpend.energy import energy
+
         return energy(*common, tau[0]), ()
     if method == "inverse":
+        from wheelpend.inverse_dynamics import inverse_dynamics  # imported late: it needs scipy.signal
+
         return inverse_dynamics(*common), ()
     pair = (tau[0], tau[1])
     if method == "iv":
@@ -221,7 +244,7 @@ def _fit(at: Setting, settings: Settings, log: Log) -> tuple[LinearFit, tuple[Mo
     return regression.filtered(*common, pair, first_order_hold=held), ()
 
 
-def _estimator(at: Setting, settings: Settings, tau: filter_choice.Tau) -> Callable[[Log], np.ndarray]:
+def _estimator(at: Setting, settings: Settings, tau: Tau) -> Callable[[Log], np.ndarray]:
     """What makes an estimate of a replica with some time constants."""
     if settings.method != "iv":
         return lambda log: _fit(at, settings._replace(tau=tau), log)[0].estimate
@@ -234,13 +257,16 @@ def _estimator(at: Setting, settings: Settings, tau: filter_choice.Tau) -> Calla
     return partial(_with_instruments, at, tau, chosen)
 
 
-def _with_instruments(at: Setting, tau: filter_choice.Tau, chosen: np.ndarray, log: Log) -> np.ndarray:
+def _with_instruments(at: Setting, tau: Tau, chosen: np.ndarray, log: Log) -> np.ndarray:
     rows = instruments.equations(at.module, log, at.parameters, tau)
     return instruments.solve(at.module, rows, chosen).estimate
 
 
 def _test(at: Setting, settings: Settings, fitted: LinearFit) -> tuple[Bias | None, tuple[str, ...]]:
-    """Whether least squares is biased on the log, or why that cannot be said."""
+    """Whether least squares is biased on the log, or why that cannot be said; of a long log its beginning tells."""
+    if len(at.log) > regression.PIECE:
+        at = replace(at, log=at.log.part(0, regression.PIECE))
+        fitted = _fit(at, settings, at.log)[0]
     try:
         rehearsal = at.rehearsal
         at.progress("rehearsing the log")
@@ -262,7 +288,7 @@ def _result(
     tau = settings.tau if np.isfinite(settings.tau).all() and settings.tau else None
     forgetting = settings.forgetting if settings.method == "recursive" else None
     return Identification(
-        settings.method, table, fitted.condition, len(at.log), None, None, warnings, _updated(at.model, table),
+        settings.method, table, fitted.condition, len(at.log), None, None, warnings, at.model,
         _units(at.module), tau, settings.hold, forgetting, **more,
     )  # fmt: skip
 
@@ -274,10 +300,6 @@ def _unexcited(names) -> tuple[str, ...]:
 
 def _units(module) -> dict[str, str]:
     return dict(zip(module.PARAMETERS, module.UNITS, strict=True))
-
-
-def _updated(model: Model, table: dict[str, dict]) -> Model:
-    return model.with_fit({n: (row["value"], row["sigma"]) for n, row in table.items() if row["identifiable"]})
 
 
 __all__ = ["METHODS", "Identification", "Study", "identify"]

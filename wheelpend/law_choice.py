@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.model import slip_row
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend.law_terms import Range, Term, directions_of, range_of, signed, values_of
 from wheelpend.pieces import Problem, View, inside, on_rows, problem, shapes_of
 from wheelpend.screening import project
@@ -33,7 +32,7 @@ class Start(NamedTuple):
     left: float  # sum of squares on folds that did not make the coefficients
 
 
-def choices(views: Sequence[View], candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> list[Start]:
+def choices(views: Sequence[View], candidates: Sequence[Term], most: int, plant: Nameplate, pays: float) -> list[Start]:
     """Single terms, and sets of at most so many, that predict best in any view; the best first.
 
     A term pays if it explains the share ``pays`` of what is left above the noise.
@@ -47,7 +46,7 @@ def choices(views: Sequence[View], candidates: Sequence[Term], most: int, plant:
     return sorted(best.values(), key=lambda s: s.left)[:MOST_STARTS]
 
 
-def grown_at(view: View, candidates: Sequence[Term], most: int, plant: Plant, pays: float) -> list[Start]:
+def grown_at(view: View, candidates: Sequence[Term], most: int, plant: Nameplate, pays: float) -> list[Start]:
     """The best single terms in one view, and the set that grows from the best, one term after the other."""
     given, columns = whole_problem(view, candidates, plant)
     chosen: list[Term] = []
@@ -73,7 +72,7 @@ def _names(chosen: Sequence[Term]) -> list[str]:
     return [column(t, size) for t in chosen for size, _ in t.sizes]
 
 
-def whole_problem(view: View, candidates: Sequence[Term], plant: Plant) -> tuple[Problem, dict[Term, list[str]]]:
+def whole_problem(view: View, candidates: Sequence[Term], plant: Nameplate) -> tuple[Problem, dict[Term, list[str]]]:
     """Least squares in a view's parameters and all terms, and the columns of each term."""
     directions = np.concatenate([directions_of(t, plant) for t in candidates])
     columns = [
@@ -115,10 +114,10 @@ def start_at(given: Problem, view: View, chosen: Sequence[Term], left: float) ->
     return Start(tuple(chosen), tuple(values), tuple(sizes), left)
 
 
-def covered(view: View, plant: Plant) -> Range:
+def covered(view: View, plant: Nameplate) -> Range:
     """What the logs cover of every variable that a term may depend on."""
     values = {n: inside(view, n) for n in view.pieces[0].motion}
     for port in plant.ports:
-        weights = dict(zip((c.q.name for c in plant.coordinates), slip_row(plant, port.name), strict=True))
+        weights = dict(zip((c.q for c in plant.coordinates), port.weights, strict=True))
         values.setdefault(signed(weights), np.sum([w * values[n] for n, w in weights.items()], axis=0))
     return range_of(values)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from derive import effects as library
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend.law_terms import Term
 from wheelpend.own_effects import row_of
 
@@ -78,6 +78,6 @@ def places(effects: Sequence[LawEffect]) -> dict[tuple[int, str], str]:
     return {place: f"{e.name}.{parameter}" for e in effects for parameter, place in e.origin.items()}
 
 
-def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: Plant) -> tuple[str, ...]:
+def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: Nameplate) -> tuple[str, ...]:
     """Make a law's effects known, for kernels and fits; returns their names."""
     return library.register([row_of(e.name, e.table(values), plant) for e in effects])

@@ -11,13 +11,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import sympy as sp
 
-from derive.effects.own import DIRECTION
-from derive.functions import symbol
-from derive.grammar import read
-from derive.model import slip_row
-from derive.records import Plant, Port
+from derive.effects.row import DIRECTION
+from derive.late import sp, symbol
+from derive.nameplate import Nameplate, Place
 from wheelpend.reading import signed
 
 NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
@@ -74,12 +71,12 @@ def range_of(values: Mapping[str, np.ndarray]) -> Range:
 # ---- the library
 
 
-def terms(plant: Plant, covered: Range) -> list[Term]:
+def terms(plant: Nameplate, covered: Range) -> list[Term]:
     """Every term that may act on a plant's ports, as far as the logs cover what it depends on."""
-    angles, rates = [c.q.name for c in plant.coordinates], [c.dq.name for c in plant.coordinates]
+    angles, rates = [c.q for c in plant.coordinates], [c.dq for c in plant.coordinates]
     found = []
     for port in distinct(plant):
-        weights = dict(zip(angles, slip_row(plant, port.name), strict=True))
+        weights = dict(zip(angles, port.weights, strict=True))
         angle, speed = signed(weights), signed({f"d{n}": w for n, w in weights.items()})
         own_rates = list(dict.fromkeys([speed, *rates]))
         found += [Term(port.name, text, (("size", unit(powers)),), shapes) for text, powers, shapes in (
@@ -88,13 +85,13 @@ def terms(plant: Plant, covered: Range) -> list[Term]:
         found += waves(port.name, angle, covered)
         found += bumps(port.name, angle, covered)
         if len([w for w in weights.values() if w]) > 1:
-            found += [Term(port.name, t, (("size", unit(p)),), s) for t, p, s in of_input(plant.input.name, speed)]
+            found += [Term(port.name, t, (("size", unit(p)),), s) for t, p, s in of_input(plant.input, speed)]
     return list({t.key: t for t in found}.values())
 
 
-def distinct(plant: Plant) -> list[Port]:
+def distinct(plant: Nameplate) -> list[Place]:
     """Ports along coordinates of their own: of several along the same one, the first."""
-    return list({port.coordinate: port for port in reversed(plant.ports)}.values())[::-1]
+    return list({port.weights: port for port in reversed(plant.ports)}.values())[::-1]
 
 
 RATE, ANGLE, VOLT = {"rad": 1, "s": -1}, {"rad": 1}, {"V": 1}
@@ -216,10 +213,10 @@ def bumps(port: str, angle: str, covered: Range) -> list[Term]:
 # ---- numbers
 
 
-def values_of(term: Term, motion: Mapping[str, np.ndarray], plant: Plant) -> np.ndarray:
+def values_of(term: Term, motion: Mapping[str, np.ndarray], plant: Nameplate) -> np.ndarray:
     """What multiplies each coefficient (N, sizes) along a motion, from the very text of the term."""
-    rates = [c.dq.name for c in plant.coordinates]
-    slip = sum(w * motion[n] for w, n in zip(slip_row(plant, term.port), rates, strict=True))
+    rates = [c.dq for c in plant.coordinates]
+    slip = sum(w * motion[n] for w, n in zip(plant.port(term.port).weights, rates, strict=True))
     known = {**{n: v for n, v in motion.items() if n.isidentifier()}, DIRECTION: np.sign(slip)}
     columns = [function(*(known[n] for n in inputs)) for inputs, function in compiled(term, tuple(known))]
     return np.column_stack([np.broadcast_to(np.asarray(c, dtype=float), np.shape(slip)) for c in columns])
@@ -228,6 +225,8 @@ def values_of(term: Term, motion: Mapping[str, np.ndarray], plant: Plant) -> np.
 @lru_cache(maxsize=4096)
 def compiled(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], Callable], ...]:
     """For each coefficient the inputs, and the function of them, that multiply it."""
+    from derive.grammar import read
+
     names = [*known, *(n for n, _ in term.sizes), *(s.name for s in term.shapes)]
     expression = read(term.text, {n: symbol(n) for n in names})
     expression = expression.subs({symbol(s.name): s.value for s in term.shapes})
@@ -239,6 +238,6 @@ def compiled(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...],
     return tuple(found)
 
 
-def directions_of(term: Term, plant: Plant) -> np.ndarray:
+def directions_of(term: Term, plant: Nameplate) -> np.ndarray:
     """How a term acts on each row (sizes, rows): a resistance opposes its port."""
-    return np.tile(-np.array(slip_row(plant, term.port)), (len(term.sizes), 1))
+    return np.tile(-np.array(plant.port(term.port).weights), (len(term.sizes), 1))

@@ -6,54 +6,72 @@ import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import tomlkit
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from derive import effects as library
 from derive.effects import Effect, EffectParameter
 from derive.effects.own import enters
 from derive.grammar import GrammarError
-from derive.records import Plant
+from derive.nameplate import Nameplate
+from wheelpend.checks import Wrong, mapping, number, one_of, several, short_text, table, truth
 from wheelpend.failures import Failure
+from wheelpend.model import OWN_FILE as FILE
 
-FILE = "effects.toml"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 MOST = 20  # effects in a file, and parameters of one
-Text = Annotated[str, Field(max_length=400)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-
-class OwnParameter(_Strict):
+@dataclass(frozen=True)
+class OwnParameter:
     """One number of an effect."""
 
-    unit: Annotated[str, Field(max_length=20)]
-    typical: Number
-    minimum: Number | None = None
-    maximum: Number | None = None
-    scope: Literal["shared", "per log"] = "shared"
-    starts: Annotated[tuple[Number, ...], Field(max_length=12, strict=False)] = ()  # of a shape: values to try
+    unit: str
+    typical: float
+    minimum: float | None = None
+    maximum: float | None = None
+    scope: str = "shared"
+    starts: tuple[float, ...] = ()  # of a shape: values to try
 
 
-class OwnEffect(_Strict):
+@dataclass(frozen=True)
+class OwnEffect:
     """One table of effects.toml."""
 
-    family: Literal["drive", "ground", "body", "actuator", "sensor"]
-    sentence: Text
-    on: Text
-    law: Annotated[str, Field(max_length=1000)]
-    parameters: Annotated[dict[str, OwnParameter], Field(min_length=1, max_length=MOST)]
+    family: str
+    sentence: str
+    on: str
+    law: str
+    parameters: dict[str, OwnParameter]
     dissipates: bool = False
-    means: Text = ""
+    means: str = ""
 
 
-def read_own(workspace: Path, plant: Plant) -> tuple[Effect, ...]:
+PARAMETER = table(
+    OwnParameter,
+    unit=short_text(20),
+    typical=number,
+    minimum=number,
+    maximum=number,
+    scope=one_of("shared", "per log"),
+    starts=several(number, most=12),
+)
+EFFECT = table(
+    OwnEffect,
+    family=one_of("drive", "ground", "body", "actuator", "sensor"),
+    sentence=short_text(400),
+    on=short_text(400),
+    law=short_text(1000),
+    parameters=mapping(PARAMETER, least=1, most=MOST),
+    dissipates=truth,
+    means=short_text(400),
+)
+
+
+def read_own(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
     """Rows of a workspace's effects.toml; none without one. Raises Failure saying what in it is wrong."""
     path = workspace / FILE
     try:
@@ -68,7 +86,7 @@ def read_own(workspace: Path, plant: Plant) -> tuple[Effect, ...]:
         raise Failure(f"{path}: {failure}") from None
 
 
-def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Plant) -> Path:
+def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Nameplate) -> Path:
     """Add tables to a workspace's effects.toml, whose text stays as it is; complete or not at all.
 
     Raises Failure where a name is taken or a table is no effect, and then changes nothing.
@@ -113,7 +131,7 @@ def text_of(name: str, table: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def rows_of(text: str, plant: Plant) -> tuple[Effect, ...]:
+def rows_of(text: str, plant: Nameplate) -> tuple[Effect, ...]:
     """Rows of the text of an effects.toml."""
     try:
         tables = tomllib.loads(text)
@@ -124,17 +142,17 @@ def rows_of(text: str, plant: Plant) -> tuple[Effect, ...]:
     return tuple(row_of(name, table, plant) for name, table in tables.items())
 
 
-def row_of(name: str, table: object, plant: Plant) -> Effect:
+def row_of(name: str, given: object, plant: Nameplate) -> Effect:
     """One table as a row."""
     if not NAME.fullmatch(name) or name in library.LIBRARY or name.startswith("missing"):
         raise Failure(f"[{name}] must be a new name of small letters, digits and _. "
                       f"{'That one is in the library. ' if name in library.LIBRARY else ''}Rename it.")  # fmt: skip
     try:
-        found = OwnEffect.model_validate(table)
+        found = EFFECT(given, name)
         parameters = tuple(_parameter(n, p) for n, p in found.parameters.items())
         way = enters(found.on, found.law, parameters, plant)
-    except ValidationError as error:
-        raise Failure("; ".join(_phrase(name, e) for e in error.errors()) + ".") from None
+    except Wrong as wrong:
+        raise Failure("; ".join(wrong.args) + ".") from None
     except GrammarError as error:
         raise Failure(f"[{name}]: {error}") from None
     return Effect(name, found.family, found.sentence, found.law, parameters, way, found.dissipates, found.means)
@@ -155,9 +173,3 @@ def _parameter(name: str, given: OwnParameter) -> EffectParameter:
         absent=given.starts[len(given.starts) // 2] if shape else 0.0,
         starts=library.Values(given.starts) if shape else None, bounded=shape,
     )  # fmt: skip
-
-
-def _phrase(name: str, error) -> str:
-    place = ".".join([name, *map(str, error["loc"])])
-    message = error["msg"][0].lower() + error["msg"][1:]
-    return f"{place} is missing" if error["type"] == "missing" else f"{place}: {message}, not {error['input']!r:.60}"

@@ -13,13 +13,13 @@ import sys
 import traceback
 from pathlib import Path
 
-import sympy as sp
-
 from derive import plants
+from derive.late import sp
 from derive.records import Plant
 from wheelpend.failures import Failure
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+PREFIX = "wheelpend_plant_"  # of the names of modules made from such files
 
 
 def named_plant(name: str) -> str:
@@ -36,7 +36,7 @@ def load_plant(path: Path) -> str:
         text = path.read_bytes()
     except OSError as error:
         raise Failure(f"A plant's file must be there to be read, but {path}: {error.strerror or error}.") from None
-    module_name = f"wheelpend_plant_{hashlib.sha256(text).hexdigest()[:16]}"
+    module_name = f"{PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(module_name, path.resolve())
     if spec is None or spec.loader is None:
         raise Failure(f"A plant's file must be Python code with a name that ends in .py, not {path}.")
@@ -54,6 +54,12 @@ def load_plant(path: Path) -> str:
         raise Failure(
             f"{path} must state a plant, but {_where(error, path)}{type(error).__name__}: {error}."
         ) from error
+
+
+def file_of(name: str) -> Path | None:
+    """The file that another process must load to know a plant too; None of a plant that it knows anyway."""
+    module = plants.find(name)
+    return Path(str(module.__file__)) if module.__name__.startswith(PREFIX) else None
 
 
 def check(plant: object, name: str) -> None:

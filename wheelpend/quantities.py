@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend.model import Model
 
 NAME = re.compile(r"[A-Za-z_]\w*")
@@ -34,16 +34,16 @@ class Quantities:
 
 def quantities_of(model: Model) -> Quantities:
     """Names and units of a model's plant, with the worth of its input as its constants say."""
-    plant = model.built
+    plant = model.nameplate
     scale = plant.scale_constant
     worth = model.constants.get(scale.name) if scale else None
     physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""
     return Quantities(units_of(plant), plant.input_unit, worth, physical)
 
 
-def units_of(plant: Plant) -> dict[str, str]:
+def units_of(plant: Nameplate) -> dict[str, str]:
     """Units of everything that varies in a plant and its logs."""
-    units = {"t": "s", **{str(u): plant.input_unit for u in plant.inputs}}
+    units = {"t": "s", **dict.fromkeys(plant.inputs, plant.input_unit)}
     for c in plant.coordinates:
-        units |= {str(c.q): c.unit, str(c.dq): f"{c.unit}/s", str(c.ddq): f"{c.unit}/s²"}
+        units |= {c.q: c.unit, c.dq: f"{c.unit}/s", c.ddq: f"{c.unit}/s²"}
     return units | {c.name: c.unit for c in plant.channels}

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from scipy.optimize import nnls
 
 from wheelpend.logs import Log
 from wheelpend.reading import fill_gaps, measured_states
+
+PIECE = 200_000  # samples of a long log that are worked on at once
+AROUND = 50  # samples around a piece, from which missing readings are filled and slopes taken
+DECAYED = 40.0  # time constants after which nothing is left of the filters' start
+SAFE = 1e10  # condition of the scaled normal equations up to which they keep six digits
 
 
 @dataclass(frozen=True)
@@ -73,10 +78,90 @@ def filtered(
     ``start`` (4,) is the state from which the filters' initial conditions (42) are made. Without it what a wrong start
     would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
     """
+    if len(log) > PIECE:
+        return streamed(module, log, parameters, tau, first_order_hold=first_order_hold, start=start)
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     begin = states[0] if start is None else start
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
     return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
+
+
+def streamed(
+    module: ModuleType,
+    log: Log,
+    parameters: np.ndarray,
+    tau: tuple[float, float],
+    *,
+    first_order_hold: bool = True,
+    start: np.ndarray | None = None,
+) -> LinearFit:
+    """Least squares on the filtered regressor, piece by piece: no memory beyond the log's but for one piece.
+
+    While the filters still decay from their start the rows are formed, and what they cannot help is taken out. After
+    that only the normal equations are; where these lose too many digits, a QR decomposition takes their place.
+    """
+    voltage, own, count = (
+        acting_input(module, log, parameters),
+        (parameters, *tau, first_order_hold),
+        len(module.LINEAR),
+    )
+    head = min(max(int(np.searchsorted(log.t, log.t[0] + DECAYED * max(tau))), PIECE // 8), len(log))
+    states = part_states(module, log, 0, head)
+    begin = states[0] if start is None else start
+    first = module.filter_regressor(log.t[:head], states, voltage[:head], *own, begin)
+    rows = np.concatenate([first[1], first[0][:, :, None]], axis=2).reshape(-1, count + 1)
+    if start is None:
+        rows = project_out(free_decay(log.t[:head], tau, module.NQ).reshape(len(rows), -1), rows)[0]
+    weights, memory = module.filter_weights(log.dt, *tau), module.filter_memory()
+    module.filter_start(log.t[0], begin, voltage[0], parameters, weights, memory)
+    module.filtered_gram(log.t[:head], states, voltage[:head], *own, memory, np.zeros((count + 1, count + 1)))
+    kept, gram = memory.copy(), rows.T @ rows
+    for part, states in pieces(module, log, head):
+        module.filtered_gram(log.t[part], states, voltage[part], *own, memory, gram)
+    if condition_of(gram[:-1, :-1]) < SAFE:
+        root = square_root(gram)
+    else:
+        root = np.asarray(np.linalg.qr(rows, mode="r"))
+        for part, states in pieces(module, log, head):
+            sides, phi = module.filter_onward(log.t[part], states, voltage[part], *own, kept)
+            more = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, count + 1)
+            root = np.asarray(np.linalg.qr(np.vstack([root, more]), mode="r"))
+    found = solve(module, root[:, None, -1], root[:, None, :-1])
+    degrees = (len(root) - count) / (module.NQ * len(log) - count)
+    return replace(found, sigma=found.sigma * np.sqrt(max(degrees, 0.0)), rows=module.NQ * len(log))
+
+
+def pieces(module: ModuleType, log: Log, first: int) -> Iterator[tuple[slice, np.ndarray]]:
+    """Ranges of samples from one on, each with the sample before it, and their states."""
+    for a in range(first, len(log), PIECE):
+        b = min(a + PIECE, len(log))
+        yield slice(a - 1, b), part_states(module, log, a - 1, b)
+
+
+def part_states(module: ModuleType, log: Log, first: int, last: int) -> np.ndarray:
+    """Measured states (last - first, NX) of some samples; those around them tell the slopes at the ends."""
+    a, b = max(first - AROUND, 0), min(last + AROUND, len(log))
+    return measured_states(module, log.part(a, b))[first - a : last - a]
+
+
+def _lengths(gram: np.ndarray) -> np.ndarray:
+    """Lengths of the columns of which this is the Gram matrix; 1 for one of zeros."""
+    squares = np.diag(gram)
+    return np.sqrt(np.where(squares > 0.0, squares, 1.0))
+
+
+def condition_of(gram: np.ndarray) -> float:
+    """Condition number of a Gram matrix, scaled to a unit diagonal."""
+    scale = _lengths(gram)
+    values = np.linalg.eigvalsh(gram / np.outer(scale, scale))
+    return float(values[-1] / max(values[0], 1e-300))
+
+
+def square_root(gram: np.ndarray) -> np.ndarray:
+    """Rows whose Gram matrix is this one."""
+    scale = _lengths(gram)
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
 
 
 def project_out(nuisance: np.ndarray, *arrays: np.ndarray) -> list[np.ndarray]:
@@ -103,6 +188,8 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
     thrown away, so that a slope, an offset or a sticking gearbox corrupts the start less. A parameter that comes out at
     zero gets a thousandth of the largest share.
     """
+    from scipy.optimize import nnls  # imported late: it takes long to load, and known values need no such start
+
     states = measured_states(module, log)
     voltage = acting_input(module, log, parameters)
     slip = states[:, module.NQ :] @ np.array(next(iter(module.PORTS.values())))

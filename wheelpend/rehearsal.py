@@ -120,7 +120,7 @@ def _with_its_voltage(model: Model, module: ModuleType, log: Log, progress: Call
 
 def shooting_fit(model: Model, logs: Sequence[str | Path | Log], progress: Callable[[str], None]) -> tuple[Study, Fit]:
     """Multiple shooting on all samples of the logs."""
-    study = prepare(model, logs, use_all=True)
+    study = prepare(model, logs, use_all=True, lean=True)
     progress("finding a start")
     study, start = best_start(study)
     progress("fitting")

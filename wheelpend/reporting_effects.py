@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 import derive
 from derive.effects import Effect
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend.effect_pictures import Lines, Picture, picture_of
 from wheelpend.explanation import Explanation
 from wheelpend.quantities import Quantities, quantities_of
@@ -78,7 +78,7 @@ def effect_figure(effect: Effect, study: Study, fitted: Fit) -> go.Figure:
 
 
 def band(
-    lines: Lines, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Plant | None = None
+    lines: Lines, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Nameplate | None = None
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Where 95 % of a line's points lie when its coefficients are drawn from their errors; None where all are known.
 

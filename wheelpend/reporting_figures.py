@@ -287,7 +287,7 @@ def law_along(study: Study, tried: Tried, row: int, state: str):
     effect = derive.effects.find(tried.effect)
     if not isinstance(effect.enters, Force | DryForce):
         return None
-    plant = study.plant
+    plant = derive.plants.build(study.model.plant, study.model.assumptions)
     angle = plant.port(effect.enters.port).coordinate
     speed = derive_rate(angle, plant)
     along = symbol("along")

@@ -14,9 +14,9 @@ import numpy as np
 
 import derive
 from derive.effects import Effect
-from wheelpend.fitting import layout, reduce
+from wheelpend.fitting import Layout, layout, reduce
 from wheelpend.shapes import Shape
-from wheelpend.shooting import Fit, Part, shoot, vector
+from wheelpend.shooting import Fit, Part, Shot, shoot, vector
 from wheelpend.study import Study, per_log_names, steadied
 
 TWINS = 0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
@@ -72,12 +72,7 @@ def linearise(
 ) -> Linearised:
     """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
     base = fitted.names
-    free = [*base, *names]
-    plan, columns = layout(free, per_log_names(free), len(parts)), [study.module.PARAMETERS.index(n) for n in free]
-    shots = []
-    for number, part in enumerate(parts):
-        parameters = vector(study.module, {**fitted.of_log(number), **setting}, part.log)
-        shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
+    plan, shots = shots_with(study, fitted, parts, names, setting)
     reduced, nx = reduce(shots, study.module.NX, plan), study.module.NX
     cost = sum(s.cost for s in shots)
     if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
@@ -89,6 +84,19 @@ def linearise(
     information, score = project(reduced.information, reduced.score, own)
     left = cost - by_states - float(reduced.score[own] @ step)
     return Linearised(plan.labels, information, score, np.diag(reduced.information), cost, left)
+
+
+def shots_with(
+    study: Study, fitted: Fit, parts: Sequence[Part], names: Sequence[str], setting: Mapping[str, float]
+) -> tuple[Layout, list[Shot]]:
+    """One pass over the data at a fit: its free parameters and the named ones, some values set otherwise."""
+    free = [*fitted.names, *names]
+    plan, columns = layout(free, per_log_names(free), len(parts)), [study.module.PARAMETERS.index(n) for n in free]
+    shots = []
+    for number, part in enumerate(parts):
+        parameters = vector(study.module, {**fitted.of_log(number), **setting}, part.log)
+        shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
+    return plan, shots
 
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:

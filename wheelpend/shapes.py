@@ -11,12 +11,10 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import decimate, lfilter
-from scipy.special import gammaincc
 
 from derive.effects import INPUT, Effect, Quantiles, Ripple, Values
-from derive.model import slip_row
 from wheelpend import kernels, regression
+from wheelpend.numerics import thinned
 from wheelpend.shooting import Fit, Part, vector
 from wheelpend.study import Study
 
@@ -85,7 +83,7 @@ def magnitude(study: Study, part: Part, of: str) -> np.ndarray:
 
 def port_weights(study: Study, port: str) -> np.ndarray:
     """A port's coordinate as weights on the generalised coordinates."""
-    return np.array(slip_row(study.plant, port))
+    return np.array(study.plant.port(port).weights)
 
 
 def nothing(study: Study, effect: Effect) -> dict[str, float]:
@@ -108,13 +106,12 @@ class Record(NamedTuple):
     missing: np.ndarray  # (samples,) in units of its noise
     angle: np.ndarray  # (samples + before,) of the port [rad], from the log's beginning
     before: int  # samples before the first that is judged
-    keep: tuple[float, float]  # what the two filters keep of their state from sample to sample
+    response: np.ndarray  # of the two filters to a wave, by frequency
 
     def filtered(self, wave: np.ndarray) -> np.ndarray:
         """A wave behind the filters of the equations, where it is judged."""
-        for share in self.keep:
-            wave = lfilter([1.0 - share], [1.0, -share], wave)
-        return wave[self.before : self.before + len(self.missing)]
+        spectrum = np.fft.fft(wave, len(self.response)) * self.response
+        return np.fft.ifft(spectrum)[self.before : self.before + len(self.missing)]
 
 
 def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0) -> tuple[float, int]:
@@ -142,7 +139,7 @@ def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0
         power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(np.mean(record.missing**2)), 1e-300)
         surrogate += np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
     typical = float(np.median(surrogate.max(axis=0)))
-    single = float(gammaincc(len(records), typical))  # of one period; a sum of as many exponentials as there are logs
+    single = poisson_below(len(records), typical)  # of one period; a sum of as many exponentials as there are logs
     trials = int(np.clip(np.log(0.5) / np.log1p(-single), 1, len(grid)))
     return float(grid[np.argmax(power)]), trials
 
@@ -158,10 +155,21 @@ def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float)
     thin, first, last = max(1, round(tau / (5 * log.dt))), int(segment[0, 0]), int(segment[-1, 1])
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
     rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[:last]
-    rows = (decimate(rows, thin, axis=0) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
+    rows = (thinned(rows, thin) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     along = states[:, : study.module.NQ] @ port_weights(study, port)
     angle = along[:last:thin] / study.plant.port(port).reach  # along a length in what counts there as one rad
-    keep = (float(np.exp(-thin * log.dt / tau)), float(np.exp(-thin * log.dt / (1.3 * tau))))
-    return Record(missing, angle, first // thin, keep)
+    return Record(missing, angle, first // thin, response_of(len(angle), thin * log.dt, (tau, 1.3 * tau)))
+
+
+def response_of(samples: int, dt: float, taus: Iterable[float]) -> np.ndarray:
+    """What first-order lags in a row make of a wave, by frequency; twice as long, so that no end meets a beginning."""
+    turn = np.exp(-2j * np.pi * np.fft.fftfreq(1 << (2 * samples - 1).bit_length()))
+    keep = [math.exp(-dt / tau) for tau in taus]
+    return np.prod([(1.0 - k) / (1.0 - k * turn) for k in keep], axis=0)
+
+
+def poisson_below(count: int, mean: float) -> float:
+    """Probability of fewer than so many events: of a sum of so many exponentials to exceed that mean."""
+    return math.exp(-mean) * sum(mean**k / math.factorial(k) for k in range(count))

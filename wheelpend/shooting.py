@@ -7,8 +7,11 @@ Levenberg-Marquardt damping moves parameters and initial states together; the st
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 from types import ModuleType
 
 import numpy as np
@@ -16,6 +19,7 @@ import numpy as np
 import derive
 from derive.effects import InnerForce, PathForce
 from wheelpend.logs import Log, segment_bounds, side_by_side
+from wheelpend.processes import threads
 from wheelpend.reading import states_from
 
 EVERYWHERE = np.iinfo(np.int64).max
@@ -42,7 +46,7 @@ class Shot:
     """A least-squares problem, linearised at a point."""
 
     gram: np.ndarray  # (segments, n + 1, n + 1), [J r]ᵀ[J r], states first, residual last
-    residual: np.ndarray  # (N, channels) in units of σ, NaN outside the segments
+    residual: np.ndarray  # (N, channels) in units of σ, NaN outside the segments; (0, channels) where it is not kept
 
     @property
     def cost(self) -> float:
@@ -112,24 +116,52 @@ def shoot(
     columns: Sequence[int] = (),
     window: np.ndarray | None = None,
     max_step: float = 0.002,
+    keep: bool = True,
 ) -> Shot:
-    """Simulate a part's segments and linearise the residual in the states and the parameters of columns."""
+    """Simulate a part's segments and linearise the residual in the states and the parameters of columns.
+
+    Without ``keep`` the residual is not stored, only its squares: a long log needs no memory beyond its own.
+    """
     chosen = np.array(columns, dtype=np.int64)
     if window is None:
         window = np.tile(np.array([0, EVERYWHERE], dtype=np.int64), (chosen.size, 1))
     size = module.NX + chosen.size + 1
     gram = np.zeros((len(part.bounds), size, size))
-    residual = np.full(part.log.measured.shape, np.nan)
-    try:
+    residual = np.full(part.log.measured.shape if keep else (0, module.NY), np.nan)
+    log, weight = part.log, 1.0 / part.sigma
+
+    def some(a: int, b: int) -> None:
+        """Segments a to b; those of another thread are others, and so are their samples."""
         module.shoot(
-            part.log.t, part.log.voltage, part.log.measured, 1.0 / part.sigma, part.bounds, states, parameters,
-            chosen, window, max_step, gram, residual,
+            log.t, log.voltage, log.measured, weight, part.bounds[a:b], states[a:b], parameters,
+            chosen, window, max_step, gram[a:b], residual,
         )  # fmt: skip
+
+    count, workers = len(part.bounds), _workers(module, part, parameters)
+    edges = [count * k // workers for k in range(workers + 1)]
+    try:
+        if workers == 1:
+            some(0, count)
+        else:
+            list(_pool().map(some, edges[:-1], edges[1:]))
     except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
         gram[:] = np.nan
     if part.weights is not None:
         gram *= part.weights[:, None, None]
     return Shot(gram, residual)
+
+
+def _workers(module: ModuleType, part: Part, parameters: np.ndarray) -> int:
+    """Threads among which segments are shared: one within a thread that has company, or where they hang together."""
+    alone = threading.current_thread() is threading.main_thread()
+    if not alone or len(part.bounds) < 8 or carries_on(module, parameters):
+        return 1
+    return threads()
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(max_workers=threads())
 
 
 def initial_states(module: ModuleType, part: Part) -> np.ndarray:
@@ -165,18 +197,24 @@ def polynomials(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that runs away gives infinities, and is not kept
 def fit_states(
-    module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float = 0.002, rounds: int = 8
+    module: ModuleType,
+    part: Part,
+    states: np.ndarray,
+    parameters: np.ndarray,
+    max_step: float = 0.002,
+    rounds: int = 8,
+    keep: bool = True,
 ) -> tuple[np.ndarray, Shot]:
     """Fit only the initial states; every segment has its own damping and keeps its best."""
     if carries_on(module, parameters):
         states = in_turn(module, part, states, parameters, max_step, rounds)
-        return states, shoot(module, part, states, parameters, max_step=max_step)
+        return states, shoot(module, part, states, parameters, max_step=max_step, keep=keep)
     states = states.copy()
-    shot = shoot(module, part, states, parameters, max_step=max_step)
+    shot = shoot(module, part, states, parameters, max_step=max_step, keep=keep)
     damping = np.full(len(states), 1e-4)
     for _ in range(rounds):
         step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
-        trial = shoot(module, part, states + step, parameters, max_step=max_step)
+        trial = shoot(module, part, states + step, parameters, max_step=max_step, keep=keep)
         old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
         better = new < old
         gain = np.where(better & np.isfinite(old), old - new, 0.0)
@@ -213,7 +251,7 @@ def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:
 def _merge(old: Shot, new: Shot, part: Part, better: np.ndarray) -> Shot:
     gram, residual = old.gram.copy(), old.residual.copy()
     gram[better] = new.gram[better]
-    for a, b in part.bounds[better]:
+    for a, b in part.bounds[better] if len(residual) else ():
         residual[a:b] = new.residual[a:b]
     return Shot(gram, residual)
 

@@ -7,12 +7,13 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
 import derive
 from derive.effects import Effect, EffectParameter
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend import kernels, regression
 from wheelpend.failures import Failure, did_you_mean
 from wheelpend.fitting import fit
@@ -24,11 +25,13 @@ from wheelpend.shooting import Fit, Part, fit_states, initial_states, part_error
 HORIZON = 0.5  # s, over which a prediction is judged
 FAR = 3.0  # an error this many times the noise floor may be that of a wrong start
 EXPLAINED = 1.1  # error over noise floor above which something is still missing
+ALIKE = 1e-3  # of the error, by which two fits of the same segments may differ that ended in the same place
 VISIBLE = 1.02  # error over noise floor up to which a fit lies in the noise: what is missing, if anything, is small
 NEAR = 0.05  # of the horizon, within which something that happens beside a segment may have happened in it
 RUN = 10  # short segments in a row where something carries on from one to the next
 LEAD = 10  # segments before the first that is judged, through which what carries on is followed
 ALL_LENGTHS = (0.1, 0.3, 1.0)  # of the segments that a fit goes through, in horizons
+ENOUGH = 200_000  # samples of a log that give a start
 START_TIMES = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
 
 
@@ -46,7 +49,7 @@ class Study:
     """Everything a fit needs."""
 
     model: Model
-    module: ModuleType  # the library's kernels
+    module: ModuleType  # the library's kernels, or the model's own
     training: tuple[Part, ...]
     held: tuple[Held, ...]
     noise: tuple[Noise, ...]  # of each log, training logs first
@@ -64,9 +67,9 @@ class Study:
         return float(np.mean([n.floor for n in self.noise]))
 
     @property
-    def plant(self) -> Plant:
-        """The plant under the model's assumptions."""
-        return self.model.built
+    def plant(self) -> Nameplate:
+        """What the plant has under the model's assumptions."""
+        return self.model.nameplate
 
     def effect(self, name: str) -> Effect:
         """A row of the library as it reads on this plant."""
@@ -145,7 +148,7 @@ def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...
 def noise_of(log: Log, model: Model) -> Noise:
     """Sensor noise as [sensors] states it, or from the log."""
     stated = {c: model.sensors.noise_of(c) for c in log.channels}
-    return sensor_noise(log, stated, {c: model.sensors.step_of(c) for c in log.channels})
+    return sensor_noise(log.excerpt(), stated, {c: model.sensors.step_of(c) for c in log.channels})
 
 
 def prepare(
@@ -156,20 +159,22 @@ def prepare(
     horizon: float = HORIZON,
     use_all: bool = False,
     without: Sequence[str] = (),
+    lean: bool = False,
 ) -> Study:
     """Cut logs into training and held-out segments.
 
     Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
-    ``without`` are not tried. Raises Failure where a log stands on both sides or yields no segments.
+    ``without`` are not tried. ``lean`` takes the model's own kernels, which know no other effects and are several times
+    faster. Raises Failure where a log stands on both sides or yields no segments.
     """
     known = [e.name for e in derive.effects.all_with(model.own)]
     for name in without:
         if name not in known:
             raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, known)}")
     _no_log_twice(logs, holdout)
-    module = kernels.library_of(model)
+    module = kernels.lean(model.plant, model.assumptions, model.effects) if lean else kernels.library_of(model)
     loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
-    _no_effect_without_meaning(model, module)
+    _no_effect_without_meaning(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *held_logs))
     training, held = [], []
     for number, (log, own) in enumerate(zip(loaded, noise, strict=False)):
@@ -187,7 +192,7 @@ def prepare(
     if any(derive.effects.find(e).event for e in model.effects):
         values = known_values(model)
         found = interleaved(found, [values[n] for e in model.effects for n in moments_of(e) if n in values])
-    return found.able()
+    return replace(found, carries=any(derive.effects.find(e).carries for e in model.effects))
 
 
 def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
@@ -199,9 +204,9 @@ def _no_log_twice(logs: Sequence, holdout: Sequence) -> None:
                       "out. Leave it out of one.")  # fmt: skip
 
 
-def _no_effect_without_meaning(model: Model, module: ModuleType) -> None:
+def _no_effect_without_meaning(model: Model) -> None:
     for name in model.effects:
-        if why := lacking(derive.effects.find(name), model, module):
+        if why := lacking(derive.effects.find(name), model, kernels.library_of(model)):
             raise Failure(f"Every effect of the model must be one that data can tell, but {name} {why}. "
                           "Remove it from effects.")  # fmt: skip
 
@@ -298,12 +303,11 @@ def starts(study: Study) -> list[dict[str, float]]:
     The parameters are sums of positive physical constants, so a regression that makes one negative is repeated with
     non-negative least squares.
     """
-    from wheelpend.shapes import first_settings  # imported late: it needs a study
-
-    known = {**first_settings(study), **known_values(study.model)}
-    found = [known] if all(n in known for n in study.base) else []
+    complete = _known_start(study)
+    known, found = complete or _known(study), [complete] if complete else []
     plain = kernels.lean(study.model.plant, study.model.assumptions, ())
     log = study.training[0].log
+    log = log.part(0, min(len(log), ENOUGH))
     for time in START_TIMES:
         if 4 * log.dt < time < log.duration / 4:
             tau = (time, 1.3 * time)
@@ -314,9 +318,30 @@ def starts(study: Study) -> list[dict[str, float]]:
     return found
 
 
+def _known(study: Study) -> dict[str, float]:
+    """What the model says of its parameters, and what a log says of those that cannot start as absent."""
+    from wheelpend.shapes import first_settings  # imported late: it needs a study
+
+    settings = first_settings(study) if study.model.effects else {}
+    return {**settings, **known_values(study.model)}
+
+
+def _known_start(study: Study) -> dict[str, float] | None:
+    """The same where it says all; else None."""
+    known = _known(study)
+    return known if all(n in known for n in study.base) else None
+
+
 def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     """The start from which short segments are fitted best, and the study with a step that suits it."""
     parts = shortened(study, study.horizon / 5, most=40)
+    known = _known_start(study)
+    if known is not None:
+        step = stable_step(study.module, known, study.training[0].log)
+        tried = fit_parts(replace(study, max_step=step), parts, known, study.base, rounds=8)
+        if tried.error < EXPLAINED * study.floor:  # in the noise: there is none better
+            step = stable_step(study.module, tried.values, study.training[0].log)
+            return replace(study, max_step=step, origins=(known,)), {**known, **tried.values}
     found = starts(study)
     ranked = sorted(found, key=lambda v: _start_cost(study, parts[0], v))[:3]
     best, lowest = None, np.inf
@@ -325,6 +350,8 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
         tried = fit_parts(replace(study, max_step=step), parts, values, study.base, rounds=8)
         if tried.cost < lowest:
             best, lowest = {**values, **tried.values}, tried.cost
+        if tried.error < EXPLAINED * study.floor:
+            break  # in the noise: there is none better
     if best is None:
         raise Failure(f"{study.training[0].log.name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
@@ -333,13 +360,13 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
 
 
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
-    states = initial_states(study.module, part)
-    parameters = vector(study.module, values, part.log)
-    return part_error(part, fit_states(study.module, part, states, parameters, rounds=3)[1])
+    module = kernels_for(study, (), values)
+    parameters = vector(module, values, part.log)
+    return part_error(part, fit_states(module, part, initial_states(module, part), parameters, rounds=3)[1])
 
 
 def limits_of(
-    names: Sequence[str], plant: Plant | None = None, signed: Collection[str] = ()
+    names: Sequence[str], plant: Nameplate | None = None, signed: Collection[str] = ()
 ) -> dict[str, tuple[float, float]]:
     """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
     constants, ``signed`` ones apart, without which a corrupted fit leaves everything that can be simulated.
@@ -349,7 +376,7 @@ def limits_of(
     return limits | {n: (p.minimum, p.maximum) for n, p in bounded.items()}
 
 
-def effect_parameter(name: str, plant: Plant | None = None) -> EffectParameter | None:
+def effect_parameter(name: str, plant: Nameplate | None = None) -> EffectParameter | None:
     """The library's row of effect.parameter, as it reads on a plant where one is given.
 
     None for the plant's own parameters and for missing forces.
@@ -397,7 +424,7 @@ def fit_parts(
 
 def _fitted(study: Study, parts, start, free, start_per_log, rounds: int, **ties) -> Fit:
     return fit(
-        study.module,
+        kernels_for(study, free, start, start_per_log),
         parts,
         start,
         free,
@@ -408,6 +435,16 @@ def _fitted(study: Study, parts, start, free, start_per_log, rounds: int, **ties
         rounds=rounds,
         **ties,
     )
+
+
+def kernels_for(study: Study, free: Sequence[str], *values: Mapping[str, float] | Sequence[Mapping[str, float]]):
+    """The study's kernels, or those of the bare plant, several times faster, where no effect is fitted or given."""
+    given = [v for found in values for v in ([found] if isinstance(found, Mapping) else found)]
+    named = {n for v in given for n, x in v.items() if "." in n and n in study.module.PARAMETERS
+             and x != study.module.ABSENT[study.module.PARAMETERS.index(n)]}  # fmt: skip
+    if study.model.effects or named or any("." in n for n in free):
+        return study.module
+    return kernels.lean(study.model.plant, study.model.assumptions, ())
 
 
 def calibrated(study: Study, part: Part, values: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
@@ -436,6 +473,14 @@ def with_amplitude(turned: Mapping[str, float], values: Mapping[str, float], pai
     return found
 
 
+class Begun(NamedTuple):
+    """Where fits to short segments lead."""
+
+    values: dict[str, float]
+    per_log: tuple[Mapping[str, float], ...]
+    errors: tuple[float, ...]  # of each length
+
+
 def fit_model(
     study: Study,
     start: Mapping[str, float],
@@ -451,15 +496,21 @@ def fit_model(
     it ends underway but near the noise, it goes on with fresh states.
     Raises Failure where no start leads to a model that can.
     """
-    best = _lengthen(study, start, free, horizons, start_per_log)
+    first = _prepared(study, start, free, horizons[:-1], start_per_log)
+    best, begun = _at_length(study, first.values, free, first.per_log, horizons[-1]), [first]
     if horizons[-1] == 1.0 and not best.converged and best.error < FAR * study.floor:
-        other = _lengthen(study, best.values, free, ALL_LENGTHS, best.per_log)  # from there with fresh states
+        again = _prepared(study, best.values, free, ALL_LENGTHS[:-1], best.per_log)  # with fresh states
+        other = _at_length(study, again.values, free, again.per_log, 1.0)
         best = other if other.cost < best.cost else best
     for number, origin in enumerate(study.origins):
         arrived = best.converged and best.error < FAR * study.floor
         if np.isfinite(best.cost) and (number > 0 or arrived):
             break
-        other = _lengthen(study, {**start, **origin}, free, horizons, start_per_log)
+        again = _prepared(study, {**start, **origin}, free, horizons[:-1], start_per_log)
+        if any(_alike(again, earlier) for earlier in begun):
+            continue  # from there it would go the same way again
+        begun.append(again)
+        other = _at_length(study, again.values, free, again.per_log, horizons[-1])
         best = other if not best.cost <= other.cost else best
     if not np.isfinite(best.cost):
         raise Failure(f"{study.training[0].log.name}: the model must be one that can be simulated over "
@@ -468,24 +519,36 @@ def fit_model(
     return best
 
 
-def _lengthen(
+def _prepared(
     study: Study,
     start: Mapping[str, float],
     free: Sequence[str],
-    horizons: Sequence[float],
+    shares: Sequence[float],
     start_per_log: Sequence[Mapping[str, float]],
-) -> Fit:
-    """Fit from short to long segments.
+) -> Begun:
+    """Values, and those of each log, after fits to short segments that grow, until one lies in the noise.
 
     Each length starts from fresh initial states: states fitted to a wrong model can trap the next fit.
     """
-    result, values, own = None, dict(start), tuple(start_per_log)
-    for share in horizons:
-        parts = study.training if share == 1.0 else shortened(study, share * study.horizon)
-        result = fit_parts(study, parts, values, free, start_per_log=own, rounds=25 if share == 1.0 else 15)
-        values, own = result.values, result.per_log
-    assert result is not None
-    return result
+    begun = Begun(dict(start), tuple(start_per_log), ())
+    for share in shares:
+        result = _at_length(study, begun.values, free, begun.per_log, share)
+        begun = Begun(result.values, result.per_log, (*begun.errors, result.error))
+        if result.converged and result.error < EXPLAINED * study.floor:
+            break
+    return begun
+
+
+def _at_length(study: Study, values: Mapping[str, float], free: Sequence[str], own, share: float) -> Fit:
+    """Fit to segments that are a share of the horizon long."""
+    parts = study.training if share == 1.0 else shortened(study, share * study.horizon)
+    return fit_parts(study, parts, values, free, start_per_log=own, rounds=25 if share == 1.0 else 15)
+
+
+def _alike(one: Begun, other: Begun) -> bool:
+    """Whether two ways through short segments ended at the same error, and so in the same place as it seems."""
+    same = bool(one.errors) and len(one.errors) == len(other.errors)
+    return same and abs(one.errors[-1] - other.errors[-1]) < ALIKE * one.errors[-1]
 
 
 def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
@@ -497,7 +560,8 @@ def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
     for held in study.held:
         values = _held_values(study, fitted, held)
         lead = LEAD if study.carries else 0
-        _, residual = prediction_error(study.module, held.part, values, study.max_step, lead)
+        module = kernels_for(study, (), values)
+        _, residual = prediction_error(module, held.part, values, study.max_step, lead)
         squares += (
             float(np.nansum(residual**2))
             if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any()

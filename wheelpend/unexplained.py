@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from wheelpend.console import say
 from wheelpend.failures import Failure
-from wheelpend.free_law import FreeLaw
-from wheelpend.model import Model
-from wheelpend.own_effects import FILE, refuse_taken, write_own
+from wheelpend.model import OWN_FILE, Model
 from wheelpend.repeatable import DRIVE, Repeats
+
+if TYPE_CHECKING:
+    from wheelpend.free_law import FreeLaw
 
 
 class Asked(NamedTuple):
@@ -23,15 +24,12 @@ class Asked(NamedTuple):
 OFFER = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
 
 
-def plant_of(model: Model):
-    """The model's plant."""
-    return model.built
-
-
 def check_name(model: Model, name: str | None) -> None:
     """Raise Failure where a law could not be accepted under this name; before the search, which takes a while."""
     if name is not None:
-        refuse_taken(name, model.own, model.workspace / FILE)
+        from wheelpend.own_effects import refuse_taken
+
+        refuse_taken(name, model.own, model.workspace / OWN_FILE)
 
 
 def accept(model: Model, law: FreeLaw | None, name: str | None) -> None:
@@ -40,8 +38,10 @@ def accept(model: Model, law: FreeLaw | None, name: str | None) -> None:
         return
     if law is None:
         raise Failure(f"There must be a law to accept as {name}, but none was found. Nothing was written.")
+    from wheelpend.own_effects import write_own
+
     renamed = law.called(name)
-    path = write_own(model.workspace, renamed.tables(), plant_of(model))
+    path = write_own(model.workspace, renamed.tables(), model.nameplate)
     say(f"Wrote {' and '.join(renamed.laws)} to {path}. "
         + " Then ".join(f"`wheelpend add {effect} --data LOG`" for effect in renamed.laws)
         + " adds it to the model.")  # fmt: skip

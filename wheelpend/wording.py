@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-import derive
-from wheelpend import unexplained
-from wheelpend.bias import Bias
-from wheelpend.comparison import Comparison
+from derive import effects as library
 from wheelpend.console import say, table
-from wheelpend.diagnosis import Diagnosis
-from wheelpend.evidence import Tried
-from wheelpend.explanation import Explanation, Step
-from wheelpend.filter_choice import Guide
-from wheelpend.identification import Identification
-from wheelpend.inspection import Inspection
-from wheelpend.logs import Log
-from wheelpend.missing_force import Place
-from wheelpend.model import Model
 from wheelpend.quantities import Quantities, quantities_of
 
+if TYPE_CHECKING:  # each command needs one of them, and has loaded it
+    from wheelpend.bias import Bias
+    from wheelpend.comparison import Comparison
+    from wheelpend.diagnosis import Diagnosis
+    from wheelpend.evidence import Tried
+    from wheelpend.explanation import Explanation, Step
+    from wheelpend.filter_choice import Guide
+    from wheelpend.identification import Identification
+    from wheelpend.inspection import Inspection
+    from wheelpend.logs import Log
+    from wheelpend.missing_force import Place
+    from wheelpend.model import Model
+    from wheelpend.unexplained import Asked
+
 MOST_BURSTS = 12  # times of bursts that are listed
-NOTHING = unexplained.Asked()  # besides the diagnosis
 
 
 def number(value: float | None) -> str:
@@ -180,8 +183,10 @@ def show_places(places: tuple[Place, ...], model: Model, result) -> None:
                 f"± {float(np.mean(missing.sigma[:, row])):.2g}{unit}.")  # fmt: skip
 
 
-def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = NOTHING) -> None:
+def show_diagnosis(result: Diagnosis, model: Model, asked: Asked | None = None) -> None:
     """Print a diagnosis."""
+    from wheelpend.unexplained import Asked, tell
+
     say(headline(result, model))
     if result.candidates:
         rows = [
@@ -198,7 +203,7 @@ def show_diagnosis(result: Diagnosis, model: Model, asked: unexplained.Asked = N
     if result.experiment:
         say(result.experiment)
     show_places(result.where, model, result)
-    unexplained.tell(result.repeats, result.law, asked, result.verdict)
+    tell(result.repeats, result.law, asked or Asked(), result.verdict)
     if result.detectable:
         table("It would have shown", ("effect", "from a size of"), [
             (n, ", ".join(f"{p} {v:.2g}" for p, v in sizes.items())) for n, sizes in result.detectable.items()
@@ -229,7 +234,7 @@ def partial(result: Diagnosis) -> str:
 
 def first_sentence(best: Tried, result: Diagnosis, model: Model) -> str:
     """What the first candidate is and what it means for the machine."""
-    effect = derive.effects.find(best.effect)
+    effect = library.find(best.effect)
     rest = ("" if best.error_after <= 1.1 * result.noise_floor else
             " Further effects explain the rest: add it and diagnose again, or use `wheelpend explain`.")  # fmt: skip
     certain = "is missing" if result.verdict == "effect_missing" else f"or {', '.join(best.equivalent_to)} is missing"
@@ -265,11 +270,13 @@ def show_each_log(found: Tried | Step) -> None:
         say(f"  {found.effect} in {own.log}: {sizes}")
 
 
-def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) -> None:
+def show_explanation(result: Explanation, asked: Asked | None = None) -> None:
     """Print an explanation."""
+    from wheelpend.unexplained import Asked, tell
+
     show_ladder(result.nominal_error, result.base_error, result.steps, result.noise_floor)
     for step in result.steps:
-        effect = derive.effects.find(step.effect)
+        effect = library.find(step.effect)
         amount = size(step.coefficients, step.sigma, step.unit, result.model, drive_voltage(result.study))
         say(f"{step.effect}: {effect.sentence} {amount[:1].upper()}{amount[1:]}. {effect.means}")
         say(f"  {evidence(step)}")
@@ -282,4 +289,4 @@ def show_explanation(result: Explanation, asked: unexplained.Asked = NOTHING) ->
         "unexplained": "Something is still missing that no effect of the library accounts for.",
     }
     say(closing[result.verdict])
-    unexplained.tell(result.repeats, result.law, asked, result.verdict)
+    tell(result.repeats, result.law, asked or Asked(), result.verdict)

@@ -18,14 +18,14 @@ import typer
 
 from wheelpend.benchmark.imperfect import KINDS, complete_log
 from wheelpend.benchmark.page import table, told
-from wheelpend.benchmark.summary import rate
 from wheelpend.climb import diagnose
 from wheelpend.console import err, failures, say
 from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import distance, wald
-from wheelpend.explanation import standard_error
 from wheelpend.model import Model
+from wheelpend.parameter_table import standard_error
 from wheelpend.processes import as_they_end
+from wheelpend.rates import rate
 from wheelpend.refit import SHORT, evidence_fit, near_screens, refit, starts_for
 from wheelpend.screening import size_names
 from wheelpend.shapes import nothing, shapes_of

@@ -13,10 +13,11 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, EffectParameter
-from derive.records import Plant
+from derive.nameplate import Nameplate
 from wheelpend import kernels
 from wheelpend.benchmark.engine import SUPPORTED
 from wheelpend.model import Model
+from wheelpend.nameplates import nameplate
 
 SIZES = (1.0, 0.3, 3.0, 0.1)  # times the typical one
 SINGLES = 3  # draws of each effect and size
@@ -74,9 +75,9 @@ class Case:
         return replace(self, hide=tuple((n, float(f"{v * factors.get(n, 1.0):.6g}")) for n, v in self.hide))
 
 
-def robot() -> Plant:
+def robot() -> Nameplate:
     """The plant of the benchmark."""
-    return derive.plants.build("wheel_pendulum", derive.plants.settle("wheel_pendulum", {}))
+    return nameplate("wheel_pendulum", derive.plants.settle("wheel_pendulum", {}))
 
 
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:

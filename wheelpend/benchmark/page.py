@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wheelpend.benchmark.summary import Rate, Summary
+from wheelpend.benchmark.summary import Summary
+from wheelpend.rates import Rate
 
 HEAD = """# The hidden-effect benchmark
 

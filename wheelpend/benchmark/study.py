@@ -13,7 +13,7 @@ from time import monotonic
 import wheelpend
 from wheelpend.benchmark.cases import Case, plan
 from wheelpend.benchmark.trial import Outcome, try_case
-from wheelpend.kernels import derivation_fingerprint
+from wheelpend.cache import derivation_fingerprint
 from wheelpend.model import Model
 from wheelpend.processes import as_they_end, cores
 from wheelpend.serialise import plain

@@ -3,41 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
 
 from wheelpend.benchmark.trial import Outcome
+from wheelpend.rates import Rate, rate
 
 KINDS = ("complete", "single", "pair", "triple", "left_out", "stick_slip")
 COSTLY = 0.05  # share by which a hidden effect must raise the error to count as one that should be found
 NEAR = 1.05  # times the true model's error: as good as the true model
 EXPLAINS = 1.1  # times the floor: above it something is still missing
 BINS = (0.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, np.inf)  # of the hidden size, in standard deviations
-
-
-class Rate(NamedTuple):
-    """So many of so many."""
-
-    hits: int
-    of: int
-
-    @property
-    def share(self) -> float:
-        """As a fraction; NaN of nothing."""
-        return self.hits / self.of if self.of else float("nan")
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95 % confidence interval."""
-        if not self.of:
-            return float("nan"), float("nan")
-        found = binomtest(self.hits, self.of).proportion_ci(0.95, method="exact")
-        return float(found.low), float(found.high)
 
 
 @dataclass(frozen=True)
@@ -66,12 +45,6 @@ class Summary:
     spread: dict[str, float]  # of each parameter: root mean square error of the estimates in standard errors
     estimated: int  # logs behind it
     redrawn: tuple[str, ...]  # logs made with smaller effects than planned
-
-
-def rate(hits: Iterable[bool]) -> Rate:
-    """Count."""
-    found = [bool(h) for h in hits]
-    return Rate(sum(found), len(found))
 
 
 def summarise(outcomes: Sequence[Outcome]) -> Summary:

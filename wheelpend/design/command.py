@@ -86,7 +86,7 @@ def design(
     """  # fmt: skip
     limits = Limits(pitch_limit, voltage_limit)
     _check(limits, duration, sample)
-    plant = model.built
+    plant = model.nameplate
     if not plant.falls or plant.further:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
