@@ -2,7 +2,7 @@
 
 import os
 
-for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "WHEELPEND_THREADS"):
     os.environ.setdefault(name, "1")  # small problems: more threads only get into each other's way
 
 from functools import lru_cache  # noqa: E402

@@ -77,7 +77,7 @@ def test_instruments_need_the_reference():
 
 
 def test_instruments_refuse_gains_under_which_the_robot_falls():
-    wrong = Model.default().controller.model_copy(update={"gains": (5.0, 0.0, 0.0)})
+    wrong = replace(Model.default().controller, gains=(5.0, 0.0, 0.0))
     with pytest.raises(Failure, match=r"the robot fell .* Check the gains"):
         identify(replace(Model.default(), controller=wrong), [simulated(duration=5.0)], method="iv")
 

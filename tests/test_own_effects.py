@@ -7,7 +7,7 @@ from derive import plants
 from wheelpend import Failure, Model, explain, simulate
 from wheelpend.own_effects import rows_of
 
-PLANT = plants.find("wheel_pendulum").build(plants.settle("wheel_pendulum", {}))
+PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
 BRUSHES = """
 [worn_brushes]
 family = "drive"
@@ -106,7 +106,7 @@ def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
     (broken("[worn_brushes", '["__class__"').replace('"__class__".parameters', '"__class__".parameters'), "TOML|name"),
     (broken('on = "drive"', 'on = "wing"'), "on must be drive, axle, ground, body, outside, input"),
     (broken('family = "drive"', 'family = "magic"'), "worn_brushes.family"),
-    (broken('sentence = "Brushes', 'run = "x"\nsentence = "Brushes'), "worn_brushes.run"),
+    (broken('sentence = "Brushes', 'run = "x"\nsentence = "Brushes'), "No key named 'run'"),
     (broken("minimum = 0,", "minimum = 1,"), "must be able to be 0"),
     (broken("typical = 0.3", "typical = inf"), "typical"),
     (broken("typical = 0.3", 'typical = "0.3"'), "typical"),

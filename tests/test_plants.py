@@ -112,7 +112,7 @@ def test_rates_that_no_sensor_reads_are_differences_of_what_one_does():
 
 
 def test_a_law_has_the_units_and_numbers_of_the_part_on_which_it_acts():
-    slide, robot, free = (derive.plants.build(n, derive.plants.settle(n, {}))
+    slide, robot, free = (derive.plants.build(n, derive.plants.settle(n, {})).nameplate
                           for n in ("slide", "wheel_pendulum", "pendulum"))  # fmt: skip
     row = derive.effects.find("presliding_drive")
     assert [p.unit for p in suited(row, robot).parameters] == ["V", "V/rad"]
@@ -125,7 +125,7 @@ def test_a_law_has_the_units_and_numbers_of_the_part_on_which_it_acts():
 
 def test_effects_act_on_parts_and_not_on_plants():
     def fitting(name, **assumptions):
-        plant = derive.plants.build(name, derive.plants.settle(name, assumptions))
+        plant = derive.plants.build(name, derive.plants.settle(name, assumptions)).nameplate
         return {e.name for e in derive.effects.possible_on(plant)}
 
     assert "voltage_offset" not in fitting("pendulum") and "voltage_offset" in fitting("pendulum", driven=True)
@@ -194,7 +194,7 @@ def test_ripples_along_a_length_are_looked_for_in_its_own_measure():
 
 
 def test_an_effect_of_ones_own_keeps_its_numbers_on_a_carriage():
-    slide = derive.plants.build("slide", {})
+    slide = derive.plants.build("slide", {}).nameplate
     text = """[stiction_hump]
 family = "drive"
 sentence = "A hump."
@@ -292,7 +292,7 @@ def test_a_file_that_is_no_plants_is_refused_with_a_reason(flywheel, old, new, r
 
 
 def test_the_worked_example_of_the_docs_is_a_plant_of_at_most_forty_lines():
-    page = (derive.emit.HERE.parent / "docs" / "plants.md").read_text()
+    page = (derive.files.HERE.parent / "docs" / "plants.md").read_text()
     code = page.split("```python\n", 1)[1].split("```", 1)[0]
     assert len(code.splitlines()) <= 40
     scope: dict = {}

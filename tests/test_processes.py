@@ -1,6 +1,7 @@
 """Work on all cores ends with whoever asked for it."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -40,16 +41,36 @@ def within(seconds: float, holds) -> bool:
     return holds()
 
 
-@pytest.mark.skipif(cores() < 2, reason="on one core the jobs run in the process itself")
-def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path):
+@pytest.fixture()
+def asked(tmp_path):
+    """A process with endless jobs on all cores, and the folder in which each worker leaves its number."""
     workers = tmp_path / "workers"
     workers.mkdir()
     script = tmp_path / "endless.py"
     script.write_text(ENDLESS.format(folder=str(workers)))
-    asked = subprocess.Popen([sys.executable, script], cwd=Path(__file__).parents[1])
+    process = subprocess.Popen([sys.executable, script], cwd=Path(__file__).parents[1], stderr=subprocess.PIPE)
     try:
         assert within(60, lambda: len(os.listdir(workers)) >= 2)
+        yield process, workers
     finally:
-        asked.kill()
-        asked.wait()
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.skipif(cores() < 2, reason="on one core the jobs run in the process itself")
+def test_workers_do_not_outlive_a_process_that_is_killed(asked):
+    process, workers = asked
+    process.kill()
+    process.wait()
     assert within(20, lambda: not any(alive(int(name)) for name in os.listdir(workers)))
+
+
+@pytest.mark.skipif(cores() < 2, reason="on one core the jobs run in the process itself")
+def test_an_interruption_ends_the_workers_at_once_and_without_a_word_of_theirs(asked):
+    process, workers = asked
+    numbers = [int(name) for name in os.listdir(workers)]
+    for number in (*numbers, process.pid):  # as Ctrl-C in a terminal does
+        os.kill(number, signal.SIGINT)
+    said = process.communicate(timeout=60)[1].decode()
+    assert said.count("Traceback") == said.count("\nKeyboardInterrupt") == 1
+    assert within(20, lambda: not any(alive(number) for number in numbers))

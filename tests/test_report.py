@@ -12,11 +12,12 @@ import pytest
 from wheelpend import kernels
 from wheelpend.diagnosis import Diagnosis
 from wheelpend.evidence import Tried
-from wheelpend.explanation import Explanation, Step, parameter_table
+from wheelpend.explanation import Explanation, Step
 from wheelpend.failures import Failure
 from wheelpend.logs import Log
 from wheelpend.missing_force import Place, find_missing_force
 from wheelpend.model import Model
+from wheelpend.parameter_table import parameter_table
 from wheelpend.reporting import number, probability, terms, uncertain, write_report
 from wheelpend.reporting_figures import binned, bins_of, comparisons, expected_force, law_along, shown_samples
 from wheelpend.shooting import Fit

@@ -20,7 +20,7 @@ from wheelpend.serialise import to_json
 from wheelpend.study import best_start, fit_model, free_names, held_residuals, prepare
 from wheelpend.unexplained import repeat_sentences
 
-PLANT = plants.find("wheel_pendulum").build(plants.settle("wheel_pendulum", {}))
+PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
 CUBIC = """# what the bearing does
 [cubic_drag]
 family = "body"

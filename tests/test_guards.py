@@ -1,0 +1,164 @@
+"""What makes the tool fast stays: told by counts of operations and simulated samples, and by generous ratios."""
+
+import inspect
+import re
+from time import process_time
+
+import numpy as np
+import pytest
+
+from tests.conftest import simulated
+from tests.test_kernels import X
+from wheelpend import Model, diagnose, identify, kernels, pairs
+from wheelpend.reading import measured_states
+from wheelpend.shooting import vector
+
+PARAMETERS = np.array(list(X.values()))
+
+
+def text_of(kernel) -> str:
+    """The generated text of a function, without its docstring."""
+    return re.sub(r'""".*?"""', "", inspect.getsource(kernel.py_func), flags=re.S)
+
+
+def operations(kernel) -> int:
+    """Operations of a generated function, as it says."""
+    return int(re.search(r"(\d+) operations", inspect.getsource(kernel.py_func)).group(1))
+
+
+def quickest(work) -> float:
+    """Least processor time of a few runs [s]."""
+    times = []
+    for _ in range(5):
+        begin = process_time()
+        work()
+        times.append(process_time() - begin)
+    return min(times)
+
+
+@pytest.fixture
+def samples(monkeypatch):
+    """How many samples are simulated for fits, module by module, from here on."""
+    counted: dict[str, int] = {}
+    load = kernels.load
+
+    def counting(text, name):
+        module = load(text, name)
+        if not hasattr(module, "uncounted"):
+            module.uncounted = module.shoot
+        shoot = module.uncounted
+
+        def counted_shoot(t, voltage, measured, weight, bounds, *rest):
+            counted[name] = counted.get(name, 0) + int((bounds[:, 1] - bounds[:, 0]).sum())
+            return shoot(t, voltage, measured, weight, bounds, *rest)
+
+        monkeypatch.setattr(module, "shoot", counted_shoot)
+        return module
+
+    monkeypatch.setattr(kernels, "load", counting)
+    return counted
+
+
+def test_a_step_takes_one_sine_pair_in_full_and_turns_it_three_times(lean):
+    step = text_of(lean._plain_step)
+    assert step.count("_sine_pair(") == 1 and step.count("_turned(") == 3 and "math." not in step
+    assert operations(lean._free_motion) <= 45 and operations(lean._residual_jacobian) <= 30
+
+
+def test_the_library_costs_no_more_than_its_effects_need(library):
+    assert operations(library._free_motion) <= 190 and operations(library._residual_jacobian) <= 260
+    assert "math.exp" not in text_of(library._free_motion)  # dry friction is computed where there is any
+
+
+def test_machines_side_by_side_take_a_fraction_of_the_time_of_each_alone(lean):
+    t = np.arange(501) * 1e-3
+    rest, noise, quantum = np.zeros(t.size), np.zeros((t.size, 3)), np.zeros(3)
+    gains, record = np.tile([-168.0, -800.0, -8.8], (64, 1)), np.zeros((6, 5, 64))
+    many = np.tile(PARAMETERS, (64, 1))
+
+    def one():
+        for _ in range(16):
+            lean.closed_loop(t, rest, rest, gains[0], np.zeros(4), PARAMETERS, noise, quantum, 1e-3)
+
+    def crowd():
+        lean.closed_loop_batch(t, rest, rest, gains, np.zeros((64, 4)), many, 1e-3, 100, record)
+
+    one(), crowd()
+    assert quickest(crowd) < 2.0 * quickest(one)  # 64 against 16, so more than twice as fast each
+    assert "math." not in text_of(lean._crowd_step)
+
+
+def test_kernels_let_other_threads_run(lean, library):
+    assert lean.options["nogil"] and library.options["nogil"]
+
+
+def test_few_signals_are_filtered_and_few_products_formed(lean):
+    assert lean.SIGNALS <= 9 and lean.FEATURES <= 8
+
+
+def test_a_gram_of_blocks_is_faster_than_one_of_rows(lean):
+    log = simulated(duration=20.0)
+    states, own = measured_states(lean, log), (PARAMETERS, 0.14, 0.18, True)
+    memory, gram = lean.filter_memory(), np.zeros((8, 8))
+
+    def rows():
+        sides, phi = lean.filter_regressor(log.t, states, log.voltage, *own, states[0])
+        matrix = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, 8)
+        return matrix.T @ matrix
+
+    def blocks():
+        lean.filtered_gram(log.t, states, log.voltage, *own, memory, gram)
+
+    rows(), blocks()
+    assert quickest(blocks) < 0.5 * quickest(rows)
+
+
+def test_a_recursive_update_has_no_loop(lean):
+    update = text_of(lean.recursive_update)
+    assert "for " not in update and update.count("/") <= 3  # a division takes as long as ten products
+
+
+def test_an_identification_from_known_values_simulates_the_log_less_than_twenty_times(samples):
+    log = simulated(duration=20.0)
+    identify(Model.default(), [log])
+    assert samples.keys() == {"wheel_pendulum"}  # its own kernels alone
+    assert sum(samples.values()) < 20 * len(log)
+
+
+def test_a_diagnosis_simulates_the_log_a_few_hundred_times(samples):
+    log = simulated(duration=20.0, coulomb_drive__torque=0.3)
+    diagnose(Model.default(), [log])
+    assert sum(samples.values()) < 450 * len(log)
+
+
+def test_a_search_among_pairs_takes_less_time_than_a_few_refits_from_the_rows():
+    rng = np.random.default_rng(0)
+    rows, groups = rng.normal(size=(10, 2000, 34)), [[7 + k] for k in range(26)]
+    grams = np.einsum("fri,frj->fij", rows, rows, optimize=True)
+
+    def refit():
+        for held in range(10):
+            others = np.delete(rows, held, axis=0).reshape(-1, 34)
+            np.linalg.lstsq(others[:, :9], others[:, -1], rcond=None)
+
+    assert quickest(lambda: pairs.search(grams, 7, groups)) < 2.0 * quickest(refit)  # of 351 models
+
+
+def test_the_kernels_of_the_library_do_not_change_when_an_effect_is_added():
+    model = Model.default()
+    assert kernels.library_of(model) is kernels.library_of(model.with_effects(["coulomb_drive", "cogging"]))
+
+
+def test_sensitivities_to_everything_cost_few_simulations(library):
+    log = simulated(duration=2.0)
+    parameters = vector(library, X, log)
+    columns = np.arange(library.FITTED)
+
+    def alone():
+        library.simulate(log.t, log.voltage, np.zeros(4), parameters, 1e-3)
+
+    def everything():
+        library.sensitivities(log.t, log.voltage, np.zeros(4), parameters, columns, 1e-3)
+
+    alone(), everything()
+    assert quickest(everything) < 25.0 * quickest(alone)
