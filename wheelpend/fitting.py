@@ -25,6 +25,7 @@ from wheelpend.shooting import (
 )
 
 ENOUGH = 400  # segments that tell whether a residual is white
+MEMORY = 400_000  # samples whose residuals are held for it
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 
 
@@ -192,10 +193,11 @@ def fit(
 
 
 def _coloured(module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float) -> bool:
-    """Whether the residual is correlated from sample to sample, told by the first segments."""
-    bounds = part.bounds[:ENOUGH]
+    """Whether the residual is correlated from sample to sample, told by the first segments, as many as lie close by."""
+    near = part.bounds[:, 1] <= part.bounds[0, 1] + MEMORY
+    bounds = part.bounds[near][:ENOUGH]
     few = replace(part, log=part.log.part(0, int(bounds[-1, 1])), bounds=bounds, weights=None)
-    return has_colour(shoot(module, few, states[:ENOUGH], parameters, max_step=max_step).residual, bounds)
+    return has_colour(shoot(module, few, states[: len(bounds)], parameters, max_step=max_step).residual, bounds)
 
 
 def _stepped(reduced: Reduced, damping: float, limits, theta: np.ndarray, tied: Phases | None) -> np.ndarray:

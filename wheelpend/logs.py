@@ -285,14 +285,14 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
         raise Failure(f"The horizon must be a positive time in s, not {horizon_s}.")
     dt = log.dt
     # The sample nearest to the end of the horizon begins the next segment; just under a half, so that ties are stable.
-    following = np.searchsorted(log.t, log.t + (horizon_s - 0.49 * dt))
-    np.maximum(following, np.arange(len(log)) + SHORTEST_SEGMENT, out=following)
+    length = horizon_s - 0.49 * dt
     shortest = max(SHORTEST_SEGMENT, math.ceil(horizon_s / (5 * dt) - 1e-6))
     bounds = []
     for begin, end in stretches(log, start, len(log) if stop is None else stop):
         first = begin
         while end - first >= shortest:
-            last = min(int(following[first]), end)
+            following = int(np.searchsorted(log.t, log.t[first] + length))
+            last = min(max(following, first + SHORTEST_SEGMENT), end)
             bounds.append((first, last))
             first = last
     return np.array(bounds, dtype=np.int64).reshape(-1, 2)
@@ -300,16 +300,23 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
 
 def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     """Ranges of usable samples between start and stop, each without a gap."""
-    usable = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
-    if log.falls in log.channels:
-        usable &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
-    if not usable.any():
+    pieces = [(a, min(a + ENOUGH, stop)) for a in range(start, stop, ENOUGH)]  # a long log is not held twice for this
+    if not pieces:
         return []
-    interval = np.diff(log.t[start:stop])
-    joined = usable[1:] & usable[:-1] & (interval <= GAP * log.dt)
+    usable = np.concatenate([_usable(log, a, b) for a, b in pieces])
+    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP * log.dt for a, b in pieces])[: len(usable) - 1]
+    joined = usable[1:] & usable[:-1] & near
     begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))
     ends = np.flatnonzero(usable & ~np.concatenate((joined, [False]))) + 1
     return [(start + int(a), start + int(b)) for a, b in zip(begins, ends, strict=True)]
+
+
+def _usable(log: Log, start: int, stop: int) -> np.ndarray:
+    """Which samples of a range have an input and the body within ±π/2."""
+    known = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
+    if log.falls in log.channels:
+        known &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
+    return known
 
 
 # ---- finding columns

@@ -14,6 +14,7 @@ from wheelpend.reading import fill_gaps, measured_states
 PIECE = 200_000  # samples of a long log that are worked on at once
 AROUND = 50  # samples around a piece, from which missing readings are filled and slopes taken
 DECAYED = 40.0  # time constants after which nothing is left of the filters' start
+ROWS = 8192  # of which a QR decomposition is taken at once
 SAFE = 1e10  # condition of the scaled normal equations up to which they keep six digits
 
 
@@ -36,7 +37,8 @@ class LinearFit:
 
 def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
     """The input (N,) that acts in the mean from each sample to the next: the commanded one unless the motor lags."""
-    voltage = np.column_stack([fill_gaps(log.t, c) for c in log.inputs]).reshape(log.voltage.shape)
+    inputs = [fill_gaps(log.t, c) for c in log.inputs]
+    voltage = inputs[0] if log.voltage.ndim == 1 else np.column_stack(inputs)
     if module.LAG < 0:
         return voltage
     acting = module.acting_voltage(log.t, voltage, parameters)
@@ -100,11 +102,7 @@ def streamed(
     While the filters still decay from their start the rows are formed, and what they cannot help is taken out. After
     that only the normal equations are; where these lose too many digits, a QR decomposition takes their place.
     """
-    voltage, own, count = (
-        acting_input(module, log, parameters),
-        (parameters, *tau, first_order_hold),
-        len(module.LINEAR),
-    )
+    voltage, own, count = acting_input(module, log, parameters), (parameters, *tau, first_order_hold), len(module.LINEAR)
     head = min(max(int(np.searchsorted(log.t, log.t[0] + DECAYED * max(tau))), PIECE // 8), len(log))
     states = part_states(module, log, 0, head)
     begin = states[0] if start is None else start
@@ -121,11 +119,11 @@ def streamed(
     if condition_of(gram[:-1, :-1]) < SAFE:
         root = square_root(gram)
     else:
-        root = np.asarray(np.linalg.qr(rows, mode="r"))
+        root = triangle(rows)
         for part, states in pieces(module, log, head):
             sides, phi = module.filter_onward(log.t[part], states, voltage[part], *own, kept)
             more = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, count + 1)
-            root = np.asarray(np.linalg.qr(np.vstack([root, more]), mode="r"))
+            root = triangle(more, root)
     found = solve(module, root[:, None, -1], root[:, None, :-1])
     degrees = (len(root) - count) / (module.NQ * len(log) - count)
     return replace(found, sigma=found.sigma * np.sqrt(max(degrees, 0.0)), rows=module.NQ * len(log))
@@ -162,6 +160,17 @@ def square_root(gram: np.ndarray) -> np.ndarray:
     scale = _lengths(gram)
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
+
+
+def triangle(rows: np.ndarray, root: np.ndarray | None = None) -> np.ndarray:
+    """Upper triangle R of the QR decomposition of some rows, below those of an earlier one where it is given.
+
+    It is taken of some rows at a time, so that no second matrix of their size is needed.
+    """
+    root = np.zeros((0, rows.shape[1])) if root is None else root
+    for first in range(0, len(rows), ROWS):
+        root = np.asarray(np.linalg.qr(np.vstack([root, rows[first : first + ROWS]]), mode="r"))
+    return root
 
 
 def project_out(nuisance: np.ndarray, *arrays: np.ndarray) -> list[np.ndarray]:
@@ -206,11 +215,11 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
         drags = dry[:, :, None]
     both = np.concatenate(either, axis=2)
     nuisance = np.concatenate([drags, both, -both], axis=2)
-    matrix = np.concatenate([regressors, nuisance], axis=2).reshape(-1, count + nuisance.shape[2])
-    scale = np.linalg.norm(matrix, axis=0) + 1e-300
-    q, r = np.linalg.qr(matrix / scale)
-    weights = nnls(r, q.T @ sides.ravel())[0]
-    first = matrix.shape[1] - both.shape[2] + either[0].shape[2]  # of the turned columns of signed parameters
+    matrix = np.concatenate([regressors, nuisance, sides[:, :, None]], axis=2)
+    root = triangle(matrix.reshape(-1, matrix.shape[2]))
+    scale = np.linalg.norm(root[:, :-1], axis=0) + 1e-300
+    weights = nnls(root[:, :-1] / scale, root[:, -1])[0]
+    first = len(scale) - both.shape[2] + either[0].shape[2]  # of the turned columns of signed parameters
     estimate = weights[:count]
     estimate[signed] -= weights[first : first + int(signed.sum())]
     estimate = np.where(signed, estimate, np.maximum(estimate, 1e-3 * estimate.max()))

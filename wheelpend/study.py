@@ -362,7 +362,8 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:
     module = kernels_for(study, (), values)
     parameters = vector(module, values, part.log)
-    return part_error(part, fit_states(module, part, initial_states(module, part), parameters, rounds=3)[1])
+    shot = fit_states(module, part, initial_states(module, part), parameters, rounds=3, keep=False)[1]
+    return part_error(part, shot)
 
 
 def limits_of(
