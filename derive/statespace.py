@@ -84,6 +84,7 @@ class Code(NamedTuple):
     driven: bool
     signed: tuple[str, ...]  # own parameters that may be negative: differences of physical constants
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
+    filters: tuple[tuple[int, ...], ...]  # signals that are read from each: they differ in their derivatives alone
     features: tuple[tuple[tuple[float, int], ...], ...]  # weight and signal
     mixing: tuple[tuple[tuple[float, ...], ...], ...]  # weights of the features in [φ τ]
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
@@ -134,6 +135,7 @@ def generate_code(model: Model) -> Code:
         driven=model.plant.driven,
         signed=tuple(n for n, d in named(model.grouping) if not positive(d)),
         signals=tuple((s.derivatives, s.held) for s in filtered.signals),
+        filters=shared_filters(filtered.signals),
         features=filtered.features,
         mixing=filtered.rows,
         unmeasured=unmeasured_rates(model),
@@ -414,6 +416,14 @@ def filtered_regression(model: Model) -> Filtered:
         for (row, column), weight in pattern:
             rows[row][column][feature] = weight
     return Filtered(tuple(signals), tuple(map(tuple, together.values())), tuple(tuple(map(tuple, row)) for row in rows))
+
+
+def shared_filters(signals: tuple[Signal, ...]) -> tuple[tuple[int, ...], ...]:
+    """Signals that enter the filters as the same quantity, however often they are differentiated after it."""
+    together: dict[tuple[sp.Expr, bool], list[int]] = {}
+    for n, s in enumerate(signals):
+        together.setdefault((s.value, s.held), []).append(n)
+    return tuple(map(tuple, together.values()))
 
 
 def assembling(filtered: Filtered) -> dict[str, Kernel]:

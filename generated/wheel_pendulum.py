@@ -1117,11 +1117,6 @@ HELD = np.array([False, False, False, False, False, False, False, False, True]) 
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 MIXING = np.array([((0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))], dtype=np.float64)  # weights of the features in [φ τ], by row
-WIDE, HALF = 128, 64  # samples that are worked on side by side
-LONG = WIDE + 8  # room for the sample before a block
-SINES = NX * LONG  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
-FIRST_IN = SINES + 2 * LONG
-SECOND_IN, VALUE, FEATURE = FIRST_IN + SIGNALS * WIDE, FIRST_IN + 2 * SIGNALS * WIDE, FIRST_IN + 3 * SIGNALS * WIDE
 
 
 @inlined
@@ -1407,6 +1402,16 @@ def recursive_identification(
     return squares / (max(t.size - first, 1) * NQ)
 
 
+WIDE, SUMS = 64, 16  # samples that are worked on side by side, and sums that are kept apart: with these all stays in the nearest cache
+EVEN = 1e-6  # by which share the interval may differ within a block
+LONG = WIDE + 8  # room for the sample before a block
+SINES = NX * LONG  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
+FIRST_IN = SINES + 2 * LONG
+FILTERS = 7  # signals that are the same, and differ in their derivatives alone, share one
+SECOND_IN, VALUE, FREE = FIRST_IN + FILTERS * WIDE, FIRST_IN + 2 * FILTERS * WIDE, FIRST_IN + 3 * FILTERS * WIDE
+FEATURE = FREE + 3 * WIDE
+
+
 @compiled
 def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, memory, gram):
     """Add [φ τ]ᵀ[φ τ] of the filtered rows of samples 1 to N - 1, as of filter_regressor, to gram (n + 1, n + 1), n = len(LINEAR).
@@ -1415,17 +1420,19 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     pieces that share one sample. The square root of the condition of the scaled gram is that of the regressor: above 1e5
     digits are lost that a QR decomposition would keep.
     """
-    products, weights = np.zeros((FEATURES, FEATURES, HALF)), np.zeros(10)
+    products, weights = np.zeros((FEATURES, FEATURES, SUMS)), np.zeros(10)
     lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * WIDE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
-        h, uneven = t[k] - t[k - 1], 0
         if k + WIDE <= t.size:
-            ahead = t[k : k + WIDE]
+            if abs(t[k] - t[k - 1] - weights[9]) > EVEN * weights[9]:
+                weights[9] = t[k] - t[k - 1]
+                weights[:9] = filter_weights(weights[9], tau1, tau2)
+                _free_decay(weights, lanes)
+            ahead, h, uneven = t[k : k + WIDE], weights[9], 0
             for c in range(1, WIDE):
-                uneven += abs(ahead[c] - ahead[c - 1] - h) > 1e-6 * h
+                uneven += abs(ahead[c] - ahead[c - 1] - h) > EVEN * h
             if uneven == 0:
-                weights[:9], weights[9] = filter_weights(h, tau1, tau2), h
                 _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hold, memory, lanes, products)
                 k += WIDE
                 continue
@@ -1442,11 +1449,22 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
 
 
 @internal
+def _free_decay(weights, lanes):
+    """What is left of a filter's memory 1, 2, ... samples later: of z1 in z1, of z2 in z2, and of z1 in z2."""
+    first, second, coupled = 1.0, 1.0, 0.0
+    for c in range(WIDE):
+        coupled = weights[1] * coupled + weights[2] * first
+        first, second = weights[0] * first, weights[1] * second
+        lanes[FREE + c], lanes[FREE + WIDE + c], lanes[FREE + 2 * WIDE + c] = first, second, coupled
+
+
+@internal
 def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hold, memory, lanes, products):
     """Take the filters over the WIDE samples from k on, at intervals h, and add up the products of the features.
 
     What samples do not need of each other is done for all of them side by side, one pass after the other; the rows of
-    one array at fixed distances are seen not to overlap. Only the filters go sample by sample.
+    one array at fixed distances are seen not to overlap. Only the filters go sample by sample. Signals that are the same
+    quantity, differentiated once and twice, share one; what they began with differs, and that decays by itself.
     """
     frozen = _frozen(parameters)
     w0, w1, w2, w3, w4, w5, w6 = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5], weights[6]
@@ -1481,25 +1499,26 @@ def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hol
         end_3 = old_3 + ahead * (new_3 - old_3)
         lanes[FIRST_IN + 3 * WIDE + c] = w3 * old_3 + w4 * end_3
         lanes[SECOND_IN + 3 * WIDE + c] = w5 * old_3 + w6 * end_3
+        lanes[VALUE + 3 * WIDE + c] = new_3
         end_4 = old_4 + ahead * (new_4 - old_4)
         lanes[FIRST_IN + 4 * WIDE + c] = w3 * old_4 + w4 * end_4
         lanes[SECOND_IN + 4 * WIDE + c] = w5 * old_4 + w6 * end_4
+        lanes[VALUE + 4 * WIDE + c] = new_4
         end_5 = old_5 + ahead * (new_5 - old_5)
         lanes[FIRST_IN + 5 * WIDE + c] = w3 * old_5 + w4 * end_5
         lanes[SECOND_IN + 5 * WIDE + c] = w5 * old_5 + w6 * end_5
-        end_6 = old_6 + ahead * (new_6 - old_6)
-        lanes[FIRST_IN + 6 * WIDE + c] = w3 * old_6 + w4 * end_6
-        lanes[SECOND_IN + 6 * WIDE + c] = w5 * old_6 + w6 * end_6
-        lanes[VALUE + 6 * WIDE + c] = new_6
-        end_7 = old_7 + ahead * (new_7 - old_7)
-        lanes[FIRST_IN + 7 * WIDE + c] = w3 * old_7 + w4 * end_7
-        lanes[SECOND_IN + 7 * WIDE + c] = w5 * old_7 + w6 * end_7
-        lanes[VALUE + 7 * WIDE + c] = new_7
         end_8 = old_8
-        lanes[FIRST_IN + 8 * WIDE + c] = w3 * old_8 + w4 * end_8
-        lanes[SECOND_IN + 8 * WIDE + c] = w5 * old_8 + w6 * end_8
-    first_0, first_1, first_2, first_3, first_4, first_5, first_6, first_7, first_8, = memory[Z1, 0], memory[Z1, 1], memory[Z1, 2], memory[Z1, 3], memory[Z1, 4], memory[Z1, 5], memory[Z1, 6], memory[Z1, 7], memory[Z1, 8],
-    second_0, second_1, second_2, second_3, second_4, second_5, second_6, second_7, second_8, = memory[Z2, 0], memory[Z2, 1], memory[Z2, 2], memory[Z2, 3], memory[Z2, 4], memory[Z2, 5], memory[Z2, 6], memory[Z2, 7], memory[Z2, 8],
+        lanes[FIRST_IN + 6 * WIDE + c] = w3 * old_8 + w4 * end_8
+        lanes[SECOND_IN + 6 * WIDE + c] = w5 * old_8 + w6 * end_8
+    first_0, second_0 = memory[Z1, 0], memory[Z2, 0]
+    first_1, second_1 = memory[Z1, 1], memory[Z2, 1]
+    first_2, second_2 = memory[Z1, 2], memory[Z2, 2]
+    first_3, second_3 = memory[Z1, 3], memory[Z2, 3]
+    apart_6, apart2_6 = memory[Z1, 6] - first_3, memory[Z2, 6] - second_3
+    first_4, second_4 = memory[Z1, 4], memory[Z2, 4]
+    apart_7, apart2_7 = memory[Z1, 7] - first_4, memory[Z2, 7] - second_4
+    first_5, second_5 = memory[Z1, 5], memory[Z2, 5]
+    first_8, second_8 = memory[Z1, 8], memory[Z2, 8]
     for c in range(WIDE):
         second_0 = w1 * second_0 + (w2 * first_0 + lanes[SECOND_IN + 0 * WIDE + c])
         first_0 = w0 * first_0 + lanes[FIRST_IN + 0 * WIDE + c]
@@ -1519,29 +1538,43 @@ def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hol
         second_5 = w1 * second_5 + (w2 * first_5 + lanes[SECOND_IN + 5 * WIDE + c])
         first_5 = w0 * first_5 + lanes[FIRST_IN + 5 * WIDE + c]
         lanes[FIRST_IN + 5 * WIDE + c], lanes[SECOND_IN + 5 * WIDE + c] = first_5, second_5
-        second_6 = w1 * second_6 + (w2 * first_6 + lanes[SECOND_IN + 6 * WIDE + c])
-        first_6 = w0 * first_6 + lanes[FIRST_IN + 6 * WIDE + c]
-        lanes[FIRST_IN + 6 * WIDE + c], lanes[SECOND_IN + 6 * WIDE + c] = first_6, second_6
-        second_7 = w1 * second_7 + (w2 * first_7 + lanes[SECOND_IN + 7 * WIDE + c])
-        first_7 = w0 * first_7 + lanes[FIRST_IN + 7 * WIDE + c]
-        lanes[FIRST_IN + 7 * WIDE + c], lanes[SECOND_IN + 7 * WIDE + c] = first_7, second_7
-        second_8 = w1 * second_8 + (w2 * first_8 + lanes[SECOND_IN + 8 * WIDE + c])
-        first_8 = w0 * first_8 + lanes[FIRST_IN + 8 * WIDE + c]
-        lanes[FIRST_IN + 8 * WIDE + c], lanes[SECOND_IN + 8 * WIDE + c] = first_8, second_8
-    memory[Z1, 0], memory[Z1, 1], memory[Z1, 2], memory[Z1, 3], memory[Z1, 4], memory[Z1, 5], memory[Z1, 6], memory[Z1, 7], memory[Z1, 8], = first_0, first_1, first_2, first_3, first_4, first_5, first_6, first_7, first_8,
-    memory[Z2, 0], memory[Z2, 1], memory[Z2, 2], memory[Z2, 3], memory[Z2, 4], memory[Z2, 5], memory[Z2, 6], memory[Z2, 7], memory[Z2, 8], = second_0, second_1, second_2, second_3, second_4, second_5, second_6, second_7, second_8,
+        second_8 = w1 * second_8 + (w2 * first_8 + lanes[SECOND_IN + 6 * WIDE + c])
+        first_8 = w0 * first_8 + lanes[FIRST_IN + 6 * WIDE + c]
+        lanes[FIRST_IN + 6 * WIDE + c], lanes[SECOND_IN + 6 * WIDE + c] = first_8, second_8
+    memory[Z1, 0], memory[Z2, 0] = first_0, second_0
+    memory[Z1, 1], memory[Z2, 1] = first_1, second_1
+    memory[Z1, 2], memory[Z2, 2] = first_2, second_2
+    memory[Z1, 3], memory[Z2, 3] = first_3, second_3
+    memory[Z1, 6] = first_3 + lanes[FREE + WIDE - 1] * apart_6
+    memory[Z2, 6] = second_3 + lanes[FREE + 2 * WIDE - 1] * apart2_6 + lanes[FREE + 3 * WIDE - 1] * apart_6
+    memory[Z1, 4], memory[Z2, 4] = first_4, second_4
+    memory[Z1, 7] = first_4 + lanes[FREE + WIDE - 1] * apart_7
+    memory[Z2, 7] = second_4 + lanes[FREE + 2 * WIDE - 1] * apart2_7 + lanes[FREE + 3 * WIDE - 1] * apart_7
+    memory[Z1, 5], memory[Z2, 5] = first_5, second_5
+    memory[Z1, 8], memory[Z2, 8] = first_8, second_8
     for c in range(WIDE):
-        signal_0 = lanes[SECOND_IN + 0 * WIDE + c]
-        signal_1 = lanes[SECOND_IN + 1 * WIDE + c]
-        signal_2 = (lanes[FIRST_IN + 2 * WIDE + c] - lanes[SECOND_IN + 2 * WIDE + c]) * by2
-        signal_3 = (lanes[FIRST_IN + 3 * WIDE + c] - lanes[SECOND_IN + 3 * WIDE + c]) * by2
-        signal_4 = (lanes[FIRST_IN + 4 * WIDE + c] - lanes[SECOND_IN + 4 * WIDE + c]) * by2
-        signal_5 = (lanes[FIRST_IN + 5 * WIDE + c] - lanes[SECOND_IN + 5 * WIDE + c]) * by2
-        signal_6 = (lanes[FIRST_IN + 6 * WIDE + c] - lanes[SECOND_IN + 6 * WIDE + c]) * by2
-        signal_6 = ((lanes[VALUE + 6 * WIDE + c] - lanes[FIRST_IN + 6 * WIDE + c]) * by1 - signal_6) * by2
-        signal_7 = (lanes[FIRST_IN + 7 * WIDE + c] - lanes[SECOND_IN + 7 * WIDE + c]) * by2
-        signal_7 = ((lanes[VALUE + 7 * WIDE + c] - lanes[FIRST_IN + 7 * WIDE + c]) * by1 - signal_7) * by2
-        signal_8 = lanes[SECOND_IN + 8 * WIDE + c]
+        first_0, second_0 = lanes[FIRST_IN + 0 * WIDE + c], lanes[SECOND_IN + 0 * WIDE + c]
+        signal_0 = second_0
+        first_1, second_1 = lanes[FIRST_IN + 1 * WIDE + c], lanes[SECOND_IN + 1 * WIDE + c]
+        signal_1 = second_1
+        first_2, second_2 = lanes[FIRST_IN + 2 * WIDE + c], lanes[SECOND_IN + 2 * WIDE + c]
+        signal_2 = (first_2 - second_2) * by2
+        first_3, second_3 = lanes[FIRST_IN + 3 * WIDE + c], lanes[SECOND_IN + 3 * WIDE + c]
+        signal_3 = (first_3 - second_3) * by2
+        first_6 = first_3 + lanes[FREE + c] * apart_6
+        second_6 = second_3 + lanes[FREE + WIDE + c] * apart2_6 + lanes[FREE + 2 * WIDE + c] * apart_6
+        signal_6 = (first_6 - second_6) * by2
+        signal_6 = ((lanes[VALUE + 3 * WIDE + c] - first_6) * by1 - signal_6) * by2
+        first_4, second_4 = lanes[FIRST_IN + 4 * WIDE + c], lanes[SECOND_IN + 4 * WIDE + c]
+        signal_4 = (first_4 - second_4) * by2
+        first_7 = first_4 + lanes[FREE + c] * apart_7
+        second_7 = second_4 + lanes[FREE + WIDE + c] * apart2_7 + lanes[FREE + 2 * WIDE + c] * apart_7
+        signal_7 = (first_7 - second_7) * by2
+        signal_7 = ((lanes[VALUE + 4 * WIDE + c] - first_7) * by1 - signal_7) * by2
+        first_5, second_5 = lanes[FIRST_IN + 5 * WIDE + c], lanes[SECOND_IN + 5 * WIDE + c]
+        signal_5 = (first_5 - second_5) * by2
+        first_8, second_8 = lanes[FIRST_IN + 6 * WIDE + c], lanes[SECOND_IN + 6 * WIDE + c]
+        signal_8 = second_8
         feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, = _features(signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8)
         lanes[FEATURE + 0 * WIDE + c] = feature_0
         lanes[FEATURE + 1 * WIDE + c] = feature_1
@@ -1554,8 +1587,8 @@ def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hol
     features = lanes[FEATURE:].reshape((FEATURES, WIDE))
     for a in range(FEATURES):
         for b in range(a + 1):
-            for c in range(HALF):
-                products[a, b, c] += features[a, c] * features[b, c] + features[a, HALF + c] * features[b, HALF + c]
+            for c in range(SUMS):
+                products[a, b, c] += features[a, 0 * SUMS + c] * features[b, 0 * SUMS + c] + features[a, 1 * SUMS + c] * features[b, 1 * SUMS + c] + features[a, 2 * SUMS + c] * features[b, 2 * SUMS + c] + features[a, 3 * SUMS + c] * features[b, 3 * SUMS + c]
 
 
 @internal
