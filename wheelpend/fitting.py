@@ -26,6 +26,7 @@ from wheelpend.shooting import (
 
 ENOUGH = 400  # segments that tell whether a residual is white
 MEMORY = 400_000  # samples whose residuals are held for it
+LITTLE, TINY = 0.01, 1e-6  # fall of the sum of squares, and share of it, that is not worth a step
 FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 
 
@@ -80,6 +81,14 @@ def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -
     return Reduced(information, stacked.sum(axis=0), stacked, tuple(steps))
 
 
+def promised(shots: Sequence[Shot], reduced: Reduced, nx: int, plan: Layout) -> float:
+    """By how much the sum of squares would fall in an undamped step, were the residual linear: r'r - r'P r."""
+    states = sum(
+        float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in zip(shots, reduced.steps, strict=True)
+    )
+    return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score)) if len(plan.labels) else states
+
+
 def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
     """Solve the parameters' equations, scaled to a unit diagonal; flat directions stay where they are."""
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
@@ -125,8 +134,8 @@ def fit(
 ) -> Fit:
     """Fit the free parameters of a module to all parts; per-log ones get a value for every part.
 
-    Pairs in ``phased`` are the sine and cosine of one amplitude for all parts and a phase for each. Stops when a
-    step lowers the sum of squares by less than 0.01 and a millionth of it, or can no longer lower it.
+    Pairs in ``phased`` are the sine and cosine of one amplitude for all parts and a phase for each. Stops when a step
+    lowers the sum of squares by less than 0.01 and a millionth of it, promises no more, or can no longer lower it.
     """
     plan = layout(free, [n for n in per_log if n in free], len(parts))
     columns = [module.PARAMETERS.index(n) for n in free]
@@ -164,6 +173,9 @@ def fit(
         reduced = reduce(shots, module.NX, plan, damping)
         if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
             break  # the start cannot be simulated: nothing to go by
+        if promised(shots, reduced, module.NX, plan) < LITTLE + TINY * cost:
+            converged = True
+            break
         trial_theta = _stepped(reduced, damping, bounds, theta, tied)
         step = trial_theta - theta
         trial_states = [
@@ -177,7 +189,7 @@ def fit(
             gain = cost - trial_cost
             theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
             damping = max(damping * 0.1, 1e-12)
-            if gain < 0.01 + 1e-6 * cost + 5e-3 * max(cost - 2.0 * count, 0.0):  # a wrong model need not be exact
+            if gain < LITTLE + TINY * cost + 5e-3 * max(cost - 2.0 * count, 0.0):  # a wrong model need not be exact
                 converged = True
                 break
         else:

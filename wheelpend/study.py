@@ -494,11 +494,14 @@ def fit_model(
 
     Where that ends far from the noise, underway or nowhere, the starts from before any fit get their chance too: a
     model that lacks an effect can be bent, on short segments, into one that cannot be simulated over long ones. Where
-    it ends underway but near the noise, it goes on with fresh states.
+    it ends underway in the noise or near it, it goes on with fresh states.
     Raises Failure where no start leads to a model that can.
     """
     first = _prepared(study, start, free, horizons[:-1], start_per_log)
     best, begun = _at_length(study, first.values, free, first.per_log, horizons[-1]), [first]
+    if best.error < VISIBLE * study.floor:  # in the noise no other start leads further than going on does
+        on = best if best.converged else _at_length(study, best.values, free, best.per_log, horizons[-1])
+        return min(best, on, key=lambda f: f.cost)
     if horizons[-1] == 1.0 and not best.converged and best.error < FAR * study.floor:
         again = _prepared(study, best.values, free, ALL_LENGTHS[:-1], best.per_log)  # with fresh states
         other = _at_length(study, again.values, free, again.per_log, 1.0)
