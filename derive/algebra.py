@@ -69,15 +69,15 @@ def jacobian(rows: Sequence[sp.Expr], variables: Sequence[sp.Symbol]) -> sp.Matr
     return sp.Matrix(len(rows), len(variables), [slope(row, v) for row in rows for v in variables])
 
 
-def inverse_of(matrix: sp.Matrix) -> sp.Matrix:
-    """Inverse of a matrix in closed form.
+def adjugate_of(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
+    """Adjugate and determinant of a matrix, whose quotient is its inverse in closed form.
 
     Of more than three rows by minors without expanding them: what SymPy does else would not end.
     """
     if matrix.rows <= 3:
-        return matrix.adjugate() / matrix.det()
+        return matrix.adjugate(), matrix.det()
     adjugate = matrix.adjugate(method="laplace")
-    return adjugate / matrix[0, :].dot(adjugate[:, 0])
+    return adjugate, matrix[0, :].dot(adjugate[:, 0])
 
 
 def holding(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> sp.Expr:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import expand, holding, inverse_of, jacobian, replaced, slope, symbols_in
+from derive.algebra import adjugate_of, expand, holding, jacobian, replaced, slope, symbols_in
 from derive.functions import TIME, symbol
 from derive.model import named, slip_row
 from derive.printing import Kernel, Target, kernel
@@ -299,15 +299,19 @@ def turn_sources(model: Model) -> dict[str, str]:
 
 
 def free_motion(model: Model) -> Kernel:
-    """Accelerations without dry friction, and the inverse mass matrix, in closed form."""
+    """Accelerations without dry friction, and the inverse mass matrix, in closed form.
+
+    The forces are multiplied by the adjugate while the determinant is being divided by, which comes last: one stage of
+    a step waits for the other, and so for the longest chain of operations, not for their number.
+    """
     accelerations = [c.ddq for c in model.plant.moving]
     mass = jacobian(model.residual, accelerations)
-    inverse = inverse_of(mass)
+    adjugate, determinant = adjugate_of(mass)
     at_rest = [replaced(row, dict.fromkeys(accelerations, sp.Integer(0))) for row in model.residual]
     size = len(accelerations)
-    free = [sp.Add(*(inverse[i, k] * at_rest[k] for k in range(size))) for i in range(size)]
-    targets = [Target(a.name, -free[i]) for i, a in enumerate(accelerations)]
-    targets += [Target(f"mobility_{i}_{j}", inverse[i, j]) for i in range(size) for j in range(size)]
+    forces = [sp.Add(*(adjugate[i, k] * at_rest[k] for k in range(size))) for i in range(size)]
+    targets = [Target(a.name, -force / determinant) for a, force in zip(accelerations, forces, strict=True)]
+    targets += [Target(f"mobility_{i}_{j}", adjugate[i, j] / determinant) for i in range(size) for j in range(size)]
     return kernel(turned(model, targets), turn_sources(model))
 
 

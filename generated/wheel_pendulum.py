@@ -162,7 +162,7 @@ def _angles(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
 def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, parameters):
     """Accelerations without dry friction, then the inverse mass matrix (NQ, NQ) row by row.
 
-    40 operations.
+    42 operations.
     """
     X1 = parameters[0]
     X2 = parameters[1]
@@ -171,21 +171,22 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos
     X5 = parameters[4]
     X6 = parameters[5]
     X7 = parameters[6]
-    c0 = X6*dtheta_w
-    c1 = X7*dtheta_p
-    c2 = -X5*sin_theta_p - c0 + c1 + v_in
-    c3 = X3*cos_theta_p
-    c4 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c3 - (X3*X3)*(cos_theta_p*cos_theta_p))
-    c5 = c4*(X2 - c3)
-    c6 = -X3*(dtheta_p*dtheta_p)*sin_theta_p + c0 - c1 - v_in
-    c7 = c4*(X2 + X4)
-    c8 = c4*(X1 + X2)
-    ddtheta_w = -c2*c5 - c6*c7
-    ddtheta_p = -c2*c8 - c5*c6
-    mobility_0_0 = c7
-    mobility_0_1 = c5
-    mobility_1_0 = c5
-    mobility_1_1 = c8
+    c0 = X3*cos_theta_p
+    c1 = 1/(X1*X2 + X1*X4 + X2*X4 + 2*X2*c0 - (X3*X3)*(cos_theta_p*cos_theta_p))
+    c2 = X2 - c0
+    c3 = X6*dtheta_w
+    c4 = X7*dtheta_p
+    c5 = -X5*sin_theta_p - c3 + c4 + v_in
+    c6 = X2 + X4
+    c7 = -X3*(dtheta_p*dtheta_p)*sin_theta_p + c3 - c4 - v_in
+    c8 = X1 + X2
+    c9 = c1*c2
+    ddtheta_w = c1*(-c2*c5 - c6*c7)
+    ddtheta_p = c1*(-c2*c7 - c5*c8)
+    mobility_0_0 = c1*c6
+    mobility_0_1 = c9
+    mobility_1_0 = c9
+    mobility_1_1 = c1*c8
 
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1
 

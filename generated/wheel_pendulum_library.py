@@ -199,7 +199,7 @@ def _angles(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
 def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, sin_theta_w, cos_theta_w, sin_sum_1, cos_sum_1, sin_sum_2, cos_sum_2, sin_sum_3, cos_sum_3, parameters):
     """Accelerations without dry friction, then the inverse mass matrix (NQ, NQ) row by row.
 
-    148 operations.
+    150 operations.
     """
     X1 = parameters[0]
     X2 = parameters[1]
@@ -232,46 +232,47 @@ def _free_motion(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force
     J_w = parameters[54]
     L = parameters[55]
     origin = parameters[56]
-    c0 = X5*sin_sum_2
-    c1 = X6*dtheta_w
-    c2 = X7*dtheta_p
-    c3 = cogging_cosine*cos_sum_1
-    c4 = cogging_sine*sin_sum_1
-    c5 = -dtheta_p + dtheta_w
-    c6 = abs(c5)
-    c7 = c6*viscous_asymmetry_coefficient
-    c8 = -t
-    c9 = _step(-c8 - payload_step_time)
-    c10 = c9*payload_step_ratio
-    c11 = c5*c6*quadratic_drive_coefficient
-    c12 = body_damping_coefficient*dtheta_p - c0*c10 - c0 - c1 - c11 + c2 + c3 + c4 - c7 - missing_body - presliding_drive_force + v_in
-    c13 = X3*cos_sum_3
-    c14 = c10*c13
-    c15 = L*R
-    c16 = X1*c15
-    c17 = X2*c15
-    c18 = 2*c17
-    c19 = (X3*X3)*c15
-    c20 = c19*(cos_sum_3*cos_sum_3)
-    c21 = X3*c10
-    c22 = (L*L)*c21
-    c23 = (R*R)*c21
-    c24 = (c9*c9)*(payload_step_ratio*payload_step_ratio)
-    c25 = c15/(X1*c22 + X2*c16 + X2*c22 + X2*c23 + X4*c16 + X4*c17 + X4*c23 - 2*c10*c20 + c13*c18 + c14*c18 + c19*c24 - c20*c24 - c20)
-    c26 = c25*(X2 - c13 - c14)
-    c27 = X3*(dtheta_p*dtheta_p)*sin_sum_3
-    c28 = math.sin(slope_angle)
-    c29 = 1/R
-    c30 = 1/L
-    c31 = -2*J_w*c28*c29*g/alpha + X1*c28*c29*g + X3*c28*c30*c9*g*payload_step_ratio + air_drag_coefficient*dtheta_w*abs(dtheta_w) + c1 - c10*c27 + c11 - c2 - c27 - c3 - c4 + c7 - cos_theta_w*wheel_runout_cosine + dtheta_w*ground_viscous_coefficient + external_push_torque*(_step(-c8 - external_push_end) - _step(-c8 - external_push_start)) - missing_wheel + presliding_drive_force - sin_theta_w*wheel_runout_sine + tether_spring_stiffness*(-origin + theta_w) - v_in
-    c32 = c25*(L*c21*c29 + X2 + X4)
-    c33 = c25*(R*c21*c30 + X1 + X2)
-    ddtheta_w = -c12*c26 - c31*c32
-    ddtheta_p = -c12*c33 - c26*c31
-    mobility_0_0 = c32
-    mobility_0_1 = c26
-    mobility_1_0 = c26
-    mobility_1_1 = c33
+    c0 = X3*cos_sum_3
+    c1 = -t
+    c2 = _step(-c1 - payload_step_time)
+    c3 = c2*payload_step_ratio
+    c4 = c0*c3
+    c5 = X2 - c0 - c4
+    c6 = X5*sin_sum_2
+    c7 = X6*dtheta_w
+    c8 = X7*dtheta_p
+    c9 = cogging_cosine*cos_sum_1
+    c10 = cogging_sine*sin_sum_1
+    c11 = -dtheta_p + dtheta_w
+    c12 = abs(c11)
+    c13 = c12*viscous_asymmetry_coefficient
+    c14 = c11*c12*quadratic_drive_coefficient
+    c15 = body_damping_coefficient*dtheta_p + c10 - c13 - c14 - c3*c6 - c6 - c7 + c8 + c9 - missing_body - presliding_drive_force + v_in
+    c16 = 1/R
+    c17 = X3*c3
+    c18 = L*c16*c17 + X2 + X4
+    c19 = X3*(dtheta_p*dtheta_p)*sin_sum_3
+    c20 = math.sin(slope_angle)
+    c21 = 1/L
+    c22 = -2*J_w*c16*c20*g/alpha + X1*c16*c20*g + X3*c2*c20*c21*g*payload_step_ratio + air_drag_coefficient*dtheta_w*abs(dtheta_w) - c10 + c13 + c14 - c19*c3 - c19 + c7 - c8 - c9 - cos_theta_w*wheel_runout_cosine + dtheta_w*ground_viscous_coefficient + external_push_torque*(_step(-c1 - external_push_end) - _step(-c1 - external_push_start)) - missing_wheel + presliding_drive_force - sin_theta_w*wheel_runout_sine + tether_spring_stiffness*(-origin + theta_w) - v_in
+    c23 = L*R
+    c24 = X1*c23
+    c25 = X2*c23
+    c26 = 2*c25
+    c27 = (X3*X3)*c23
+    c28 = c27*(cos_sum_3*cos_sum_3)
+    c29 = (L*L)*c17
+    c30 = (R*R)*c17
+    c31 = (c2*c2)*(payload_step_ratio*payload_step_ratio)
+    c32 = c23/(X1*c29 + X2*c24 + X2*c29 + X2*c30 + X4*c24 + X4*c25 + X4*c30 + c0*c26 + c26*c4 + c27*c31 - 2*c28*c3 - c28*c31 - c28)
+    c33 = R*c17*c21 + X1 + X2
+    c34 = c32*c5
+    ddtheta_w = c32*(-c15*c5 - c18*c22)
+    ddtheta_p = c32*(-c15*c33 - c22*c5)
+    mobility_0_0 = c18*c32
+    mobility_0_1 = c34
+    mobility_1_0 = c34
+    mobility_1_1 = c32*c33
 
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1
 
