@@ -343,14 +343,25 @@ def dry_law(model: Model) -> Kernel:
 
 
 def dry_sizes(model: Model) -> tuple[str, ...]:
-    """Parameters in which the dry laws are linear; no surface has friction where all of them are zero."""
+    """Parameters in which the dry laws are linear; no surface has friction where all of them are zero.
+
+    What only scales another one, like a plant's own parameter in a friction that grows with the load, is not among them.
+    """
     laws = [s.law for s in model.surfaces]
     sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]
     sizes = [n for n in sizes if all(slope(slope(f, symbol(n)), symbol(n)) == 0 for f in laws)]
-    rest = [f.subs({symbol(n): 0 for n in sizes}) for f in laws]
+
+    for name in sorted(sizes, key=lambda n: "." in n):  # the plant's own ones first
+        others = [n for n in sizes if n != name]
+        sizes = sizes if any(f != 0 for f in _without(laws, others)) else others
+    rest = _without(laws, sizes)
     if any(f != 0 for f in rest):
         raise ValueError(f"Dry friction must vanish where its linear parameters {sizes} are zero; it leaves {rest}")
     return tuple(sizes)
+
+
+def _without(laws: list[sp.Expr], names: list[str]) -> list[sp.Expr]:
+    return [f.subs({symbol(n): 0 for n in names}) for f in laws]
 
 
 def outputs_kernel(model: Model) -> Kernel:

@@ -634,7 +634,7 @@ def _frozen(parameters):
 @inlined
 def _smooth(parameters):
     """Whether no surface has friction."""
-    return parameters[6] == 0.0 and parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[12] == 0.0 and parameters[21] == 0.0
+    return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[12] == 0.0 and parameters[21] == 0.0
 
 
 @inlined

@@ -174,3 +174,11 @@ def test_sensitivities_to_everything_cost_few_simulations(library):
 
     alone(), everything()
     assert quickest(everything) < 25.0 * quickest(alone)
+
+
+def test_a_library_without_friction_in_its_parameters_takes_the_way_without_events(library):
+    values = dict(zip(library.PARAMETERS, library.ABSENT, strict=True)) | X
+    parameters = np.array([values[n] for n in library.PARAMETERS])
+    assert library._smooth.py_func(parameters)
+    parameters[library.PARAMETERS.index("load_friction.share")] = 0.1
+    assert not library._smooth.py_func(parameters)
