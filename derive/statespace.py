@@ -345,7 +345,7 @@ def dry_law(model: Model) -> Kernel:
 def dry_sizes(model: Model) -> tuple[str, ...]:
     """Parameters in which the dry laws are linear; no surface has friction where all of them are zero.
 
-    What only scales another one, like a plant's own parameter in a friction that grows with the load, is not among them.
+    What only scales another one, as a plant's own parameter does in a friction that grows with the load, is left out.
     """
     laws = [s.law for s in model.surfaces]
     sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]

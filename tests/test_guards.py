@@ -42,7 +42,7 @@ def quickest(work) -> float:
 def samples(monkeypatch):
     """How many samples are simulated for fits, module by module, from here on."""
     counted: dict[str, int] = {}
-    beside: dict[str, ModuleType] = {}  # copies, since compiled functions may not find a counter among the names they use
+    beside: dict[str, ModuleType] = {}  # copies: no kernel may be compiled against a counter
     load = kernels.load
 
     def counting(text, name):

@@ -10,7 +10,7 @@ from tests.conftest import simulated
 from wheelpend import Model, save_log
 
 ROOT = Path(__file__).parent.parent
-NEVER = {"pydantic", "sympy", "jinja2", "plotly", "matplotlib", "polars", "tomlkit"}  # in a command that finds all it needs
+NEVER = {"pydantic", "sympy", "jinja2", "plotly", "matplotlib", "polars", "tomlkit"}
 SCIPY = {"scipy.linalg", "scipy.optimize", "scipy.signal", "scipy.special", "scipy.stats"}
 LOADED = "import sys; sys.argv = sys.argv[1:]\n{}\nprint(*sys.modules, sep='\\n', file=sys.stderr)"
 

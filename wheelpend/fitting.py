@@ -82,11 +82,12 @@ def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -
 
 
 def promised(shots: Sequence[Shot], reduced: Reduced, nx: int, plan: Layout) -> float:
-    """By how much the sum of squares would fall in an undamped step, were the residual linear: r'r - r'P r."""
-    states = sum(
-        float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in zip(shots, reduced.steps, strict=True)
-    )
-    return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score)) if len(plan.labels) else states
+    """By how much the sum of squares would fall in the next step, were the residual linear and nothing damped."""
+    pairs = zip(shots, reduced.steps, strict=True)
+    states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
+    if not plan.labels:
+        return states
+    return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score))
 
 
 def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:

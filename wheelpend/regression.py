@@ -102,7 +102,8 @@ def streamed(
     While the filters still decay from their start the rows are formed, and what they cannot help is taken out. After
     that only the normal equations are; where these lose too many digits, a QR decomposition takes their place.
     """
-    voltage, own, count = acting_input(module, log, parameters), (parameters, *tau, first_order_hold), len(module.LINEAR)
+    voltage, count = acting_input(module, log, parameters), len(module.LINEAR)
+    own = (parameters, *tau, first_order_hold)
     head = min(max(int(np.searchsorted(log.t, log.t[0] + DECAYED * max(tau))), PIECE // 8), len(log))
     states = part_states(module, log, 0, head)
     begin = states[0] if start is None else start
