@@ -101,13 +101,14 @@ def test_an_interrupted_campaign_goes_on_where_it_stopped(tmp_path):
     assert found.logs == campaign(Model.default(), **asked).logs
 
 
-def test_answers_of_another_setting_are_not_taken_up(tmp_path):
+def test_answers_of_another_setting_are_put_aside_and_not_taken_up(tmp_path):
     keep = tmp_path / "c.partial"
     with pytest.raises(KeyboardInterrupt):
         campaign(Model.default(), seeds=[0, 1], duration=SHORT, method="inverse", keep=keep, progress=interrupt)
-    said = []
+    said, before = [], keep.read_text()
     campaign(Model.default(), seeds=[0], duration=SHORT, method="energy", keep=keep, progress=said.append)
-    assert "0 of 1 logs" in said
+    assert "0 of 1 logs" in said and any("put aside" in text for text in said)
+    assert (tmp_path / "c.partial.other").read_text() == before != keep.read_text()
 
 
 def test_an_interruption_says_what_is_kept_and_leaves_no_table(workspace, monkeypatch):

@@ -81,23 +81,15 @@ def filtered(
     would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
     """
     if len(log) > PIECE:
-        return streamed(module, log, parameters, tau, first_order_hold=first_order_hold, start=start)
+        return _streamed(module, log, parameters, tau, first_order_hold, start)
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     begin = states[0] if start is None else start
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
     return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
 
 
-def streamed(
-    module: ModuleType,
-    log: Log,
-    parameters: np.ndarray,
-    tau: tuple[float, float],
-    *,
-    first_order_hold: bool = True,
-    start: np.ndarray | None = None,
-) -> LinearFit:
-    """Least squares on the filtered regressor, piece by piece: no memory beyond the log's but for one piece.
+def _streamed(module: ModuleType, log: Log, parameters, tau, first_order_hold: bool, start) -> LinearFit:
+    """The same piece by piece: no memory beyond the log's but for one piece.
 
     While the filters still decay from their start the rows are formed, and what they cannot help is taken out. After
     that only the normal equations are; where these lose too many digits, a QR decomposition takes their place.

@@ -337,26 +337,34 @@ def best_start(study: Study) -> tuple[Study, dict[str, float]]:
     parts = shortened(study, study.horizon / 5, most=40)
     known = _known_start(study)
     if known is not None:
-        step = stable_step(study.module, known, study.training[0].log)
-        tried = fit_parts(replace(study, max_step=step), parts, known, study.base, rounds=8)
-        if tried.error < EXPLAINED * study.floor:  # in the noise: there is none better
-            step = stable_step(study.module, tried.values, study.training[0].log)
-            return replace(study, max_step=step, origins=(known,)), {**known, **tried.values}
+        values, fitted = _few_rounds(study, parts, known)
+        if fitted.error < EXPLAINED * study.floor:  # in the noise: there is none better
+            return replace(study, max_step=_step_at(study, values), origins=(known,)), values
     found = starts(study)
     ranked = sorted(found, key=lambda v: _start_cost(study, parts[0], v))[:3]
     best, lowest = None, np.inf
-    for values in ranked:
-        step = stable_step(study.module, values, study.training[0].log)
-        tried = fit_parts(replace(study, max_step=step), parts, values, study.base, rounds=8)
-        if tried.cost < lowest:
-            best, lowest = {**values, **tried.values}, tried.cost
-        if tried.error < EXPLAINED * study.floor:
-            break  # in the noise: there is none better
+    for start in ranked:
+        values, fitted = _few_rounds(study, parts, start)
+        if fitted.cost < lowest:
+            best, lowest = values, fitted.cost
+        if fitted.error < EXPLAINED * study.floor:
+            break
     if best is None:
         raise Failure(f"{study.training[0].log.name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
-    step = stable_step(study.module, best, study.training[0].log)
-    return replace(study, max_step=step, origins=(found[0], *found[:0:-1][:2])), best
+    return replace(study, max_step=_step_at(study, best), origins=(found[0], *found[:0:-1][:2])), best
+
+
+def _few_rounds(study: Study, parts: Sequence[Part], start: Mapping[str, float]) -> tuple[dict[str, float], Fit]:
+    """Values after a few rounds from a start, and their fit, with a step that suits the start."""
+    suited = replace(study, max_step=_step_at(study, start))
+    fitted = fit_parts(suited, parts, start, study.base, rounds=8)
+    return {**start, **fitted.values}, fitted
+
+
+def _step_at(study: Study, values: Mapping[str, float]) -> float:
+    """A step that resolves the machine's fastest motion at some values [s]."""
+    return stable_step(study.module, values, study.training[0].log)
 
 
 def _start_cost(study: Study, part: Part, values: Mapping[str, float]) -> float:

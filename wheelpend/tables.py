@@ -30,10 +30,8 @@ class Table(NamedTuple):
 
     names: list[str]
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
-    on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = (
-        None  # the same, of what has many; which
-    )
-    # of the columns is held until its next value
+    # The same of what has many clocks, with the names of the columns that are held until their next value.
+    on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
 
 
 def open_table(path: Path) -> Table:

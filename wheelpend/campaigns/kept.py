@@ -24,11 +24,11 @@ class Kept:
     """The file of a campaign's answers so far: its setting in the first line, then one answer a line.
 
     Answers of another setting, of other code or of a log that has changed since are not taken up. Nor are failures:
-    what was wrong may be right by now.
+    what was wrong may be right by now. A file of another setting is put aside, not written over.
     """
 
     def __init__(self, path: Path | None, setting: Setting, model: Model) -> None:
-        self.path, self.setting = path, fingerprint(setting, model)
+        self.path, self.setting, self.other = path, fingerprint(setting, model), False
         self.lines = {row["key"]: row["answer"] for row in self._read()}
 
     def _read(self) -> list[dict]:
@@ -38,18 +38,27 @@ class Kept:
         for line in self.path.read_text(encoding="utf-8").splitlines():
             with suppress(json.JSONDecodeError):  # a line that an interruption cut off
                 rows.append(json.loads(line))
-        return rows[1:] if rows[:1] == [{"setting": self.setting}] else []
+        self.other = len(rows) > 1 and rows[0] != {"setting": self.setting}
+        return [] if self.other else rows[1:]
 
     def known(self, source: Source) -> Answer | None:
         """The answer of a log that was asked before, or None."""
         found = self.lines.get(key_of(source))
         return answer_of(found) if found else None
 
-    def begin(self) -> None:
-        """Write down what is known; raises Failure where the file cannot be written."""
-        if self.path is not None:
-            rows = [{"setting": self.setting}, *({"key": k, "answer": a} for k, a in self.lines.items())]
-            write_text(self.path, "".join(map(_line, rows)))
+    def begin(self) -> Path | None:
+        """Write down what is known, and say where a file of another setting went.
+
+        Raises Failure where the file cannot be written.
+        """
+        if self.path is None:
+            return None
+        aside = self.path.with_name(f"{self.path.name}.other") if self.other else None
+        if aside is not None:
+            os.replace(self.path, aside)
+        rows = [{"setting": self.setting}, *({"key": k, "answer": a} for k, a in self.lines.items())]
+        write_text(self.path, "".join(map(_line, rows)))
+        return aside
 
     def add(self, source: Source, found: Answer) -> None:
         """Write down one more answer."""

@@ -69,7 +69,8 @@ def campaign(
     left = {k: source for k, source in enumerate(sources) if k not in before}
     if left:
         prepare(model, setting, sources, progress)
-        kept.begin()
+        if aside := kept.begin():
+            progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
     found = ask(setting, left, before, kept, progress)
     answers = tuple(found[k] for k in range(len(sources)))
     identified = method if do == "identify" else None
