@@ -174,9 +174,6 @@ def fit(
         reduced = reduce(shots, module.NX, plan, damping)
         if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
             break  # the start cannot be simulated: nothing to go by
-        if promised(shots, reduced, module.NX, plan) < LITTLE + TINY * cost:
-            converged = True
-            break
         trial_theta = _stepped(reduced, damping, bounds, theta, tied)
         step = trial_theta - theta
         trial_states = [
@@ -184,6 +181,9 @@ def fit(
             for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)
         ]
         trial_states = settle(trial_theta, trial_states)
+        if damping < 0.01 and promised(shots, reduced, module.NX, plan) < LITTLE + TINY * cost:
+            theta, states, converged = trial_theta, trial_states, True  # the last step, too small to be looked at again
+            break
         trial = shots_at(trial_theta, trial_states)
         trial_cost = sum(s.cost for s in trial)
         if trial_cost <= cost:
