@@ -19,6 +19,7 @@ from wheelpend.shooting import Fit, Part, vector
 from wheelpend.study import Study
 
 RIPPLE_TIMES = (0.01, 0.03)  # s, of the filters behind which a ripple is looked for: noise against what is left of it
+SMOOTH = 0.4  # periods per turn within which the length of a wave behind the filters hardly changes
 BLOCKS = 40  # of a log, whose signs are drawn for a surrogate
 
 
@@ -108,10 +109,22 @@ class Record(NamedTuple):
     before: int  # samples before the first that is judged
     response: np.ndarray  # of the two filters to a wave, by frequency
 
-    def filtered(self, wave: np.ndarray) -> np.ndarray:
-        """A wave behind the filters of the equations, where it is judged."""
+    def length(self, wave: np.ndarray) -> float:
+        """Root of the sum of squares of a wave behind the filters of the equations, where it is judged."""
         spectrum = np.fft.fft(wave, len(self.response)) * self.response
-        return np.fft.ifft(spectrum)[self.before : self.before + len(self.missing)]
+        return float(np.linalg.norm(np.fft.ifft(spectrum)[self.before : self.before + len(self.missing)]))
+
+    def weights(self, blocks: int) -> np.ndarray:
+        """Weights on a wave (blocks, samples + before): its product with what is missing in each of so many blocks.
+
+        The filters are turned round: they are taken of what is missing, once, and not of every wave.
+        """
+        whole = len(self.missing) // blocks * blocks
+        placed = np.zeros((blocks, len(self.angle)))
+        for block, samples in enumerate(np.arange(whole).reshape(blocks, -1)):
+            placed[block, self.before + samples] = self.missing[samples]
+        turned = np.fft.ifft(np.fft.fft(placed, len(self.response)) * self.response.conj())
+        return turned[:, : len(self.angle)].real.astype(complex)
 
 
 def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0) -> tuple[float, int]:
@@ -124,18 +137,17 @@ def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0
     records = [ripple_record(study, fitted, port, k, tau) for k in range(len(study.training))]
     span = max(1.0, *(float(np.ptp(r.angle)) for r in records))
     grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
+    near = max(1, round(SMOOTH / (grid[1] - grid[0])))
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(BLOCKS, 200))
     power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
     for record in records:
-        whole = len(record.missing) // BLOCKS * BLOCKS
-        wave = np.exp(1j * grid[0] * record.angle)
-        turn = np.exp(1j * (grid[1] - grid[0]) * record.angle)  # from one period of the grid to the next
-        amplitudes = np.empty((len(grid), BLOCKS), dtype=complex)
-        for row in amplitudes:
-            seen = record.filtered(wave)
-            alike = (seen * record.missing)[:whole].reshape(BLOCKS, -1).sum(axis=1)
-            row[:] = alike / np.linalg.norm(seen)
-            wave *= turn
+        weights, amplitudes, lengths = record.weights(BLOCKS), np.empty((len(grid), BLOCKS), dtype=complex), []
+        turns = np.exp(1j * (grid[:near] - grid[0])[:, None] * record.angle)  # from one period of the grid to the next
+        for first in range(0, len(grid), near):
+            waves = np.exp(1j * grid[first] * record.angle) * turns[: len(grid) - first]
+            amplitudes[first : first + near] = waves @ weights.T
+            lengths.append(record.length(waves[0]))
+        amplitudes /= np.interp(grid, grid[::near], lengths)[:, None]
         power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(np.mean(record.missing**2)), 1e-300)
         surrogate += np.abs(amplitudes @ signs) ** 2 / (np.abs(amplitudes) ** 2).sum(axis=1, keepdims=True)
     typical = float(np.median(surrogate.max(axis=0)))
