@@ -1,7 +1,5 @@
 """What makes the kernels fast must not cost digits, and the same call gives the same bits."""
 
-import threading
-
 import mpmath as mp
 import numpy as np
 import pytest
@@ -10,6 +8,7 @@ from tests.conftest import simulated
 from tests.test_kernels import X
 from wheelpend import regression
 from wheelpend.logs import Log
+from wheelpend.processes import company
 from wheelpend.shooting import Part, initial_states, segment_bounds, shoot, vector
 
 PARAMETERS = np.array(list(X.values()))
@@ -113,14 +112,14 @@ def test_threads_share_segments_without_a_trace(lean, monkeypatch):
     log = simulated(duration=3.0)
     part = Part(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
     states, parameters = initial_states(lean, part), vector(lean, X, log)
-    alone: list = []
-    monkeypatch.setattr("wheelpend.shooting.threads", lambda: 2)
+    monkeypatch.setattr("wheelpend.processes.threads", lambda: 2)
     shared = shoot(lean, part, states, parameters, range(7))
-    worker = threading.Thread(target=lambda: alone.append(shoot(lean, part, states, parameters, range(7))))
-    worker.start()
-    worker.join()
-    assert shared.gram.tobytes() == alone[0].gram.tobytes()
-    assert shared.residual.tobytes() == alone[0].residual.tobytes()
+    with company.joined(), company.joined():
+        assert company.share() == 1
+        alone = shoot(lean, part, states, parameters, range(7))
+    assert company.share() == 2
+    assert shared.gram.tobytes() == alone.gram.tobytes()
+    assert shared.residual.tobytes() == alone.residual.tobytes()
 
 
 def test_only_contraction_is_allowed_to_change_the_order_of_arithmetic(lean, library):

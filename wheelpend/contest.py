@@ -6,7 +6,6 @@ Refits take long, so they go on in steps, and end where they can no longer win.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import repeat
 
@@ -16,7 +15,7 @@ import derive
 from derive.effects import Effect
 from wheelpend.evidence import WORTHWHILE, Tried, judge
 from wheelpend.failures import Failure
-from wheelpend.processes import threads
+from wheelpend.processes import Together
 from wheelpend.refit import (
     GLANCE,
     Progress,
@@ -76,7 +75,7 @@ class Contest:
         names = self.promising()
         slow = [n for n in names if derive.effects.find(n).frees]
         quick = [n for n in names if n not in slow]
-        with ThreadPoolExecutor(max_workers=threads()) as pool:  # the kernels release the interpreter's lock
+        with Together() as pool:
             looked = sorted(pool.map(self.look, quick), key=lambda pair: pair[1].cost)
             least = looked[0][1].error if looked else np.inf
             begun, rest = [*pool.map(self.go, looked[:LEADING])], looked[LEADING:]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
-from threading import Thread, current_thread, main_thread
+from threading import Lock, Thread, current_thread, main_thread
 from time import monotonic
 from typing import TypeVar
 
@@ -84,6 +84,50 @@ def cores() -> int:
 def threads() -> int:
     """How many threads this process may use: one where every core has a process of its own."""
     return 1 if os.environ.get(OURS) == "1" else cores()
+
+
+class Company:
+    """Threads that each do a work of their own: the cores are theirs, and a work that is left alone gets them all."""
+
+    def __init__(self) -> None:
+        self._members, self._lock = 0, Lock()
+
+    @contextmanager
+    def joined(self) -> Iterator[None]:
+        """Have a work of one's own while inside."""
+        self._change(1)
+        try:
+            yield
+        finally:
+            self._change(-1)
+
+    def share(self) -> int:
+        """Threads among which a work may be divided now."""
+        return max(1, threads() // max(1, self._members))
+
+    def _change(self, by: int) -> None:
+        with self._lock:
+            self._members += by
+
+
+company = Company()
+
+
+class Together(ThreadPoolExecutor):
+    """Works in threads, as many as this process may use: the kernels release the interpreter's lock."""
+
+    def __init__(self) -> None:
+        super().__init__(max_workers=threads())
+
+    def submit(self, work, /, *args, **kwargs):
+        """Begin a work as soon as a thread is free for it."""
+        return super().submit(in_company, work, *args, **kwargs)
+
+
+def in_company(work: Callable[..., T], *args, **kwargs) -> T:
+    """Do a work as one of the company."""
+    with company.joined():
+        return work(*args, **kwargs)
 
 
 @contextmanager

@@ -7,7 +7,6 @@ Levenberg-Marquardt damping moves parameters and initial states together; the st
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -19,7 +18,7 @@ import numpy as np
 import derive
 from derive.effects import InnerForce, PathForce
 from wheelpend.logs import Log, segment_bounds, side_by_side
-from wheelpend.processes import threads
+from wheelpend.processes import company, threads
 from wheelpend.reading import states_from
 
 EVERYWHERE = np.iinfo(np.int64).max
@@ -152,11 +151,8 @@ def shoot(
 
 
 def _workers(module: ModuleType, part: Part, parameters: np.ndarray) -> int:
-    """Threads among which segments are shared: one within a thread that has company, or where they hang together."""
-    alone = threading.current_thread() is threading.main_thread()
-    if not alone or len(part.bounds) < 8 or carries_on(module, parameters):
-        return 1
-    return threads()
+    """Threads among which segments are shared: one where they hang together, or are few."""
+    return 1 if len(part.bounds) < 8 or carries_on(module, parameters) else company.share()
 
 
 @cache
