@@ -160,7 +160,7 @@ def diagnosis_of_effects(size: int, folder: Path) -> tuple[Callable, Callable]:
     model = workspace.create(place, "wheel_pendulum")
     known = [e.name for e in library() if not e.event and not e.frees]
     if size > len(known):
-        rows = [OWN.format(number=n, power=3 + n) for n in range(size - len(known))]
+        rows = [OWN.format(number=n, power=2 + n) for n in range(size - len(known))]
         (place / "effects.toml").write_text("\n".join(rows), encoding="utf-8")
         model = Model.open(place)
     left_out = [e.name for e in library() if e.name not in known[:size]]
@@ -247,20 +247,40 @@ def draw(path: Path, found: Sequence[Growth]) -> None:
     from matplotlib.figure import Figure
 
     kinds = list(dict.fromkeys(g.over for g in found))
-    figure = Figure(figsize=(10.0, 3.4), layout="constrained")
-    panels = figure.subplots(1, len(kinds), squeeze=False)[0]
-    for axes, over in zip(panels, kinds, strict=True):
-        for number, g in enumerate(x for x in found if x.over == over):
-            sizes = [x.size for x in g.found]
-            label = f"{g.name}: exponent {g.exponent('seconds'):.2f}"
-            axes.loglog(sizes, [x.seconds for x in g.found], "o-", color=f"C{number}", label=label)
-        axes.set_xlabel(over)
-        axes.set_ylabel("s")
-        axes.legend(fontsize=7)
-        axes.grid(alpha=0.3)
+    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+    panels = figure.subplots(2, len(kinds), squeeze=False)
+    for row, (of, label) in zip(
+        panels, (("seconds", "time [s]"), ("megabytes", "memory beyond the input [MB]")), strict=True
+    ):
+        for axes, over in zip(row, kinds, strict=True):
+            draw_panel(axes, [g for g in found if g.over == over], of)
+            axes.set_xlabel(over)
+            axes.set_ylabel(label)
     path.parent.mkdir(parents=True, exist_ok=True)
     with matplotlib.rc_context({"svg.hashsalt": path.name}):
         figure.savefig(path, metadata={"Date": None})
+
+
+def draw_panel(axes, found: Sequence[Growth], of: str) -> None:
+    """One panel; less than a megabyte is drawn as one."""
+    least = 1.0 if of == "megabytes" else 0.0
+    for number, g in enumerate(found):
+        sizes, values = [x.size for x in g.found], [max(getattr(x, of), least) for x in g.found]
+        exponent = g.exponent(of) if of == "seconds" or min(values[-2:]) > least else 0.0
+        axes.loglog(sizes, values, "o-", color=f"C{number}", label=f"{g.name}: exponent {exponent:.2f}")
+    shown = sorted({x.size for g in found for x in g.found})
+    axes.set_xticks(shown, [tick(x) for x in shown])
+    axes.minorticks_off()
+    low, high = axes.get_ylim()
+    axes.set_ylim(0.3 * low, 20.0 * high)  # room for the names
+    axes.legend(fontsize=7)
+    axes.grid(alpha=0.3)
+
+
+def tick(size: int) -> str:
+    """A size as it stands on the axis: long ones only where they are powers of ten."""
+    power = len(str(size)) - 1
+    return str(size) if size < 1000 else f"$10^{power}$" if size == 10**power else ""
 
 
 if __name__ == "__main__":
