@@ -19,6 +19,7 @@ from wheelpend.shooting import Fit, Part, vector
 from wheelpend.study import Study
 
 RIPPLE_TIMES = (0.01, 0.03)  # s, of the filters behind which a ripple is looked for: noise against what is left of it
+FORGOTTEN = 1e-12  # share of its peak below which nothing is left of a filter's answer
 SMOOTH = 0.4  # periods per turn within which the length of a wave behind the filters hardly changes
 BLOCKS = 40  # of a log, whose signs are drawn for a surrogate
 
@@ -114,17 +115,24 @@ class Record(NamedTuple):
         spectrum = np.fft.fft(wave, len(self.response)) * self.response
         return float(np.linalg.norm(np.fft.ifft(spectrum)[self.before : self.before + len(self.missing)]))
 
-    def weights(self, blocks: int) -> np.ndarray:
-        """Weights on a wave (blocks, samples + before): its product with what is missing in each of so many blocks.
+    def weights(self, blocks: int) -> list[tuple[slice, np.ndarray]]:
+        """Weights on some samples of a wave: its product with what is missing, one of each block.
 
-        The filters are turned round: they are taken of what is missing, once, and not of every wave.
+        The filters are turned round: they are taken of what is missing, once, and not of every wave. So the samples of
+        a block are its own, and those before it that the filters remember.
         """
-        whole = len(self.missing) // blocks * blocks
-        placed = np.zeros((blocks, len(self.angle)))
-        for block, samples in enumerate(np.arange(whole).reshape(blocks, -1)):
-            placed[block, self.before + samples] = self.missing[samples]
-        turned = np.fft.ifft(np.fft.fft(placed, len(self.response)) * self.response.conj())
-        return turned[:, : len(self.angle)].real.astype(complex)
+        answer = np.fft.ifft(self.response).real  # to an impulse
+        memory = int(np.flatnonzero(np.abs(answer) > FORGOTTEN * np.abs(answer).max())[-1]) + 1
+        reversed_answer, found = answer[: min(memory, len(self.angle))][::-1], []
+        size = len(self.missing) // blocks
+        if not size:
+            return [(slice(0, 0), np.zeros(0))] * blocks
+        for first in range(0, blocks * size, size):
+            pulled = np.convolve(self.missing[first : first + size], reversed_answer)
+            end = self.before + first + size
+            begin = max(end - len(pulled), 0)
+            found.append((slice(begin, end), pulled[begin - end :].astype(complex)))
+        return found
 
 
 def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0) -> tuple[float, int]:
@@ -141,11 +149,11 @@ def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(BLOCKS, 200))
     power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
     for record in records:
-        weights, amplitudes, lengths = record.weights(BLOCKS), np.empty((len(grid), BLOCKS), dtype=complex), []
+        amplitudes, lengths, weights = np.empty((len(grid), BLOCKS), dtype=complex), [], record.weights(BLOCKS)
         turns = np.exp(1j * (grid[:near] - grid[0])[:, None] * record.angle)  # from one period of the grid to the next
         for first in range(0, len(grid), near):
             waves = np.exp(1j * grid[first] * record.angle) * turns[: len(grid) - first]
-            amplitudes[first : first + near] = waves @ weights.T
+            amplitudes[first : first + near] = np.stack([waves[:, samples] @ w for samples, w in weights], axis=1)
             lengths.append(record.length(waves[0]))
         amplitudes /= np.interp(grid, grid[::near], lengths)[:, None]
         power += np.abs(amplitudes.sum(axis=1)) ** 2 / max(float(np.mean(record.missing**2)), 1e-300)
