@@ -11,9 +11,9 @@ import pytest
 
 from tests.conftest import simulated
 from tests.test_kernels import X
-from wheelpend import Model, diagnose, identify, kernels, pairs
+from wheelpend import Model, diagnose, identify, kernels, pairs, simulate
 from wheelpend.reading import measured_states
-from wheelpend.shooting import vector
+from wheelpend.shooting import shoot, vector
 
 PARAMETERS = np.array(list(X.values()))
 
@@ -135,6 +135,21 @@ def test_an_identification_from_known_values_simulates_the_log_less_than_twenty_
     identify(Model.default(), [log])
     assert samples.keys() == {"wheel_pendulum"}  # its own kernels alone
     assert sum(samples.values()) < 20 * len(log)
+
+
+def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
+    kept, log = [], simulate(Model.default(), hide={"coulomb_drive": 0.3}, duration=6.0)
+
+    def watched(*args, **rest):
+        shot = shoot(*args, **rest)
+        kept.append(len(shot.residual))
+        return shot
+
+    monkeypatch.setattr("wheelpend.shooting.shoot", watched)
+    monkeypatch.setattr("wheelpend.fitting.shoot", watched)
+    monkeypatch.setattr("wheelpend.fitting.MEMORY", 1000)
+    identify(Model.default(), [log])
+    assert 0 < max(kept) < len(log) // 2
 
 
 def test_a_diagnosis_simulates_the_log_a_few_hundred_times(samples):
