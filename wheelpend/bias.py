@@ -76,13 +76,13 @@ def _again(rehearsal: Rehearsal, log: Log) -> np.ndarray:
 
 def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> float:
     """Probability of a difference this large when its mean is zero; the covariance is from so many draws."""
+    from scipy.special import fdtrc  # imported late: SciPy takes longer to load than a warm command
+
     moving = np.diag(covariance) > 0.0
     scale = np.sqrt(np.diag(covariance)[moving])
     scaled = difference[moving] / scale
     square = float(scaled @ np.linalg.pinv(covariance[np.ix_(moving, moving)] / np.outer(scale, scale)) @ scaled)
     size = len(scale)
-    from scipy.special import fdtrc  # imported late
-
     return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
 
 

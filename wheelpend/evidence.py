@@ -119,6 +119,8 @@ def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarr
     error is the larger of those for white noise and from the scatter of blocks, and counts what the training data
     leave unsure.
     """
+    from scipy.special import stdtr  # imported late, as in the whole tool: it takes longer to load than most commands
+
     blocks = []
     for before, after in zip(old, new, strict=True):
         used = np.flatnonzero(np.isfinite(before).any(axis=1))
@@ -132,10 +134,6 @@ def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarr
     scatter = np.sqrt(np.sum((along - factor * power) ** 2) * len(blocks) / max(len(blocks) - 1, 1))
     unsure = 1.0 + sum(h.part.values for h in study.held) / sum(p.values for p in study.training)
     sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(unsure)
-    from scipy.special import (
-        stdtr,  # imported late, as in the whole tool: SciPy takes longer to load than most commands
-    )
-
     return float(stdtr(max(len(blocks) - 1, 1), -factor / sigma))
 
 

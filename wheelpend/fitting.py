@@ -147,26 +147,27 @@ def fit(
     tied = Phases.of(plan.labels, phased, amplitude_known) if phased else None
     theta = tied.onto(theta) if tied else theta
 
+    def vectors_at(theta: np.ndarray) -> list[np.ndarray]:
+        return [vector(module, _values(start, plan, theta, k, start_per_log), p.log) for k, p in enumerate(parts)]
+
     def shots_at(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[Shot]:
         return [
-            shoot(module, p, x, vector(module, _values(start, plan, theta, k, start_per_log), p.log), columns,
-                  max_step=max_step, keep=False)
-            for k, (p, x) in enumerate(zip(parts, states, strict=True))
-        ]  # fmt: skip
+            shoot(module, p, x, v, columns, max_step=max_step, keep=False)
+            for p, x, v in zip(parts, states, vectors_at(theta), strict=True)
+        ]
 
     def settle(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[np.ndarray]:
         """What a segment hands on to the next is not in the linearisation: there the states follow in turn."""
-        places = [vector(module, _values(start, plan, theta, k, start_per_log), p.log) for k, p in enumerate(parts)]
-        if not any(carries_on(module, v) for v in places):
+        vectors = vectors_at(theta)
+        if not any(carries_on(module, v) for v in vectors):
             return list(states)
-        return [in_turn(module, p, x, v, max_step, 2) for p, x, v in zip(parts, states, places, strict=True)]
+        return [in_turn(module, p, x, v, max_step, 2) for p, x, v in zip(parts, states, vectors, strict=True)]
 
     if states is None:
         states = [
-            fit_states(module, p, initial_states(module, p),
-                       vector(module, _values(start, plan, theta, k, start_per_log), p.log), max_step, 2, keep=False)[0]
-            for k, p in enumerate(parts)
-        ]  # fmt: skip
+            fit_states(module, p, initial_states(module, p), v, max_step, 2, keep=False)[0]
+            for p, v in zip(parts, vectors_at(theta), strict=True)
+        ]
     states = list(states)
     shots, damping, converged = shots_at(theta, states), 1e-3, False
     cost, count = sum(s.cost for s in shots), sum(p.values for p in parts)
@@ -200,8 +201,7 @@ def fit(
             damping = max(damping * 10.0, 1e-8)
             if damping > 1e6:
                 break
-    places = [vector(module, _values(start, plan, theta, k, start_per_log), p.log) for k, p in enumerate(parts)]
-    coloured = any(_coloured(module, *each, max_step) for each in zip(parts, states, places, strict=True))
+    coloured = any(_coloured(module, *each, max_step) for each in zip(parts, states, vectors_at(theta), strict=True))
     return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied, coloured)
 
 

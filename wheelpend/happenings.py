@@ -105,10 +105,10 @@ def strength(study: Study, part: Part, values: Mapping[str, float], effect: Effe
     throughout = dict(zip(moments_of(effect.name), (NEVER, float(part.log.t[-1]) + 1.0), strict=False))
     parameters = vector(study.module, {**values, **throughout}, part.log)
     states, _ = fit_states(study.module, part, initial_states(study.module, part), parameters,
-                           study.max_step, rounds=2)  # fmt: skip
+                           study.max_step, rounds=2, keep=False)  # fmt: skip
     names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
     columns, nx = [study.module.PARAMETERS.index(n) for n in names], study.module.NX
-    shot = shoot(study.module, part, states, parameters, columns, max_step=study.max_step)
+    shot = shoot(study.module, part, states, parameters, columns, max_step=study.max_step, keep=False)
     reduced = reduce([shot], nx, layout(names, (), 1))
     scores = np.nan_to_num(reduced.scores)
     pieces = np.nan_to_num(informations([shot], nx, layout(names, (), 1), reduced))

@@ -70,7 +70,7 @@ def _linearised(study: Study, fitted: Fit, part: Part, names: list[str]) -> tupl
     edges = np.linspace(0, length, PIECES + 1).astype(np.int64)
     columns = [study.module.PARAMETERS.index(n) for _ in range(PIECES) for n in names]
     window = np.array([[edges[k], edges[k + 1]] for k in range(PIECES) for _ in names], dtype=np.int64)
-    shot = shoot(study.module, part, fitted.states[0], parameters, columns, window, study.max_step)
+    shot = shoot(study.module, part, fitted.states[0], parameters, columns, window, study.max_step, keep=False)
     middle = (edges[:-1] + edges[1:]) // 2
     centres = np.minimum(part.bounds[:, :1] + middle[None, :], part.bounds[:, 1:] - 1).ravel()
     return shot.gram, centres

@@ -81,7 +81,7 @@ def pieces_of(study: Study, fitted: Fit, part: Part, number: int, own: Sequence[
     window = np.array([[0, length]] * len(own) + [p for p in pairs for _ in forces], dtype=np.int64)
     columns = [module.PARAMETERS.index(n) for n in (*own, *(forces * len(pairs)))]
     parameters = vector(module, fitted.of_log(number), part.log)
-    shot = shoot(module, part, fitted.states[number], parameters, columns, window, study.max_step)
+    shot = shoot(module, part, fitted.states[number], parameters, columns, window, study.max_step, keep=False)
     information, score = without_states(shot.gram, module.NX)
     spans = np.minimum(part.bounds[:, :1, None] + np.array(pairs), part.bounds[:, 1:, None])
     return Pieces(information, score, len(own), spans, motion_of(study, fitted, part, number))

@@ -92,10 +92,11 @@ def shots_with(
     """One pass over the data at a fit: its free parameters and the named ones, some values set otherwise."""
     free = [*fitted.names, *names]
     plan, columns = layout(free, per_log_names(free), len(parts)), [study.module.PARAMETERS.index(n) for n in free]
-    shots = []
-    for number, part in enumerate(parts):
-        parameters = vector(study.module, {**fitted.of_log(number), **setting}, part.log)
-        shots.append(shoot(study.module, part, fitted.states[number], parameters, columns, max_step=study.max_step))
+    values = [vector(study.module, {**fitted.of_log(k), **setting}, p.log) for k, p in enumerate(parts)]
+    shots = [
+        shoot(study.module, part, states, parameters, columns, max_step=study.max_step, keep=False)
+        for part, states, parameters in zip(parts, fitted.states, values, strict=True)
+    ]
     return plan, shots
 
 
