@@ -35,12 +35,12 @@ bench: install
 		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check $$peer \
 			|| echo "$$peer could not be installed; its rows will be absent"; \
 	done
-	$(BIN)/python -m wheelpend.speed --peers $(PEERS) $(if $(OUT),--out $(OUT))
+	$(BIN)/python -m wheelpend.benchmarks.speed --peers $(PEERS) $(if $(OUT),--out $(OUT))
 
 # Hidden effects: a stratified sample of half an hour, or with FULL=1 all of it; goes on where it was interrupted.
 benchmark: install
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark]'
-	$(BIN)/python -m wheelpend.benchmark $(if $(FULL),--out docs/benchmark.md,--minutes 28)
+	$(BIN)/python -m wheelpend.benchmarks.hidden_effects $(if $(FULL),--out docs/benchmark.md,--minutes 28)
 
 generate: install
 	$(BIN)/wheelpend generate

@@ -9,10 +9,10 @@ from functools import lru_cache  # noqa: E402
 
 import pytest  # noqa: E402
 
-from wheelpend import kernels  # noqa: E402
-from wheelpend.logs import Log  # noqa: E402
-from wheelpend.model import Model  # noqa: E402
-from wheelpend.simulation import simulate  # noqa: E402
+from wheelpend.kernels import load as kernels  # noqa: E402
+from wheelpend.logs.log import Log  # noqa: E402
+from wheelpend.model.record import Model  # noqa: E402
+from wheelpend.simulation.simulate import simulate  # noqa: E402
 
 
 @lru_cache

@@ -6,10 +6,13 @@ import pytest
 
 from tests.conftest import simulated
 from tests.test_kernels import X
-from wheelpend import regression
-from wheelpend.logs import Log
-from wheelpend.processes import company
-from wheelpend.shooting import Part, initial_states, segment_bounds, shoot, vector
+from wheelpend.estimation import least_squares
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.segments import Part
+from wheelpend.estimation.shooting import segment_bounds, shoot
+from wheelpend.estimation.states import initial_states
+from wheelpend.logs.log import Log
+from wheelpend.parallel import company
 
 PARAMETERS = np.array(list(X.values()))
 MACHINES = 70  # more than one crowd
@@ -72,7 +75,7 @@ def test_many_machines_side_by_side_go_as_each_alone(lean):
 
 def test_the_gram_of_blocks_is_that_of_the_rows(lean):
     log = simulated(duration=3.0)
-    states = regression.measured_states(lean, log)
+    states = least_squares.measured_states(lean, log)
     parameters, own = vector(lean, X, log), (0.14, 0.18, True)
     sides, phi = lean.filter_regressor(log.t, states, log.voltage, parameters, *own, states[0])
     rows = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, 8)
@@ -89,13 +92,13 @@ def test_the_gram_of_blocks_is_that_of_the_rows(lean):
 def test_a_log_in_pieces_gives_what_the_whole_gives(lean, monkeypatch, tau):
     log = simulated(duration=20.0)
     parameters = vector(lean, X, log)
-    whole = regression.filtered(lean, log, parameters, tau)
-    monkeypatch.setattr(regression, "PIECE", 2000)
-    pieces = regression.filtered(lean, log, parameters, tau)
+    whole = least_squares.filtered(lean, log, parameters, tau)
+    monkeypatch.setattr(least_squares, "PIECE", 2000)
+    pieces = least_squares.filtered(lean, log, parameters, tau)
     assert pieces.estimate == pytest.approx(whole.estimate, rel=1e-7)
     assert pieces.sigma == pytest.approx(whole.sigma, rel=1e-3)
-    monkeypatch.setattr(regression, "SAFE", 0.0)
-    assert regression.filtered(lean, log, parameters, tau).estimate == pytest.approx(whole.estimate, rel=1e-9)
+    monkeypatch.setattr(least_squares, "SAFE", 0.0)
+    assert least_squares.filtered(lean, log, parameters, tau).estimate == pytest.approx(whole.estimate, rel=1e-9)
 
 
 def test_the_same_call_gives_the_same_bits(lean):
@@ -112,7 +115,7 @@ def test_threads_share_segments_without_a_trace(lean, monkeypatch):
     log = simulated(duration=3.0)
     part = Part(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
     states, parameters = initial_states(lean, part), vector(lean, X, log)
-    monkeypatch.setattr("wheelpend.processes.threads", lambda: 2)
+    monkeypatch.setattr("wheelpend.parallel.threads", lambda: 2)
     shared = shoot(lean, part, states, parameters, range(7))
     with company.joined(), company.joined():
         assert company.share() == 1

@@ -8,8 +8,9 @@ import pytest
 
 from tests.conftest import simulated
 from wheelpend import Failure, Model
-from wheelpend.inspection import inspect_file
-from wheelpend.logs import ColumnMap, load_log
+from wheelpend.inspection.inspect import inspect_file
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.read import load_log
 
 rosbags = pytest.importorskip("rosbags", reason="rosbags is not installed: pip install '.[bags]'")
 pytest.importorskip("mcap_ros2", reason="mcap-ros2-support is not installed: pip install '.[bags]'")

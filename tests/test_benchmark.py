@@ -12,13 +12,13 @@ import pytest
 import derive
 from derive.effects.row import Effect, EffectParameter, Force
 from wheelpend import Failure
-from wheelpend.benchmark import Outcome, plan, run, summarise, try_case
-from wheelpend.benchmark.cases import Case, draw, robot
-from wheelpend.benchmark.page import page
-from wheelpend.benchmark.study import outcome_of
-from wheelpend.benchmark.trial import standing
-from wheelpend.model import Model
-from wheelpend.processes import as_they_end
+from wheelpend.benchmarks.hidden_effects import Outcome, plan, run, summarise, try_case
+from wheelpend.benchmarks.hidden_effects.cases import Case, draw, robot
+from wheelpend.benchmarks.hidden_effects.page import page
+from wheelpend.benchmarks.hidden_effects.study import outcome_of
+from wheelpend.benchmarks.hidden_effects.trial import standing
+from wheelpend.model.record import Model
+from wheelpend.parallel import as_they_end
 from wheelpend.serialise import plain
 
 FOUND = Outcome(
@@ -168,7 +168,7 @@ def test_the_engine_agrees_with_the_equations_and_shows_what_is_hidden_in_it():
 
 
 def test_what_the_engine_does_not_offer_is_refused():
-    from wheelpend.benchmark.engine import engine_log
+    from wheelpend.benchmarks.hidden_effects.engine import engine_log
 
     with pytest.raises(Failure, match=r"viscous_drive\.coefficient is not among them"):
         engine_log({"viscous_drive.coefficient": 0.3})

@@ -9,18 +9,18 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.conftest import simulated
-from wheelpend import Failure, Model, campaign, identify, processes, save_log
-from wheelpend.campaigns import study
+from wheelpend import Failure, Model, campaign, identify, parallel, save_log
+from wheelpend.campaigns import runner
 from wheelpend.campaigns.one_log import Answer, Estimate, Named, Played
 from wheelpend.campaigns.summary import agreement, recovered, summarise
-from wheelpend.cli import app
+from wheelpend.cli.main import app
 
 SHORT = 3.0  # s
 
 
 @pytest.fixture(autouse=True)
 def one_core(monkeypatch):
-    monkeypatch.setattr(processes, "cores", lambda: 1)
+    monkeypatch.setattr(parallel, "cores", lambda: 1)
 
 
 @pytest.fixture()
@@ -62,7 +62,7 @@ def test_what_is_asked_can_be_handed_to_another_process(monkeypatch):
     def elsewhere(jobs):
         yield from ((k, pickle.loads(pickle.dumps(job))()) for k, job in enumerate(jobs))
 
-    monkeypatch.setattr(study, "as_they_end", elsewhere)
+    monkeypatch.setattr(runner, "as_they_end", elsewhere)
     log = simulated(duration=SHORT)
     assert campaign(Model.default(), [log], method="inverse").logs[0].failure is None
     assert campaign(Model.default(), seeds=[0], duration=SHORT, method="inverse").logs[0].failure is None
@@ -115,7 +115,7 @@ def test_an_interruption_says_what_is_kept_and_leaves_no_table(workspace, monkey
     def add(self, source, found):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(study.Kept, "add", add)
+    monkeypatch.setattr(runner.Kept, "add", add)
     result = run("campaign", "drive0.csv", "--method", "inverse", code=130)
     assert "goes on from there" in result.stderr
     assert not (workspace / "campaign.csv").exists()

@@ -6,8 +6,14 @@ from types import SimpleNamespace
 import pytest
 
 from tests.conftest import simulated
-from wheelpend import Model, climb
-from wheelpend.study import EXPLAINED, best_start, fit_model, free_names, held_residuals, prepare
+from wheelpend import Model
+from wheelpend.diagnosis import stepwise
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.criteria import EXPLAINED
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.starts import best_start
+from wheelpend.estimation.validation import held_residuals
 
 HIDDEN = {"coulomb_drive__torque": 0.3, "slope__angle": 0.02}
 
@@ -28,16 +34,18 @@ def climbed(begun, *effects):
 
 
 def test_an_effect_that_later_ones_make_needless_is_told(begun):
-    assert climb.find_needless(climbed(begun, "quadratic_drive", "coulomb_drive", "slope"), print) == "quadratic_drive"
+    assert (
+        stepwise.find_needless(climbed(begun, "quadratic_drive", "coulomb_drive", "slope"), print) == "quadratic_drive"
+    )
 
 
 def test_effects_that_are_all_there_are_all_needed(begun):
-    assert climb.find_needless(climbed(begun, "coulomb_drive", "slope"), print) is None
+    assert stepwise.find_needless(climbed(begun, "coulomb_drive", "slope"), print) is None
 
 
 def test_what_does_not_reach_the_noise_is_left_as_it_is(begun):
     rounds = climbed(begun, "quadratic_drive", "slope")
-    assert not rounds[-1].accounted and climb.find_needless(rounds, print) is None
+    assert not rounds[-1].accounted and stepwise.find_needless(rounds, print) is None
 
 
 def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_far(begun, monkeypatch):
@@ -48,13 +56,13 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
         barred.append(first)
         return whole if not first else after
 
-    monkeypatch.setattr(climb, "first_round", lambda study, start, progress: study.needless)
-    monkeypatch.setattr(climb, "one_climb", one_climb)
+    monkeypatch.setattr(stepwise, "first_round", lambda study, start, progress: study.needless)
+    monkeypatch.setattr(stepwise, "one_climb", one_climb)
     after = climbed(begun, "coulomb_drive", "slope")
-    assert climb.climb(*begun, lambda rounds: False) is after
+    assert stepwise.climb(*begun, lambda rounds: False) is after
     assert barred == [(), ("quadratic_drive",)]
     after = [SimpleNamespace(named=(), error=2.0, study=begun[0], fit=None, accounted=False)]
-    assert climb.climb(*begun, lambda rounds: False) is whole
+    assert stepwise.climb(*begun, lambda rounds: False) is whole
 
 
 def test_a_needless_effect_is_said_not_to_be_judged(begun):

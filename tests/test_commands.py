@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.conftest import simulated
-from wheelpend import Failure, Model, console, save_log, simulate
-from wheelpend.cli import app
+from wheelpend import Failure, Model, save_log, simulate
+from wheelpend.cli.main import app
+from wheelpend.reports import console
 
 ROOT = Path(__file__).parent.parent
 

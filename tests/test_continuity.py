@@ -5,9 +5,11 @@ import pytest
 from scipy.io import savemat
 
 from wheelpend import Failure, Model
-from wheelpend.continuity import continued
-from wheelpend.inspection import inspect_file, motionless
-from wheelpend.logs import ColumnMap, load_log, save_log
+from wheelpend.inspection.inspect import inspect_file
+from wheelpend.inspection.standstill import motionless
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.read import load_log, save_log
+from wheelpend.logs.unwrap import continued
 
 T = np.arange(4000) * 0.002
 TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)

@@ -11,19 +11,20 @@ from typer.testing import CliRunner
 import derive
 from tests.conftest import simulated
 from wheelpend import Failure, Model, save_log, simulate
-from wheelpend.cli import app
-from wheelpend.commands import reference, save_trajectory
-from wheelpend.design import turned
-from wheelpend.design.command import design
-from wheelpend.design.excitation import builtins
-from wheelpend.design.loop import Limits, balancing_gains
-from wheelpend.design.opening import opening
-from wheelpend.design.question import of_fit
-from wheelpend.design.search import best_of
-from wheelpend.evidence import Tried
-from wheelpend.separation import CLEAR, advice, recommend, sentence
-from wheelpend.simulation import machine_values
-from wheelpend.study import fit_parts, prepare
+from wheelpend.cli.main import app
+from wheelpend.diagnosis.evidence import Tried
+from wheelpend.estimation.continuation import fit_parts
+from wheelpend.estimation.data import prepare
+from wheelpend.experiments import reversals
+from wheelpend.experiments.advice import CLEAR, advice, recommend, sentence
+from wheelpend.experiments.closed_loop import Limits, balancing_gains
+from wheelpend.experiments.design import design
+from wheelpend.experiments.excitation import builtins
+from wheelpend.experiments.pose import opening
+from wheelpend.experiments.question import of_fit
+from wheelpend.experiments.search import best_of
+from wheelpend.simulation.hidden import machine_values
+from wheelpend.simulation.references import reference, save_trajectory
 
 PAIR = ("gyro_scale", "pitch_scale")
 SECONDS = 8.0
@@ -128,14 +129,14 @@ def test_the_model_can_be_balanced_by_gains_of_its_own(library):
 
 
 def test_what_a_turned_part_does_to_every_effect_follows_from_its_law():
-    turns = {t.part: {e for e in derive.effects.LIBRARY if turned.turns(t, e)} for t in turned.TURNS}
+    turns = {t.part: {e for e in derive.effects.LIBRARY if reversals.turns(t, e)} for t in reversals.TURNS}
     assert turns["robot"] == {"slope"}
     assert {"imu_bias", "gyro_bias"} == turns["sensor"]
     assert {"voltage_offset", "voltage_asymmetry"} == turns["leads"]
 
 
 def test_a_phase_is_another_one_after_a_turn():
-    assert {turned.sign(t, "wheel_runout.sine") for t in turned.TURNS} == {0}
+    assert {reversals.sign(t, "wheel_runout.sine") for t in reversals.TURNS} == {0}
 
 
 def test_twins_are_separated_by_turning_the_part_that_one_of_them_belongs_to():
@@ -230,7 +231,7 @@ def workspace(tmp_path, monkeypatch):
 
 
 def test_what_design_writes_simulate_plays(workspace, monkeypatch):
-    monkeypatch.setattr("wheelpend.design.command.GENERATIONS", 1)
+    monkeypatch.setattr("wheelpend.experiments.design.GENERATIONS", 1)
     found = json.loads(run("design", "--between", "slope,com_offset", "--duration", 4, "--sample", 0.004, "-o", "d.csv",
                            "--json", "-").stdout)  # fmt: skip
     assert (found["schema"], found["between"], found["file"]) == (1, ["slope", "com_offset"], "d.csv")

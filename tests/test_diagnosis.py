@@ -9,8 +9,9 @@ import pytest
 
 import derive
 from tests.conftest import simulated
-from wheelpend import Model, diagnose, explain, identify, kernels
-from wheelpend.benchmark.cases import robot
+from wheelpend import Model, diagnose, explain, identify
+from wheelpend.benchmarks.hidden_effects.cases import robot
+from wheelpend.kernels import load as kernels
 
 HIDDEN = {
     "coulomb_drive": {"torque": 0.3},
@@ -146,7 +147,7 @@ def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect):
 
 
 def test_explaining_writes_nothing(tmp_path):
-    from wheelpend import workspace
+    from wheelpend.model import workspace
 
     model = workspace.create(tmp_path)
     before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}

@@ -7,10 +7,11 @@ import derive
 from derive.effects import Deformation, Effect, EffectParameter, Force, InputMap, SensorMap
 from tests.conftest import simulated
 from wheelpend import Model
-from wheelpend.effect_pictures import picture_of
-from wheelpend.reporting_effects import band, effect_figure
-from wheelpend.shooting import Fit
-from wheelpend.study import known_values, prepare
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import known_values
+from wheelpend.reports.page.effect_figures import band, effect_figure
+from wheelpend.reports.page.effect_laws import picture_of
 
 
 @pytest.fixture(scope="module")

@@ -8,11 +8,11 @@ import pytest
 from scipy.linalg import expm
 
 from wheelpend import Model, explain, identify, load_log
-from wheelpend.benchmark.engine import SAMPLE, TRUTH, Robot, engine_log, engine_run
-from wheelpend.benchmark.laws import Laws
-from wheelpend.benchmark.scene import BODY, BODY_INERTIA, HEIGHT, RADIUS, STEP, WHEEL_INERTIA
-from wheelpend.benchmark.shipped import SHIPPED, text_of
-from wheelpend.demo import data_folder
+from wheelpend.benchmarks.hidden_effects.engine import SAMPLE, TRUTH, Robot, engine_log, engine_run
+from wheelpend.benchmarks.hidden_effects.laws import Laws
+from wheelpend.benchmarks.hidden_effects.scene import BODY, BODY_INERTIA, HEIGHT, RADIUS, STEP, WHEEL_INERTIA
+from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED, text_of
+from wheelpend.cli.demo import data_folder
 
 mujoco = pytest.importorskip("mujoco")
 X, PITCH, DRIVE, ROTOR = 0, 1, 2, 3

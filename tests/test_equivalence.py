@@ -5,10 +5,11 @@ import pytest
 
 import derive
 from tests.conftest import simulated
-from wheelpend import Model, add, kernels
-from wheelpend.benchmark.cases import robot
-from wheelpend.failures import Failure
-from wheelpend.simulation import machine_values
+from wheelpend import Model, add
+from wheelpend.benchmarks.hidden_effects.cases import robot
+from wheelpend.errors import Failure
+from wheelpend.kernels import load as kernels
+from wheelpend.simulation.hidden import machine_values
 
 
 def same(one, other, tolerance=1e-9):
@@ -41,7 +42,7 @@ def test_hiding_an_absorbed_effect_is_raising_the_parameters_that_contain_it():
 def test_an_absorbed_effect_cannot_be_added_and_is_said_to_be_part_of_what(tmp_path, monkeypatch):
     from typer.testing import CliRunner
 
-    from wheelpend.cli import app
+    from wheelpend.cli.main import app
 
     monkeypatch.chdir(tmp_path)
     assert CliRunner().invoke(app, ["new"]).exit_code == 0

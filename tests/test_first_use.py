@@ -6,9 +6,10 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 from tests.conftest import simulated
-from wheelpend import Model, compare, identify, kernels
-from wheelpend.first_use import COMPILING
-from wheelpend.warm import compile_some, exercise
+from wheelpend import Model, compare, identify
+from wheelpend.kernels import load as kernels
+from wheelpend.kernels.first_use import COMPILING
+from wheelpend.model.precompile import compile_some, exercise
 
 KERNEL = """from numba import njit
 
@@ -53,7 +54,7 @@ def test_later_runs_find_them_compiled_and_say_nothing(machine, capsys):
 
 
 def test_warm_knows_what_it_compiled_and_what_was_there(machine, monkeypatch):
-    monkeypatch.setattr("wheelpend.warm.exercise", lambda module: module.twice(1.0))
+    monkeypatch.setattr("wheelpend.model.precompile.exercise", lambda module: module.twice(1.0))
     assert compile_some({"tiny": machine}, lambda text: None) == ["tiny"]
     assert compile_some({"tiny": machine}, lambda text: None) == []
 

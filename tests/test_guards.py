@@ -11,9 +11,13 @@ import pytest
 
 from tests.conftest import simulated
 from tests.test_kernels import X
-from wheelpend import Model, diagnose, identify, kernels, pairs, simulate
-from wheelpend.reading import measured_states
-from wheelpend.shooting import shoot, vector
+from wheelpend import Model, diagnose, identify, simulate
+from wheelpend.diagnosis import pair_search
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.shooting import shoot
+from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels import load as kernels
+from wheelpend.model import model_kernels
 
 PARAMETERS = np.array(list(X.values()))
 
@@ -145,9 +149,9 @@ def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
         kept.append(len(shot.residual))
         return shot
 
-    monkeypatch.setattr("wheelpend.shooting.shoot", watched)
-    monkeypatch.setattr("wheelpend.fitting.shoot", watched)
-    monkeypatch.setattr("wheelpend.fitting.MEMORY", 1000)
+    monkeypatch.setattr("wheelpend.estimation.states.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.gauss_newton.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.gauss_newton.MEMORY", 1000)
     identify(Model.default(), [log])
     assert 0 < max(kept) < len(log) // 2
 
@@ -168,12 +172,12 @@ def test_a_search_among_pairs_takes_less_time_than_a_few_refits_from_the_rows():
             others = np.delete(rows, held, axis=0).reshape(-1, 34)
             np.linalg.lstsq(others[:, :9], others[:, -1], rcond=None)
 
-    assert quickest(lambda: pairs.search(grams, 7, groups)) < 2.0 * quickest(refit)  # of 351 models
+    assert quickest(lambda: pair_search.search(grams, 7, groups)) < 2.0 * quickest(refit)  # of 351 models
 
 
 def test_the_kernels_of_the_library_do_not_change_when_an_effect_is_added():
     model = Model.default()
-    assert kernels.library_of(model) is kernels.library_of(model.with_effects(["coulomb_drive", "cogging"]))
+    assert model_kernels.library_of(model) is model_kernels.library_of(model.with_effects(["coulomb_drive", "cogging"]))
 
 
 def test_sensitivities_to_everything_cost_few_simulations(library):

@@ -5,8 +5,12 @@ import pytest
 
 from tests.conftest import simulated
 from wheelpend import Model
-from wheelpend.happenings import find_happenings, found_at
-from wheelpend.study import best_start, fit_model, free_names, held_residuals, interleaved, prepare
+from wheelpend.diagnosis.events import find_happenings, found_at
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.data import interleaved, prepare
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.starts import best_start
+from wheelpend.estimation.validation import held_residuals
 
 PUSH = {"external_push__start": 8.988, "external_push__end": 10.608, "external_push__torque": -0.426}
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from wheelpend import Model, diagnose
-from wheelpend.benchmark.imperfect import complete_log
-from wheelpend.logs import Log
+from wheelpend.benchmarks.hidden_effects.imperfect import complete_log
+from wheelpend.logs.log import Log
 
 HIDE = {"coulomb_drive.torque": 0.3}
 

@@ -12,9 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wheelpend import kernels
-from wheelpend.inspection import inspect_log
-from wheelpend.logs import CHANNELS, ColumnMap, Log, load_log
+from wheelpend.inspection.inspect import inspect_log
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.log import CHANNELS, Log
+from wheelpend.logs.read import load_log
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 GEOMETRY = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}

@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 import derive
 from tests.conftest import simulated
-from wheelpend import kernels
-from wheelpend.shooting import vector
+from wheelpend.estimation.parameters import vector
+from wheelpend.model import model_kernels
 
 X = dict(zip([f"X{k}" for k in range(1, 8)], (0.0436, 0.0178, 0.1149, 0.8719, 4.6701, 0.7268, 0.7256), strict=True))
 CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
@@ -194,12 +194,13 @@ def test_the_lean_kernel_and_the_library_simulate_the_same(lean, library):
 
 
 def test_a_workspaces_edited_code_is_never_executed(tmp_path):
-    from wheelpend import Failure, workspace
+    from wheelpend import Failure
+    from wheelpend.model import workspace
 
     model = workspace.create(tmp_path)
     code = tmp_path / "generated" / "wheel_pendulum.py"
     code.write_text("raise SystemExit('executed')\n")
     with pytest.raises(Failure, match="wheelpend generate"):
-        kernels.load_kernels(tmp_path)
+        model_kernels.load_kernels(tmp_path)
     workspace.generate_into(tmp_path / "generated", model)
-    assert kernels.load_kernels(tmp_path).ROWS == ("wheel", "body")
+    assert model_kernels.load_kernels(tmp_path).ROWS == ("wheel", "body")

@@ -4,8 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
-from wheelpend.failures import Failure
-from wheelpend.logs import CHANNELS, ColumnMap, Log, load_log, save_log, segment_bounds
+from wheelpend.errors import Failure
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.log import CHANNELS, Log, segment_bounds
+from wheelpend.logs.read import load_log, save_log
 
 HEADER = "t,v_in,theta_w,theta_p,dtheta_p"
 

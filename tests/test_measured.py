@@ -5,11 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from wheelpend import Model, add, compare, explain, identify, kernels
-from wheelpend.inspection import inspect_file
-from wheelpend.inverse_dynamics import force_error
-from wheelpend.stories import BALANCING, ESTIMATION, GAIN, LADDER, PUBLISHED, PULSES, ROBOT, SLIDE
-from wheelpend.study import read_logs
+from wheelpend import Model, add, compare, explain, identify
+from wheelpend.benchmarks.measured.drawing import GAIN
+from wheelpend.benchmarks.measured.emps import BALANCING, ESTIMATION, LADDER, PUBLISHED, PULSES, SLIDE
+from wheelpend.benchmarks.measured.robot import ROBOT
+from wheelpend.estimation.data import read_logs
+from wheelpend.identification.inverse_dynamics import force_error
+from wheelpend.inspection.inspect import inspect_file
+from wheelpend.kernels import load as kernels
 
 DATA = Path(os.environ.get("WHEELPEND_DATA", Path(__file__).parents[2] / "shared" / "data"))
 missing = [name for name in (ESTIMATION, PULSES, BALANCING) if not (DATA / name).exists()]

@@ -9,13 +9,13 @@ from typer.testing import CliRunner
 from tests.conftest import simulated
 from tests.test_kernels import X
 from wheelpend import Failure, Model, identify, simulate
-from wheelpend.cli import app
-from wheelpend.energy import energy_limit
-from wheelpend.filter_choice import candidates, draw
-from wheelpend.logs import save_log
-from wheelpend.recursion import recursive
-from wheelpend.regression import filtered, measured_states
-from wheelpend.shooting import vector
+from wheelpend.cli.main import app
+from wheelpend.estimation.least_squares import filtered, measured_states
+from wheelpend.estimation.parameters import vector
+from wheelpend.identification.energy import energy_limit
+from wheelpend.identification.recursive import recursive
+from wheelpend.identification.time_constants import candidates, draw
+from wheelpend.logs.read import save_log
 
 TRUE = np.array(list(X.values()))
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from derive.plants.wheel_pendulum import ASSUMPTIONS, REFERENCE
-from wheelpend.failures import Failure
-from wheelpend.logs import ColumnMap
-from wheelpend.model import Model
+from wheelpend.errors import Failure
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.model.record import Model
 
 EXAMPLE = """\
 plant = "wheel_pendulum"

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import linalg, ndimage, signal, special
 
-from wheelpend import numerics, shapes
+from wheelpend import numerics
+from wheelpend.estimation import profiled_starts
 
 
 def test_what_a_matrix_turns_into_zero():
@@ -17,7 +18,7 @@ def test_what_a_matrix_turns_into_zero():
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_sums_of_exponentials(count):
-    assert shapes.poisson_below(count, 3.3) == pytest.approx(special.gammaincc(count, 3.3), rel=1e-12)
+    assert profiled_starts.poisson_below(count, 3.3) == pytest.approx(special.gammaincc(count, 3.3), rel=1e-12)
 
 
 def test_smoothing_and_thinning():
@@ -30,7 +31,7 @@ def test_smoothing_and_thinning():
 
 def test_two_lags_in_a_row():
     wave = np.exp(1j * np.linspace(0.0, 90.0, 777))
-    response = shapes.response_of(777, 0.002, (0.01, 0.013))
+    response = profiled_starts.response_of(777, 0.002, (0.01, 0.013))
     found, expected = np.fft.ifft(np.fft.fft(wave, len(response)) * response)[:777], wave
     for tau in (0.01, 0.013):
         keep = math.exp(-0.002 / tau)
@@ -42,7 +43,9 @@ def test_two_lags_in_a_row():
 def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(samples, before):
     rng, dt, taus, blocks = np.random.default_rng(1), 0.01, (0.03, 0.05), 10
     angle = np.cumsum(rng.normal(size=before + samples))
-    record = shapes.Record(rng.normal(size=samples), angle, before, shapes.response_of(len(angle), dt, taus))
+    record = profiled_starts.Record(
+        rng.normal(size=samples), angle, before, profiled_starts.response_of(len(angle), dt, taus)
+    )
     wave, seen = np.exp(3j * angle), np.exp(3j * angle)
     for tau in taus:
         keep = math.exp(-dt / tau)
@@ -54,5 +57,5 @@ def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(sampl
 
 
 def test_a_log_of_fewer_samples_than_blocks_weighs_nothing():
-    record = shapes.Record(np.ones(7), np.arange(7.0), 0, shapes.response_of(7, 0.01, (0.03, 0.05)))
+    record = profiled_starts.Record(np.ones(7), np.arange(7.0), 0, profiled_starts.response_of(7, 0.01, (0.03, 0.05)))
     assert [len(w) for _, w in record.weights(10)] == [0] * 10

@@ -5,7 +5,7 @@ import pytest
 
 from derive import plants
 from wheelpend import Failure, Model, explain, simulate
-from wheelpend.own_effects import rows_of
+from wheelpend.model.user_effects import rows_of
 
 PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
 BRUSHES = """
@@ -74,7 +74,7 @@ def test_an_effect_on_the_input_a_sensor_or_a_port_enters_there(workspace):
 
 def test_the_kernel_of_an_own_law_has_its_value(workspace):
     model = workspace.with_effects(["worn_brushes"])
-    from wheelpend import kernels
+    from wheelpend.kernels import load as kernels
 
     module = kernels.lean(model.plant, model.assumptions, model.effects)
     known = {**model.simulation, "worn_brushes.torque": 0.5, "worn_brushes.width": 3.0}
@@ -87,10 +87,10 @@ def test_the_kernel_of_an_own_law_has_its_value(workspace):
 
 
 def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
-    from wheelpend import kernels
+    from wheelpend.model import model_kernels
 
-    assert "worn_brushes.torque" in kernels.library_of(workspace).PARAMETERS
-    assert "worn_brushes.torque" not in kernels.library_of(Model.default()).PARAMETERS
+    assert "worn_brushes.torque" in model_kernels.library_of(workspace).PARAMETERS
+    assert "worn_brushes.torque" not in model_kernels.library_of(Model.default()).PARAMETERS
 
 
 @pytest.mark.parametrize(("text", "why"), [

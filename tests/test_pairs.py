@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wheelpend.pairs import search
+from wheelpend.diagnosis.pair_search import search
 
 ROWS, BASE, FOLDS = 600, 3, 5
 GROUPS = [[3], [4, 5], [6], [7], [8, 9]]

@@ -11,12 +11,14 @@ from typer.testing import CliRunner
 
 import derive
 from derive.effects import suited
-from wheelpend import Failure, Model, diagnose, explain, identify, kernels, simulate
-from wheelpend.cli import app
-from wheelpend.logs import Log, load_log, save_log
-from wheelpend.own_effects import rows_of
-from wheelpend.own_plants import load_plant
-from wheelpend.reading import measured_states, states_from
+from wheelpend import Failure, Model, diagnose, explain, identify, simulate
+from wheelpend.cli.main import app
+from wheelpend.estimation.state_reconstruction import measured_states, states_from
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.logs.read import load_log, save_log
+from wheelpend.model.user_effects import rows_of
+from wheelpend.model.user_plants import load_plant
 
 G = 9.81
 EVERY = [

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from wheelpend.processes import cores
+from wheelpend.parallel import cores
 
 ENDLESS = """
 import os, time

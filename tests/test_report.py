@@ -9,19 +9,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wheelpend import kernels
-from wheelpend.diagnosis import Diagnosis
-from wheelpend.evidence import Tried
-from wheelpend.explanation import Explanation, Step
-from wheelpend.failures import Failure
-from wheelpend.logs import Log
-from wheelpend.missing_force import Place, find_missing_force
-from wheelpend.model import Model
-from wheelpend.parameter_table import parameter_table
-from wheelpend.reporting import number, probability, terms, uncertain, write_report
-from wheelpend.reporting_figures import binned, bins_of, comparisons, expected_force, law_along, shown_samples
-from wheelpend.shooting import Fit
-from wheelpend.study import Study, fit_model, free_names, held_residuals, prepare
+from wheelpend.diagnosis.evidence import Tried
+from wheelpend.diagnosis.explain import Explanation, Step
+from wheelpend.diagnosis.missing_force.estimate import Place, find_missing_force
+from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.errors import Failure
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.parameter_table import parameter_table
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.validation import held_residuals
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.reports.page.equations import terms
+from wheelpend.reports.page.figures import comparisons, shown_samples
+from wheelpend.reports.page.force_figures import binned, bins_of, expected_force, law_along
+from wheelpend.reports.page.page import write_report
+from wheelpend.reports.page.sentences import number, probability, uncertain
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 DEGREE = np.pi / 180

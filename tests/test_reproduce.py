@@ -16,7 +16,7 @@ from wheelpend.reproduction.tables import cells, printed_error, rehearsed
 from wheelpend.reproduction.trials import PREDICTED, Trial, run_trial
 from wheelpend.reproduction.wording import error_table, number
 from wheelpend.serialise import dumps, to_json
-from wheelpend.simulation import simulate
+from wheelpend.simulation.simulate import simulate
 
 BULK = ("X1", "X2", "X3", "X4", "X5", "X7")  # X6 is printed with an error of its last digit
 

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from tests.conftest import simulated
 from wheelpend import Log, Model, simulate
-from wheelpend.sensors import sensor_noise
+from wheelpend.logs.noise import sensor_noise
 
 STEP = 2 * np.pi / 60000
 TRUE = np.array([STEP / np.sqrt(12), np.radians(0.5), np.radians(0.5)])

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from wheelpend import Model, add, compare, diagnose, explain, identify, simulate
-from wheelpend.fitting import layout
-from wheelpend.phases import Phases
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.parameters import layout
+from wheelpend.estimation.tied_amplitudes import Phases
+from wheelpend.estimation.validation import calibrated
 from wheelpend.serialise import to_json
-from wheelpend.study import calibrated, prepare
 
 PHASES = (0.3, 2.4, -1.5)
 

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wheelpend.failures import Failure
-from wheelpend.speed import reference, regression, simulation
-from wheelpend.speed.environment import OURS, peer
-from wheelpend.speed.page import BEGIN, END, text, write
-from wheelpend.speed.record import Absent, Goal, Measured, Row, Times, told
-from wheelpend.speed.rows import all_rows, measure, named
-from wheelpend.speed.setting import Setting
-from wheelpend.speed.timing import best_in_turn
+from wheelpend.benchmarks.speed import reference, regression, simulation
+from wheelpend.benchmarks.speed.environment import OURS, peer
+from wheelpend.benchmarks.speed.page import BEGIN, END, text, write
+from wheelpend.benchmarks.speed.record import Absent, Goal, Measured, Row, Times, told
+from wheelpend.benchmarks.speed.rows import all_rows, measure, named
+from wheelpend.benchmarks.speed.setting import Setting
+from wheelpend.benchmarks.speed.timing import best_in_turn
+from wheelpend.errors import Failure
 
 TWICE = Row("twice", "adding up", "C", Goal("at least", 2.0), lambda s: Times(50e-9, 110e-9), "sample")
 

@@ -11,9 +11,9 @@ from scipy.optimize import least_squares
 from tests.conftest import simulated
 from tests.test_kernels import CONSTANTS, energy
 from tests.test_kernels import X as ROUNDED
-from wheelpend import kernels
-from wheelpend.logs import Log
-from wheelpend.shooting import vector
+from wheelpend.estimation.parameters import vector
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
 
 X = {**ROUNDED, "X5": ROUNDED["X3"] * CONSTANTS["g"] / CONSTANTS["R"]}  # of one mass: the paper's are rounded
 KNOWN = {**X, **CONSTANTS, "L": 0.716}
@@ -184,7 +184,9 @@ def test_sensitivities_of_effects_with_states_are_the_derivatives(free):
 
 
 def test_a_segment_begins_with_what_the_one_before_hands_on():
-    from wheelpend.shooting import Part, fit_states, initial_states, part_error
+    from wheelpend.estimation.prediction import part_error
+    from wheelpend.estimation.segments import Part
+    from wheelpend.estimation.states import fit_states, initial_states
 
     log = simulated(duration=6.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
     module = freed("twist")
@@ -197,7 +199,9 @@ def test_a_segment_begins_with_what_the_one_before_hands_on():
 
 def test_a_free_play_is_refitted_from_nearby():
     from wheelpend import Model
-    from wheelpend.study import fit_parts, prepare, steadied
+    from wheelpend.estimation.continuation import fit_parts
+    from wheelpend.estimation.data import prepare
+    from wheelpend.estimation.problem import steadied
 
     study = prepare(Model.default(), [simulated(seed=3, duration=8.0, backlash__gap=0.03)]).able("backlash")
     near = {n: 1.03 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
@@ -210,8 +214,10 @@ def test_a_free_play_is_refitted_from_nearby():
 @pytest.mark.skipif(not os.environ.get("WHEELPEND_SLOW"), reason="takes half a minute: set WHEELPEND_SLOW=1")
 def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
     from wheelpend import Model
-    from wheelpend.contacts import start_with_contacts
-    from wheelpend.study import fit_parts, prepare, shortened, steadied
+    from wheelpend.diagnosis.backlash_start import start_with_contacts
+    from wheelpend.estimation.continuation import fit_parts
+    from wheelpend.estimation.data import prepare, shortened
+    from wheelpend.estimation.problem import steadied
 
     study = prepare(Model.default(), [simulated(seed=3, backlash__gap=0.01)]).able("backlash")
     far = {n: 0.9 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
@@ -226,7 +232,9 @@ def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
 
 
 def test_a_segment_alone_is_begun_where_least_squares_puts_it():
-    from wheelpend.shooting import Part, in_turn, initial_states, shoot
+    from wheelpend.estimation.segments import Part
+    from wheelpend.estimation.shooting import shoot
+    from wheelpend.estimation.states import in_turn, initial_states
 
     log = simulated(duration=3.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
     module = freed("twist")
@@ -244,7 +252,7 @@ def test_a_segment_alone_is_begun_where_least_squares_puts_it():
 
 
 def test_first_guesses_come_from_a_parabola_or_what_the_points_allow():
-    from wheelpend.shooting import polynomials
+    from wheelpend.estimation.states import polynomials
 
     t = np.array([0.0, 0.011, 0.019, 0.031])
     parabola, gap = 3.0 - 2.0 * t + 7.0 * t**2, np.nan

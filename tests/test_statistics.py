@@ -8,12 +8,12 @@ from scipy.signal import lfilter
 
 from tests.conftest import simulated
 from wheelpend import Log
-from wheelpend.benchmark.alarms import Alarm, Chance, alarm_table, chance_table, chances, try_log
-from wheelpend.benchmark.imperfect import coloured, complete_log, student
-from wheelpend.blocks import block_of, has_colour, jackknife
-from wheelpend.evidence import confirmation
-from wheelpend.sensors import sensor_noise
-from wheelpend.study import noise_of
+from wheelpend.benchmarks.hidden_effects.alarms import Alarm, Chance, alarm_table, chance_table, chances, try_log
+from wheelpend.benchmarks.hidden_effects.imperfect import coloured, complete_log, student
+from wheelpend.diagnosis.evidence import confirmation
+from wheelpend.estimation.covariance import block_of, has_colour, jackknife
+from wheelpend.estimation.data import noise_of
+from wheelpend.logs.noise import sensor_noise
 
 HALF_DEGREE = np.radians(0.5)
 

@@ -6,9 +6,11 @@ import sympy as sp
 
 from derive.functions import symbol
 from derive.model import compose
-from wheelpend import Model, compare, diagnose, identify, kernels
-from wheelpend.inspection import inspect_for
-from wheelpend.logs import Log, load_log, save_log
+from wheelpend import Model, compare, diagnose, identify
+from wheelpend.inspection.inspect import inspect_for
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.logs.read import load_log, save_log
 
 TURNING = {"planar": False}
 TEXT = 'plant = "wheel_pendulum"\n[assumptions]\nplanar = false\n[constants]\nR = 0.1\nW = 0.3\n'

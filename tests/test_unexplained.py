@@ -7,18 +7,24 @@ import pytest
 
 from derive import plants
 from tests.conftest import simulated
-from wheelpend import Failure, Model, kernels, simulate
-from wheelpend.diagnosis import conclude, located
-from wheelpend.free_law import find_law
-from wheelpend.law_terms import Range, terms, unit
-from wheelpend.own_effects import read_own, rows_of, write_own
-from wheelpend.quantities import quantities_of
-from wheelpend.repeatable import DRIVE, repeats_of
-from wheelpend.reporting import law_table, repeating
-from wheelpend.screening import Screen
+from wheelpend import Failure, Model, simulate
+from wheelpend.diagnosis.missing_force.law_search import find_law
+from wheelpend.diagnosis.missing_force.law_terms import Range, terms, unit
+from wheelpend.diagnosis.missing_force.repeatability import DRIVE, repeats_of
+from wheelpend.diagnosis.score_test import Screen
+from wheelpend.diagnosis.verdict import conclude, located
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.starts import best_start
+from wheelpend.estimation.validation import held_residuals
+from wheelpend.kernels import load as kernels
+from wheelpend.model.units import quantities_of
+from wheelpend.model.user_effects import read_own, rows_of, write_own
+from wheelpend.reports.page.page import repeating
+from wheelpend.reports.page.rows import law_table
+from wheelpend.reports.text.unexplained import repeat_sentences
 from wheelpend.serialise import to_json
-from wheelpend.study import best_start, fit_model, free_names, held_residuals, prepare
-from wheelpend.unexplained import repeat_sentences
 
 PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
 CUBIC = """# what the bearing does

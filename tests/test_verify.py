@@ -8,7 +8,7 @@ import sympy as sp
 
 from wheelpend.paper.differences import vanishes
 from wheelpend.paper.equations import PRINTED
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     J_b,
     J_m,
     M,
@@ -34,7 +34,7 @@ from wheelpend.paper.letters import (
     tau1,
     tau2,
     w,
-)  # fmt: skip
+)
 from wheelpend.paper.page import page
 from wheelpend.paper.relations import RELATIONS
 from wheelpend.paper.verification import STATUSES, verify

@@ -9,20 +9,20 @@ from importlib import import_module
 from typing import Any
 
 _HOMES = {
-    "Model": "model",
-    "Log": "logs",
-    "load_log": "logs",
-    "save_log": "logs",
-    "simulate": "simulation",
-    "identify": "identification",
-    "compare": "comparison",
-    "diagnose": "climb",
-    "explain": "explanation",
-    "add": "explanation",
-    "report": "reporting",
-    "campaign": "campaigns",
-    "load_kernels": "kernels",
-    "Failure": "failures",
+    "Model": "model.record",
+    "Log": "logs.log",
+    "load_log": "logs.read",
+    "save_log": "logs.read",
+    "simulate": "simulation.simulate",
+    "identify": "identification.identify",
+    "compare": "diagnosis.compare",
+    "diagnose": "api",
+    "explain": "api",
+    "add": "diagnosis.change",
+    "report": "reports.page.page",
+    "campaign": "campaigns.runner",
+    "load_kernels": "model.model_kernels",
+    "Failure": "errors",
 }
 _NAMES = {"report": "write_report"}
 

@@ -1,5 +1,5 @@
 """`python -m wheelpend` is the `wheelpend` command."""
 
-from wheelpend.cli import main
+from wheelpend.cli.main import main
 
 main()

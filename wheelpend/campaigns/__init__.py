@@ -6,6 +6,6 @@ summary    what they have in common: bias, spread and coverage of simulated ones
 words      the same as a table for other programs, and in words
 """
 
-from wheelpend.campaigns.study import Campaign, campaign
+from wheelpend.campaigns.runner import Campaign, campaign
 
 __all__ = ["Campaign", "campaign"]

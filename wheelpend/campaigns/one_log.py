@@ -8,17 +8,16 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from wheelpend.climb import diagnose
-from wheelpend.comparison import compare
-from wheelpend.explanation import explain
-from wheelpend.failures import Failure
-from wheelpend.identification import identify
-from wheelpend.inspection import inspect_for
-from wheelpend.logs import Log
-from wheelpend.model import Model
-from wheelpend.own_plants import load_plant
-from wheelpend.simulation import simulate
-from wheelpend.study import read_logs
+from wheelpend.api import diagnose, explain
+from wheelpend.diagnosis.compare import compare
+from wheelpend.errors import Failure
+from wheelpend.estimation.data import read_logs
+from wheelpend.identification.identify import identify
+from wheelpend.inspection.inspect import inspect_for
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.model.user_plants import load_plant
+from wheelpend.simulation.simulate import simulate
 
 Source = str | Path | Log | int  # a measured log, or the seed of a simulated one
 

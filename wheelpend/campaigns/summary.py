@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
-from wheelpend import kernels
 from wheelpend.campaigns.one_log import Answer, Played
-from wheelpend.model import Model
-from wheelpend.rates import Rate, rate
-from wheelpend.simulation import machine_values
-from wheelpend.study import EXPLAINED
+from wheelpend.estimation.criteria import EXPLAINED
+from wheelpend.model import model_kernels
+from wheelpend.model.record import Model
+from wheelpend.proportion import Rate, rate
+from wheelpend.simulation.hidden import machine_values
 
 INSIDE = 1.96  # standard errors: a 95 % interval
 DISAGREE = 0.01  # probability below which logs do not agree, over all parameters together
@@ -114,7 +114,7 @@ def truth_of(model: Model, simulated: Played) -> tuple[dict[str, float], tuple[s
     """What the simulated machine has: every parameter, and the effects that are hidden from the model."""
     machine = machine_values(model, simulated.hide)
     present = tuple(dict.fromkeys(n.partition(".")[0] for n in machine if "." in n))
-    module = kernels.library_of(model, present)
+    module = model_kernels.library_of(model, present)
     truth = {**dict(zip(module.PARAMETERS, module.ABSENT, strict=True)), **machine}
     known = {n: float(v) for n, v in truth.items() if np.isfinite(v)}
     return known, tuple(e for e in present if e not in model.effects)

@@ -11,7 +11,7 @@ import sympy as sp
 import derive
 from wheelpend.paper.derivation import PLANT, Derived, derive_all, derive_dynamics
 from wheelpend.paper.differences import equal
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     MOVING,
     T_L,
     B_m,
@@ -32,7 +32,7 @@ from wheelpend.paper.letters import (
     f_m,
     f_w,
     speed,
-)  # fmt: skip
+)
 from wheelpend.paper.notation import text
 
 IN_PARAMETERS = ("19", "20", "22", "23", "26")  # equations in X1 ... X7, from which data are predicted

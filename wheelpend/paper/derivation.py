@@ -17,7 +17,7 @@ from derive.lagrange import derive_equations
 from derive.records import Model, Plant, Regressor
 from wheelpend.paper.combination import combination
 from wheelpend.paper.filtering import derive_filter
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     COORDINATES,
     PHI,
     RATE_OF,
@@ -52,7 +52,7 @@ from wheelpend.paper.letters import (
     phi25,
     slope_of_L,
     speed,
-)  # fmt: skip
+)
 
 PLANT = "wheel_pendulum"
 Derived = dict[str, dict[str, Expression]]

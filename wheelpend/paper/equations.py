@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import sympy as sp
 
 from wheelpend.paper import letters
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     FILTERED,
     PHI,
     RATE,
@@ -79,7 +79,7 @@ from wheelpend.paper.letters import (
     tau_s,
     tau_t,
     w,
-)  # fmt: skip
+)
 
 Printed = Mapping[str, Mapping[str, letters.Expression]]
 

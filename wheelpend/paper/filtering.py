@@ -11,7 +11,7 @@ from functools import lru_cache
 import sympy as sp
 
 from wheelpend.paper.combination import combination
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     FILTERED,
     RATE,
     STATE,
@@ -38,7 +38,7 @@ from wheelpend.paper.letters import (
     tau2,
     tau_s,
     tau_t,
-)  # fmt: skip
+)
 
 GAIN = 1 / (tau1 * tau2)
 FILTER = 1 / ((tau1 * s + 1) * (tau2 * s + 1))  # (30), a definition

@@ -16,7 +16,7 @@ from wheelpend.paper.derivation import accelerated
 from wheelpend.paper.differences import terms, vanishes
 from wheelpend.paper.equations import Printed
 from wheelpend.paper.filtering import ABBREVIATIONS
-from wheelpend.paper.letters import (
+from wheelpend.paper.letters import (  # fmt: skip
     FILTERED,
     RATE,
     STATE,
@@ -45,7 +45,7 @@ from wheelpend.paper.letters import (
     s,
     tau_s,
     tau_t,
-)  # fmt: skip
+)
 from wheelpend.paper.notation import text
 
 Residuals = dict[str, sp.Expr]  # what must vanish, by the place where it was found

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wheelpend.console import say, table
 from wheelpend.paper.verification import STATUSES, Checked, Verification
+from wheelpend.reports.console import say, table
 
 WORDS = {"not_available": "not readable"}
 

@@ -10,7 +10,8 @@ gallery     one self-contained HTML page
 wording     findings as sentences, and the tables on the terminal
 """
 
-from wheelpend.reproduction.reproduce import PARTS, Reproduction, run
+from wheelpend.reproduction.record import Reproduction
+from wheelpend.reproduction.reproduce import PARTS, run
 from wheelpend.reproduction.wording import show
 
 __all__ = ["PARTS", "Reproduction", "run", "show"]

@@ -6,15 +6,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from wheelpend import instruments, regression
-from wheelpend.failures import Failure
-from wheelpend.logs import Log, segment_bounds
+from wheelpend.errors import Failure
+from wheelpend.estimation import least_squares
+from wheelpend.estimation.continuation import fit_model, fit_parts
+from wheelpend.estimation.criteria import HORIZON
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.segments import Part
+from wheelpend.identification import instrumental as instruments
+from wheelpend.logs.log import Log, segment_bounds
+from wheelpend.logs.noise import sensor_noise
 from wheelpend.paper.numbers import TABLE_1_TAU
 from wheelpend.reproduction.experiment import Robot
-from wheelpend.sensors import sensor_noise
-from wheelpend.shooting import Part, vector
-from wheelpend.simulation import noise_levels
-from wheelpend.study import HORIZON, Study, fit_model, fit_parts
+from wheelpend.simulation.simulate import noise_levels
 
 NOMINAL = 0.9  # times the truth, where an iteration starts
 LABELS = {
@@ -30,7 +34,7 @@ LABELS = {
 
 def differentiation(robot: Robot, log: Log) -> np.ndarray:
     """Least squares with differentiated rates (paper eqs. 16, 17, 24)."""
-    return regression.differentiation(robot.module, log, parameters(robot, log)).estimate
+    return least_squares.differentiation(robot.module, log, parameters(robot, log)).estimate
 
 
 def filtered(
@@ -44,7 +48,7 @@ def filtered(
 ) -> np.ndarray:
     """Filtered least squares, the filters started at a state, by default the one measured first."""
     begin = None if fit_start else first_sample(robot, log) if start is None else start
-    return regression.filtered(
+    return least_squares.filtered(
         robot.module, log, parameters(robot, log), tau, first_order_hold=hold == "foh", start=begin
     ).estimate
 
@@ -83,7 +87,7 @@ def parameters(robot: Robot, log: Log) -> np.ndarray:
 
 def first_sample(robot: Robot, log: Log) -> np.ndarray:
     """The first measured state; the wheel's speed, which no sensor gives, from the first two angles."""
-    first, second = regression.measured_states(robot.module, log)[:2]
+    first, second = least_squares.measured_states(robot.module, log)[:2]
     rate = robot.module.NQ
     return np.concatenate([first[:rate], [(second[0] - first[0]) / log.dt], first[rate + 1 :]])
 
@@ -107,7 +111,7 @@ def study_of(robot: Robot, log: Log) -> Study:
 def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:
     """Condition number of ΦᵀΦ per method, as it stands and with the columns of Φ scaled to unit length."""
     module = robot.module
-    known, states = parameters(robot, log), regression.measured_states(robot.module, log)
+    known, states = parameters(robot, log), least_squares.measured_states(robot.module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     rows = [
         module.regressor(t, s, a, v, known)[1] for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)

@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend import kernels
-from wheelpend.commands import reference
-from wheelpend.failures import Failure
-from wheelpend.logs import Log
-from wheelpend.model import Model
-from wheelpend.shooting import vector
-from wheelpend.simulation import SAMPLE, machine_values, sensor_errors
+from wheelpend.errors import Failure
+from wheelpend.estimation.parameters import vector
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.simulation.hidden import machine_values
+from wheelpend.simulation.references import reference
+from wheelpend.simulation.simulate import SAMPLE, sensor_errors
 
 COMMANDS = ("simple", "aggressive")
 DURATION = 20.0  # s

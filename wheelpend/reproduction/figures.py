@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheelpend.estimation.least_squares import measured_states
 from wheelpend.paper import numbers
-from wheelpend.regression import measured_states
 from wheelpend.reproduction.estimators import LABELS, filtered
 from wheelpend.reproduction.experiment import COMMANDS, Robot, Run, Setup, play
 from wheelpend.reproduction.tables import HOLDS, Cell, Deviation
 from wheelpend.reproduction.trials import CHANNELS, PREDICTED, predict, rms_difference
 
 if TYPE_CHECKING:
-    from wheelpend.reproduction.reproduce import Reproduction
+    from wheelpend.reproduction.record import Reproduction
 
 SHOWN_SEED = 0  # of the draw in Figures 2 to 6
 INK, EXACT, SIMPLE, AGGRESSIVE, MEASURED, PAPER = "#262b33", "#d62728", "#1f5fd0", "#1f9d3a", "#9aa0a6", "#000000"

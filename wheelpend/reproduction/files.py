@@ -13,10 +13,10 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from wheelpend.failures import Failure
+from wheelpend.errors import Failure
 from wheelpend.reproduction.figures import draw
 from wheelpend.reproduction.gallery import render
-from wheelpend.reproduction.reproduce import Reproduction
+from wheelpend.reproduction.record import Reproduction
 
 GALLERY = "gallery.html"
 

@@ -14,7 +14,7 @@ from wheelpend.reproduction import wording
 from wheelpend.reproduction.figures import SHOWN_SEED
 
 if TYPE_CHECKING:
-    from wheelpend.reproduction.reproduce import Reproduction
+    from wheelpend.reproduction.record import Reproduction
 
 Grid = tuple[list[str], list[list[str]]]
 

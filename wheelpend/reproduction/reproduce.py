@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wheelpend.failures import Failure, did_you_mean
-from wheelpend.model import Model
-from wheelpend.processes import run_all
+from wheelpend.errors import Failure, did_you_mean
+from wheelpend.model.record import Model
+from wheelpend.parallel import run_all
 from wheelpend.reproduction import choices, tables
-from wheelpend.reproduction.choices import Choice, Effect
-from wheelpend.reproduction.experiment import COMMANDS, DURATION, Robot, Setup, robot_of, unstable_pole
-from wheelpend.reproduction.tables import Cell, Condition, Deviation, Prediction
+from wheelpend.reproduction.choices import Effect
+from wheelpend.reproduction.experiment import COMMANDS, DURATION, Setup, robot_of, unstable_pole
+from wheelpend.reproduction.record import Reproduction
+from wheelpend.reproduction.tables import Cell, Deviation
 from wheelpend.reproduction.trials import Task, Trial, run_task
 
 PARTS = ("table1", "table2", "table3", "figures", "all")
@@ -32,26 +33,6 @@ class Noiseless(NamedTuple):
 
     table3: tuple[Deviation, ...]
     effects: tuple[dict[str, tuple[Effect, ...]], ...]  # by choice
-
-
-@dataclass(frozen=True)
-class Reproduction:
-    """The paper's numbers and ours; what was not asked for is empty."""
-
-    what: str
-    seeds: int
-    duration_s: float
-    table1: tuple[Cell, ...] = ()
-    table2: tuple[Cell, ...] = ()
-    started_at_rest: tuple[Cell, ...] = ()  # the filtered method (FOH) with the filters' initial state zero
-    conditions: tuple[Condition, ...] = ()
-    table3: tuple[Deviation, ...] = ()
-    predictions: tuple[Prediction, ...] = ()
-    choices: tuple[Choice, ...] = ()
-    unstable_pole: float = 0.0  # of the upright robot without controller [1/s]
-    written: tuple[str, ...] = ()
-    robot: Robot | None = field(repr=False, default=None)
-    trials: tuple[Trial, ...] = field(repr=False, default=())
 
 
 def run(

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheelpend.console import say, table
+from wheelpend.reports.console import say, table
 from wheelpend.reproduction.choices import Choice, Effect
 from wheelpend.reproduction.estimators import LABELS
 from wheelpend.reproduction.tables import Cell, Deviation, Prediction
 
 if TYPE_CHECKING:
-    from wheelpend.reproduction.reproduce import Reproduction
+    from wheelpend.reproduction.record import Reproduction
 
 ALIKE = 1.0 / 3.0  # relative difference up to which a number of ours is called the paper's
 EXACT_ANYWAY = "X6"  # errors of a few hundredths of a percent in print, their last digit rounded

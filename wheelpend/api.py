@@ -1,0 +1,53 @@
+"""The public `diagnose` and `explain`: the search of `diagnosis`, with advice on what stays open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from wheelpend.diagnosis import explain as ladder
+from wheelpend.diagnosis import stepwise
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.stepwise import MOST_EFFECTS
+from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.experiments.advice import with_advice
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+
+
+def diagnose(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    without: Sequence[str] = (),
+    law: bool = False,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Find which effect of the library is missing, those named in ``without`` apart. Changes nothing.
+
+    With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
+    Raises Failure where the logs or the model cannot be used.
+    """
+    return with_advice(stepwise.diagnose(model, logs, holdout, without=without, law=law, progress=progress))
+
+
+def explain(
+    model: Model,
+    logs: Sequence[str | Path | Log],
+    holdout: Sequence[str | Path | Log] = (),
+    *,
+    max_effects: int = MOST_EFFECTS,
+    without: Sequence[str] = (),
+    law: bool = False,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Explanation:
+    """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
+
+    Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
+    Raises Failure where the logs or the model cannot be used.
+    """
+    found = ladder.explain(model, logs, holdout, max_effects=max_effects, without=without, law=law, progress=progress)
+    first, last = with_advice(found.first), with_advice(found.last)
+    return replace(found, first=first, last=last, experiment=first.experiment or last.experiment)

@@ -1,0 +1,216 @@
+"""Which logs the benchmark tries: effects at several sizes, pairs, triples, nothing, effects left out, stick-slip.
+
+Drawn by a fixed seed and shuffled within rounds, so that the first so many cases are a stratified sample of all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle, zip_longest
+
+import numpy as np
+
+import derive
+from derive.effects import Effect, EffectParameter
+from derive.nameplate import Nameplate
+from wheelpend.benchmarks.hidden_effects.engine import SUPPORTED
+from wheelpend.kernels.plant_signature import nameplate
+from wheelpend.model import model_kernels
+from wheelpend.model.record import Model
+
+SIZES = (1.0, 0.3, 3.0, 0.1)  # times the typical one
+SINGLES = 3  # draws of each effect and size
+COMPLETE, PAIRS, TRIPLES = 200, 120, 30
+LEFT_OUT = 3  # draws of each effect
+STICK_SLIP = 4  # draws of each dry friction and command
+THIRD = 3  # one log in so many comes from the engine
+COMMANDS = ("aggressive", "aggressive", "aggressive", "simple")  # another cycle than the sources', so that all meet
+DRY = ("coulomb_drive", "rolling_resistance", "stribeck_drive")
+QUIET = 0.1  # times the paper's sensor noise, which the controller would turn into a shaking that never sticks
+MOMENTS = {  # s, from and to: when something happens, well inside a log of 20 s
+    "payload_step.time": (5.0, 12.0),
+    "external_push.start": (4.0, 12.0),
+}
+LASTS = (0.3, 2.0)  # s, from and to: how long a push lasts
+SMALLER = 0.7  # times the size, where the robot falls
+SOFT = 0.01  # s, over which a dry friction engages that is soft on purpose
+
+
+@dataclass(frozen=True)
+class Case:
+    """One log and what is asked about it."""
+
+    kind: str  # complete, single, pair, triple, left_out, stick_slip
+    hide: tuple[tuple[str, float], ...]  # effect.parameter and value
+    seed: int
+    command: str = "aggressive"
+    source: str = "simulator"  # or engine
+    size: float = 1.0  # times the typical one
+    engage: float = 0.0  # s, over which the engine's dry friction engages; 0 is sharp
+    without: tuple[str, ...] = ()  # effects taken out of the library
+    noise: float = 1.0  # of pitch and gyro, in multiples of the paper's; other than 1 only from the engine
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What is hidden."""
+        return tuple(dict.fromkeys(name.partition(".")[0] for name, _ in self.hide))
+
+    @property
+    def key(self) -> str:
+        """A name by which the case is found again."""
+        hidden = ",".join(f"{n}={v:.6g}" for n, v in self.hide) or "nothing"
+        out = f" without {','.join(self.without)}" if self.without else ""
+        soft = f" engaging in {self.engage:g} s" if self.engage else ""
+        quiet = f" with {self.noise:g} of the noise" if self.noise != 1.0 else ""
+        return f"{self.kind} {self.source} {self.command} {self.seed} {hidden}{soft}{quiet}{out}"
+
+    def smaller(self) -> Case:
+        """The same with every size smaller, and a limit farther away."""
+        factors = {
+            f"{e.name}.{p.name}": SMALLER if p.absent == 0.0 else 1 / SMALLER
+            for e in map(derive.effects.find, self.effects)
+            for p in sizes(e)
+        }
+        return replace(self, hide=tuple((n, float(f"{v * factors.get(n, 1.0):.6g}")) for n, v in self.hide))
+
+
+def robot() -> Nameplate:
+    """The plant of the benchmark."""
+    return nameplate("wheel_pendulum", derive.plants.settle("wheel_pendulum", {}))
+
+
+def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
+    """All cases, in rounds that each hold a share of every kind."""
+    known = [e for e in (effects or derive.effects.possible_on(robot())) if _can_be_hidden(e)]
+    kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples, stick_slip)]
+    return [case for round_ in zip_longest(*map(_evenly(max(map(len, kinds))), kinds)) for case in round_ if case]
+
+
+def _evenly(length: int):
+    """Spread a kind's cases over as many rounds as the longest kind has."""
+
+    def spread(cases: list[Case]) -> list[Case | None]:
+        places: list[Case | None] = [None] * length
+        for number, case in enumerate(cases):
+            places[number * length // len(cases)] = case
+        return places
+
+    return spread
+
+
+def _can_be_hidden(effect: Effect) -> bool:
+    """Whether a log can show it: the plant's own parameters do not contain it."""
+    module = model_kernels.library_of(Model.default(), [effect.name])
+    return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED
+
+
+def draw(effect: Effect, size: float, random: np.random.Generator) -> tuple[tuple[str, float], ...]:
+    """An effect at about a multiple of its typical size, of either sign where that is possible.
+
+    Shapes, which have no size, keep their typical value; a limit shrinks as the effect grows. What happens at a moment
+    does so well inside the log.
+    """
+    factor, scaled = size * random.uniform(0.8, 1.25), sizes(effect)
+    sign = 1.0 if any(p.minimum >= 0.0 for p in scaled) else float(random.choice([-1.0, 1.0]))
+    found = {f"{effect.name}.{p.name}": p.typical for p in effect.parameters}
+    for p in scaled:
+        found[f"{effect.name}.{p.name}"] = sign * factor * p.typical if p.absent == 0.0 else p.typical / factor
+    for name in [n for n in found if n in MOMENTS]:
+        found[name] = round(random.uniform(*MOMENTS[name]), 4)  # between two samples
+    if "external_push.end" in found:
+        found["external_push.end"] = found["external_push.start"] + round(random.uniform(*LASTS), 4)
+    return tuple((name, float(f"{value:.6g}")) for name, value in found.items())
+
+
+def sizes(effect: Effect) -> tuple[EffectParameter, ...]:
+    """Parameters that say how large an effect is; when it happens is none of them."""
+    return tuple(p for p in effect.sizes if f"{effect.name}.{p.name}" not in (*MOMENTS, "external_push.end"))
+
+
+def offered(hide: Sequence[tuple[str, float]]) -> bool:
+    """Whether the engine has these effects."""
+    return all(name in SUPPORTED for name, _ in hide)
+
+
+class Sources:
+    """Where logs come from: the engine makes every third, a later one where it lacks an effect of one that is due."""
+
+    def __init__(self, first: int = 0) -> None:
+        self.due = first  # thirds of a log that the engine owes
+
+    def next(self, hide: Sequence[tuple[str, float]]) -> str:
+        """The source of the next log."""
+        self.due += 1
+        if self.due < THIRD or not offered(hide):
+            return "simulator"
+        self.due -= THIRD
+        return "engine"
+
+
+def singles(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Every effect at every size; each effect, each size and each command comes from the engine every third time."""
+    random, turn = np.random.default_rng(1), 0
+    sources = [Sources(number % THIRD) for number in range(len(effects))]
+    for seed in range(SINGLES):
+        for size in SIZES:
+            for number in random.permutation(len(effects)):
+                hide = draw(effects[number], size, random)
+                command = COMMANDS[(turn // THIRD + number) % len(COMMANDS)]
+                yield case_of("single", hide, 1000 * seed + int(number), command, sources[number].next(hide), size)
+            turn += 1
+
+
+def case_of(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0, without=()) -> Case:
+    """A case; every other dry friction of the engine is soft, but not where it also falls as it starts to move."""
+    dry = any(name.partition(".")[0] in DRY[:2] for name, _ in hide)
+    engage = SOFT if source == "engine" and dry and seed % 2 else 0.0
+    return Case(kind, tuple(hide), seed, command, source, size, engage, tuple(without))
+
+
+def complete(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Logs in which nothing is hidden."""
+    sources = Sources()
+    for seed, command in zip(range(COMPLETE), cycle(("aggressive", "simple")), strict=False):
+        yield Case("complete", (), 5000 + seed, command, sources.next(()))
+
+
+def pairs(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Two effects at once."""
+    yield from _several("pair", effects, 2, PAIRS)
+
+
+def triples(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Three effects at once."""
+    yield from _several("triple", effects, 3, TRIPLES)
+
+
+def _several(kind: str, effects: Sequence[Effect], count: int, cases: int) -> Iterator[Case]:
+    random, sources = np.random.default_rng(count), Sources()
+    for seed in range(cases):
+        chosen = random.choice(len(effects), size=count, replace=False)
+        hide = tuple(entry for number in chosen for entry in draw(effects[number], 1.0, random))
+        yield case_of(kind, hide, 9000 + 1000 * count + seed, "aggressive", sources.next(hide))
+
+
+def left_out(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Every effect with itself taken out of the library, once of three times from the engine."""
+    random = np.random.default_rng(9)
+    sources = [Sources(number % THIRD) for number in range(len(effects))]
+    for seed in range(LEFT_OUT):
+        for number in random.permutation(len(effects)):
+            effect = effects[number]
+            hide = draw(effect, 1.0, random)
+            place, source = 20000 + 1000 * seed + int(number), sources[number].next(hide)
+            yield case_of("left_out", hide, place, "aggressive", source, 1.0, (effect.name,))
+
+
+def stick_slip(effects: Sequence[Effect]) -> Iterator[Case]:
+    """Dry friction in the engine at speeds and a noise so small that it truly sticks, sampled at 1 kHz."""
+    random = np.random.default_rng(11)
+    for seed in range(STICK_SLIP):
+        for effect in (e for e in effects if e.name in DRY):
+            for command in ("slow", "simple"):
+                hide = draw(effect, 1.0, random)
+                if offered(hide):
+                    yield Case("stick_slip", hide, 30000 + seed, command, "engine", noise=QUIET)

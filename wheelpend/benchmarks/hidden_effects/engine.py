@@ -1,0 +1,134 @@
+"""Logs from MuJoCo, a rigid-body engine that shares no code with this project.
+
+``scene`` has the robot as its parts, ``laws`` what surrounds them; nothing here knows the equations of motion. Times in
+s, angles in rad, voltages in V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheelpend.benchmarks.hidden_effects.laws import LAWS, NOISE, SAMPLE, SENSORS, VOLTAGE, Drive, Laws, Sensors
+from wheelpend.benchmarks.hidden_effects.scene import PARTS, RADIUS, STEP, TRUTH, scene, step_of
+from wheelpend.errors import Failure, Fallen
+from wheelpend.logs.log import Log
+from wheelpend.simulation.references import reference
+
+GAINS = (-168.0, -800.0, -8.8)  # of the PID on the pitch, V/rad, V/(rad s), V s/rad
+SUPPORTED = (*PARTS, *LAWS, *VOLTAGE, *SENSORS)  # effect.parameter
+
+
+class Run(NamedTuple):
+    """A log and what truly happened at its samples."""
+
+    log: Log
+    angles: np.ndarray  # (samples, joints) x [m], pitch and drive [rad], then rotor and liquid where the scene has them
+    rates: np.ndarray  # (samples, joints) likewise per second
+    voltage: np.ndarray  # (samples,) at the motor, mean over the engine's step before the sample [V]
+
+
+class Robot:
+    """The robot in MuJoCo with its hidden effects, to be moved on from sample to sample."""
+
+    def __init__(self, hide: Mapping[str, float], engage: float, samples: int) -> None:
+        self.mujoco = _engine()
+        self.hide, self.step = hide, step_of(hide)
+        self.model = self.mujoco.MjModel.from_xml_string(scene(hide, engage))
+        self.data = self.mujoco.MjData(self.model)
+        self.each = round(SAMPLE / self.step)  # steps of the engine per sample
+        self.laws, self.drive = Laws(hide, self.step), Drive(hide, self.step)
+        self.sensors = Sensors(hide, self.step, samples * self.each)
+        self.slope = hide.get("slope.angle", 0.0)
+        self.data.qpos[:3] = RADIUS * self.slope, self.slope, 0.0  # upright, the wheel at zero against the body
+        self.see()
+
+    def see(self) -> None:
+        """Let the sensors see the motion."""
+        self.sensors.see(self.data.qpos[1] - self.slope, self.data.qvel[1])
+
+    def measured(self, noise: np.ndarray) -> np.ndarray:
+        """Readings (theta_w, theta_p, dtheta_p) with the noise of the last two."""
+        return self.sensors.read(self.data.qpos[1] - self.slope + self.data.qpos[2], noise)
+
+    def move(self, t: float, commands: np.ndarray) -> None:
+        """Move on by a sample from ``t``; ``commands`` are all until now, and the last acts if nothing delays it."""
+        for number in range(self.each):
+            now = t + number * self.step
+            self.load(now)
+            self.data.ctrl[0] = self.drive.act(now, commands)
+            self.data.qfrc_applied[:3] = self.laws.applied(now, self.data)
+            if "stribeck_drive.static" in self.hide:
+                self.model.dof_frictionloss[2] = self.laws.dry(self.data.qvel[2])
+            self.mujoco.mj_step(self.model, self.data)
+            self.see()
+
+    def load(self, t: float) -> None:
+        """Put the payload on when its time comes: a mass at the body's centre of mass, which already moves along."""
+        due = self.hide.get("payload_step.time", np.inf)
+        if due - self.step / 2 <= t < due + self.step / 2:
+            body = self.model.body("body").id
+            self.model.body_mass[body] *= 1 + self.hide["payload_step.ratio"]
+            self.mujoco.mj_setConst(self.model, self.mujoco.MjData(self.model))
+
+
+def engine_log(hide: Mapping[str, float], **how: Any) -> Log:
+    """The log of ``engine_run``, which takes the same arguments."""
+    return engine_run(hide, **how).log
+
+
+def engine_run(
+    hide: Mapping[str, float],
+    *,
+    command: str = "aggressive",
+    duration: float = 20.0,
+    seed: int = 0,
+    engage: float = 2 * STEP,
+    noise: float = 1.0,
+) -> Run:
+    """Run the robot under its PID controller in MuJoCo and measure it; ``hide`` is {"effect.parameter": value}.
+
+    ``noise`` is that of pitch and gyro, in multiples of the paper's. Raises Failure for effects that the engine does
+    not offer and without MuJoCo, and Fallen when the robot falls.
+    """
+    unknown = [name for name in hide if name not in SUPPORTED]
+    if unknown:
+        raise Failure(f"The engine offers {', '.join(SUPPORTED)}; {', '.join(unknown)} is not among them.")
+    t = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
+    angle, rate = wanted(command, t)
+    robot = Robot(hide, engage, len(t))
+    scatter = np.random.default_rng(seed).normal(size=(len(t), 2)) * NOISE * noise
+    measured, voltage, acting = np.zeros((len(t), 3)), np.zeros(len(t)), np.zeros(len(t))
+    angles, rates, integral = np.zeros((len(t), robot.model.nq)), np.zeros((len(t), robot.model.nv)), 0.0
+    for k in range(len(t)):
+        measured[k] = robot.measured(scatter[k])
+        angles[k], rates[k], acting[k] = robot.data.qpos, robot.data.qvel, robot.data.ctrl[0]
+        if not abs(angles[k, 1] - robot.slope) < np.pi / 2:
+            raise Fallen(f"The robot must stay up, but it falls at {t[k]:.2f} s. Hide something smaller.")
+        error = angle[k] - measured[k, 1]
+        integral += error * SAMPLE if k else 0.0
+        voltage[k] = GAINS[0] * error + GAINS[1] * integral + GAINS[2] * (rate[k] - measured[k, 2])
+        robot.move(t[k], voltage[: k + 1])
+    log = Log(f"engine {command}", t, voltage, measured, ("theta_w", "theta_p", "dtheta_p"), angle)
+    return Run(log, angles, rates, acting)
+
+
+def wanted(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Commanded pitch [rad] and its rate [rad/s]: those of the project, and "slow", which makes dry friction stick."""
+    if command != "slow":
+        return reference(command, t)
+    angle = np.radians(0.5) * np.sin(0.5 * t)
+    return angle, np.gradient(angle, t)
+
+
+def _engine() -> Any:
+    try:
+        import mujoco
+    except ImportError:
+        raise Failure("The engine needs MuJoCo, which is not installed. Install wheelpend[benchmark].") from None
+    return mujoco
+
+
+__all__ = ["SUPPORTED", "TRUTH", "Run", "engine_log", "engine_run"]

@@ -1,0 +1,163 @@
+"""What surrounds the scene: laws of force that MuJoCo has no part for, the way of the voltage, and the sensors.
+
+Forces are evaluated once per step of the engine. Times in s, angles in rad, rates in rad/s; laws give volt-equivalents,
+which times ALPHA are N m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from wheelpend.benchmarks.hidden_effects.scene import ALPHA, RADIUS, creep_stiffness
+
+SAMPLE = 1e-3  # s, of the log
+NOISE, COUNTS = np.radians(0.5), 60000  # rad and rad/s; encoder counts per revolution
+LAWS = (
+    "quadratic_drive.coefficient", "viscous_asymmetry.coefficient", "coulomb_asymmetry.torque", "cogging.sine",
+    "cogging.cosine", "cogging.periods", "stribeck_drive.static", "stribeck_drive.sliding", "stribeck_drive.speed",
+    "presliding_drive.torque", "presliding_drive.stiffness", "air_drag.coefficient", "wheel_runout.sine",
+    "wheel_runout.cosine", "wheel_slip.stiffness", "wheel_slip.limit", "external_push.start", "external_push.end",
+    "external_push.torque", "payload_step.time", "payload_step.ratio",
+)  # fmt: skip
+VOLTAGE = (
+    "actuator_delay.delay", "voltage_saturation.limit", "voltage_dead_zone.threshold", "voltage_sag.rate",
+    "voltage_asymmetry.ratio", "voltage_offset.offset", "winding_inductance.time_constant",
+)  # fmt: skip
+SENSORS = (
+    "imu_bias.bias", "gyro_bias.bias", "gyro_scale.scale", "pitch_scale.scale", "imu_lag.delay",
+    "encoder_scale.scale", "encoder_eccentricity.sine", "encoder_eccentricity.cosine",
+)  # fmt: skip
+
+
+class Laws:
+    """Forces on the coordinates x, pitch and drive; keeps the deflection of presliding friction."""
+
+    def __init__(self, hide: Mapping[str, float], step: float) -> None:
+        self.hide, self.step = hide, step
+        self.bristle = 0.0  # rad, Dahl's z
+        self.stiffness = creep_stiffness(hide)  # V s/rad, of traction; 0 where the wheels cannot slip
+
+    def of(self, name: str, absent: float = 0.0) -> float:
+        """A hidden parameter's value, or its value while the effect is absent."""
+        return self.hide.get(name, absent)
+
+    def applied(self, t: float, data: Any) -> np.ndarray:
+        """Generalised forces (x, pitch, drive) over the next step [N, N m, N m]."""
+        slip, wheel = data.qvel[2], data.qvel[1] + data.qvel[2]
+        angle = data.qpos[1] + data.qpos[2] - self.of("slope.angle")
+        drive = self.gearbox(data.qpos[2], slip) - self.presliding(slip)
+        ground = -self.of("air_drag.coefficient") * wheel * abs(wheel)
+        ground += self.of("wheel_runout.sine") * np.sin(angle) + self.of("wheel_runout.cosine") * np.cos(angle)
+        traction = self.traction(wheel - data.qvel[0] / RADIUS)
+        ground -= traction
+        return ALPHA * np.array([(traction + self.push(t)) / RADIUS, ground, drive + ground])
+
+    def gearbox(self, angle: float, slip: float) -> float:
+        """Drag, one-sided friction and ripple between wheels and body [V]."""
+        force = -self.of("quadratic_drive.coefficient") * slip * abs(slip)
+        force -= self.of("viscous_asymmetry.coefficient") * abs(slip) + self.of("coulomb_asymmetry.torque")
+        turn = self.of("cogging.periods") * angle
+        return force + self.of("cogging.sine") * np.sin(turn) + self.of("cogging.cosine") * np.cos(turn)
+
+    def presliding(self, slip: float) -> float:
+        """Dahl's friction k z [V], whose deflection is taken on exactly over a step at this slip speed."""
+        limit, stiffness = self.of("presliding_drive.torque"), self.of("presliding_drive.stiffness", np.inf)
+        if limit <= 0.0 or not np.isfinite(stiffness):
+            return 0.0
+        end = np.sign(slip) * limit / stiffness  # where the deflection is going
+        fade = np.exp(-abs(slip) * stiffness / limit * self.step)
+        before, self.bristle = self.bristle, end + (self.bristle - end) * fade
+        return stiffness * (before + self.bristle) / 2
+
+    def dry(self, slip: float) -> float:
+        """Limit of the dry friction between wheels and body at a slip speed [N m]; MuJoCo finds whether it holds."""
+        static, sliding = self.of("stribeck_drive.static"), self.of("stribeck_drive.sliding")
+        falling = (static - sliding) * np.exp(-((slip / self.of("stribeck_drive.speed", 1.0)) ** 2))
+        return ALPHA * (self.of("coulomb_drive.torque") + sliding + falling)
+
+    def traction(self, creep: float) -> float:
+        """What the ground gives the wheels at a creep speed θ̇w − v/R: F tanh(k creep / F) [V]."""
+        if self.stiffness == 0.0:
+            return 0.0
+        limit = self.of("wheel_slip.limit", np.inf)
+        return limit * np.tanh(self.stiffness * creep / limit) if np.isfinite(limit) else self.stiffness * creep
+
+    def push(self, t: float) -> float:
+        """Somebody pushes at the axle from start to end [V]."""
+        pushed = self.of("external_push.start", np.inf) <= t + 1e-9 < self.of("external_push.end", np.inf)
+        return self.of("external_push.torque") if pushed else 0.0
+
+
+class Drive:
+    """The way from the commanded voltage to the motor's; keeps the voltage behind the windings."""
+
+    def __init__(self, hide: Mapping[str, float], step: float) -> None:
+        self.hide, self.step = hide, step
+        self.acting: float | None = None  # V
+
+    def act(self, t: float, commands: np.ndarray) -> float:
+        """Mean voltage at the motor over the next step of the engine [V]."""
+        driven = self.driven(t, commands)
+        lag = self.hide.get("winding_inductance.time_constant", 0.0)
+        if lag <= 0.0:
+            return driven
+        before = driven if self.acting is None else self.acting
+        fade = np.exp(-self.step / lag)
+        self.acting = driven + (before - driven) * fade
+        return float(driven + (before - driven) * (1 - fade) * lag / self.step)
+
+    def driven(self, t: float, commands: np.ndarray) -> float:
+        """What the driver gives [V]: the mean over a step inside which a delayed command may change."""
+        begin = t - self.hide.get("actuator_delay.delay", 0.0)
+        first = max(int(np.floor(begin / SAMPLE + 1e-6)), 0)
+        last = max(int(np.floor((begin + self.step) / SAMPLE - 1e-6)), 0)
+        if first == last:
+            return self.driver(t, commands[first])
+        share = (last * SAMPLE - begin) / self.step
+        return share * self.driver(t, commands[first]) + (1 - share) * self.driver(t, commands[last])
+
+    def driver(self, t: float, command: float) -> float:
+        """What the driver makes of a command [V]."""
+        limit = self.hide.get("voltage_saturation.limit", np.inf)
+        clipped = min(max(float(command), -limit), limit)
+        size = max(abs(clipped) - self.hide.get("voltage_dead_zone.threshold", 0.0), 0.0)
+        driven = np.sign(clipped) * size * (1 - self.hide.get("voltage_sag.rate", 0.0) * t)
+        driven *= 1 + self.hide.get("voltage_asymmetry.ratio", 0.0) * np.sign(driven)
+        return float(driven + self.hide.get("voltage_offset.offset", 0.0))
+
+
+class Sensors:
+    """Encoder (absolute, quantised), pitch from the vertical and gyro, which may report late."""
+
+    def __init__(self, hide: Mapping[str, float], step: float, steps: int) -> None:
+        self.hide, self.step = hide, step
+        self.path = np.zeros((steps + 1, 2))  # pitch and its rate at every step of the engine so far
+        self.now = 0
+
+    def see(self, pitch: float, rate: float) -> None:
+        """Note the body's motion at a step of the engine."""
+        self.path[self.now] = pitch, rate
+        self.now += 1
+
+    def late(self) -> np.ndarray:
+        """Pitch and rate as they were ``imu_lag.delay`` ago; before the log they were as at its start."""
+        back = max(self.now - 1 - self.hide.get("imu_lag.delay", 0.0) / self.step, 0.0)
+        whole = min(int(back), self.now - 1)
+        after = min(whole + 1, self.now - 1)
+        return self.path[whole] + (back - whole) * (self.path[after] - self.path[whole])
+
+    def read(self, wheel: float, noise: np.ndarray) -> np.ndarray:
+        """What is logged: wheel angle, pitch, pitch rate; ``noise`` is that of the last two."""
+        quantum = 2 * np.pi / COUNTS
+        turned = (1 + self.hide.get("encoder_scale.scale", 0.0)) * wheel
+        turned += self.hide.get("encoder_eccentricity.sine", 0.0) * np.sin(wheel)
+        turned += self.hide.get("encoder_eccentricity.cosine", 0.0) * np.cos(wheel)
+        pitch, rate = self.late()
+        return np.array([
+            np.round(turned / quantum) * quantum,
+            (1 + self.hide.get("pitch_scale.scale", 0.0)) * pitch + self.hide.get("imu_bias.bias", 0.0) + noise[0],
+            (1 + self.hide.get("gyro_scale.scale", 0.0)) * rate + self.hide.get("gyro_bias.bias", 0.0) + noise[1],
+        ])  # fmt: skip

@@ -1,0 +1,89 @@
+"""All cases on all cores; every outcome is written down as it comes, so that an interrupted run goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+from time import monotonic
+
+import wheelpend
+from wheelpend.benchmarks.hidden_effects.cases import Case, plan
+from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
+from wheelpend.kernels.cache import derivation_fingerprint
+from wheelpend.model.precompile import compile_all
+from wheelpend.model.record import Model
+from wheelpend.parallel import as_they_end, cores
+from wheelpend.serialise import plain
+
+Progress = Callable[[str], None]
+
+
+def run(
+    folder: Path, *, minutes: float | None = None, cases: Sequence[Case] | None = None, progress: Progress = print
+) -> list[Outcome]:
+    """Try the cases that have no outcome yet, for so many minutes or all of them; returns every outcome there is.
+
+    When the minutes are over no further case is begun, and those under way are finished and kept.
+    Outcomes are kept per state of the code, so that none of another state is mixed in.
+    """
+    wanted = list(plan() if cases is None else cases)
+    folder.mkdir(parents=True, exist_ok=True)
+    book = folder / f"outcomes-{fingerprint()}.jsonl"
+    known = {o.key: o for o in read(book)}
+    left = [c for c in wanted if c.key not in known]
+    if left:
+        compile_all(Model.default(), progress)  # once, before every process wants it
+    progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
+    begin, seconds = monotonic(), float("inf") if minutes is None else 60 * minutes
+    with book.open("a", encoding="utf-8") as file:
+        for number, (_, outcome) in enumerate(as_they_end([partial(try_case, c) for c in left], seconds), 1):
+            file.write(json.dumps(plain(outcome), allow_nan=False) + "\n")
+            file.flush()
+            known[outcome.key] = outcome
+            spent = monotonic() - begin
+            whole = spent / number * len(left) / 60
+            progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
+                     f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
+    return [known[c.key] for c in wanted if c.key in known]
+
+
+def read(book: Path) -> list[Outcome]:
+    """Outcomes written down; a line that an interruption cut off is dropped."""
+    if not book.exists():
+        return []
+    found = []
+    for line in book.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(outcome_of(json.loads(line)))
+        except json.JSONDecodeError:
+            continue
+    return found
+
+
+def outcome_of(data: dict) -> Outcome:
+    """An outcome from JSON, whose lists become tuples again."""
+    return Outcome(**{f.name: _tuples(data[f.name]) for f in fields(Outcome) if f.name in data})
+
+
+def _tuples(value):
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def fingerprint() -> str:
+    """Hash of all code that an outcome depends on."""
+    digest = hashlib.sha256(derivation_fingerprint().encode())
+    for path in _sources(Path(wheelpend.__file__).parent):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _sources(package: Path) -> Iterable[Path]:
+    without_influence = ["campaigns", "cli", "paper", "reports", "reproduction"]
+    without_influence += [f"benchmarks/{part}" for part in ("measured", "speed")]
+    without_influence += [f"benchmarks/hidden_effects/{file}" for file in ("page.py", "summary.py")]
+    aside = [package / place for place in without_influence]
+    return sorted(p for p in package.rglob("*.py") if not any(p.is_relative_to(place) for place in aside))

@@ -1,0 +1,169 @@
+"""One log of the benchmark: hide, explain, and compare with the truth; where nothing is hidden, identify too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import monotonic
+
+import numpy as np
+
+import derive
+from wheelpend.api import explain
+from wheelpend.benchmarks.hidden_effects.cases import Case
+from wheelpend.benchmarks.hidden_effects.engine import TRUTH, engine_log
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.stepwise import error_of
+from wheelpend.errors import Failure, Fallen
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.problem import steadied
+from wheelpend.estimation.validation import held_residuals
+from wheelpend.identification.identify import identify
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.simulation.hidden import machine_values
+from wheelpend.simulation.simulate import simulate
+
+REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a case; errors are held out."""
+
+    key: str  # of the case as planned
+    kind: str
+    source: str
+    size: float
+    hidden: tuple[str, ...]
+    soft: bool  # dry friction that engages slowly, which no law of the library has
+    failure: str | None = None
+    verdict: str = ""  # of the first diagnosis
+    named: tuple[str, ...] = ()  # effects added, in order
+    equivalents: tuple[tuple[str, ...], ...] = ()  # declared with each
+    final: str = ""  # verdict of the whole explanation
+    base_error: float = 0.0  # with the model's own parameters refitted
+    error: float = 0.0  # at the end
+    true_error: float | None = None  # of the true model, refitted
+    floor: float = 1.0
+    costs: tuple[float, ...] = ()  # of several: how much larger the error is without each
+    strength: float = 0.0  # hidden sizes in standard deviations of the true model's fit
+    deviations: tuple[float, ...] = ()  # of what is identifiable in standard errors, where the right effects were named
+    estimates: tuple[tuple[str, float], ...] = ()  # nothing hidden: name, error in standard errors
+    made: str = ""  # key of the log that was made where the robot would have fallen with the one planned
+    seconds: float = 0.0
+
+    @property
+    def cost(self) -> float:
+        """How much larger the error is without the hidden effects."""
+        return self.base_error / self.true_error - 1.0 if self.true_error else 0.0
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """Which hidden effects were named, or declared equivalent to one that was."""
+        answers = [{n, *e} for n, e in zip(self.named, self.equivalents, strict=True)]
+        return tuple(h for h in self.hidden if any(h in answer for answer in answers))
+
+    @property
+    def first_right(self) -> bool:
+        """Whether the first answer is a hidden effect, or declares one equivalent."""
+        return bool(self.named) and bool({self.named[0], *self.equivalents[0]} & set(self.hidden))
+
+
+def try_case(case: Case, model: Model | None = None) -> Outcome:
+    """Make a case's log, explain it, and compare."""
+    model, begin = model or Model.default(), monotonic()
+    outcome = Outcome(case.key, case.kind, case.source, case.size, case.effects, case.engage > 0.0)
+    try:
+        made, log = standing(case, model)
+        outcome = replace(outcome, made=made.key if made != case else "")
+        told = explain(model, [log], without=made.without)
+        outcome = compare_with_truth(replace(outcome, **told_of(told)), made, told, model)
+        if made.kind == "complete":
+            outcome = replace(outcome, estimates=estimates(made, log, model))
+    except (Failure, np.linalg.LinAlgError) as failure:
+        outcome = replace(outcome, failure=str(failure))
+    return replace(outcome, seconds=monotonic() - begin)
+
+
+def standing(case: Case, model: Model) -> tuple[Case, Log]:
+    """The log, and the case it shows: with smaller effects than planned where the robot would fall."""
+    for _ in range(REDRAWS):
+        try:
+            return case, log_of(case, model)
+        except Fallen:
+            case = case.smaller()
+    return case, log_of(case, model)
+
+
+def log_of(case: Case, model: Model) -> Log:
+    """The measured log."""
+    hide = dict(case.hide)
+    if case.source == "engine":
+        soft = {"engage": case.engage} if case.engage else {}
+        return engine_log(hide, command=case.command, seed=case.seed, noise=case.noise, **soft)
+    return simulate(model, command=case.command, hide=hide, seed=case.seed)
+
+
+def told_of(told: Explanation) -> dict:
+    """What the explanation says."""
+    return {
+        "verdict": told.first.verdict,
+        "named": tuple(s.effect for s in told.steps),
+        "equivalents": tuple(s.equivalent_to for s in told.steps),
+        "final": told.verdict,
+        "base_error": told.base_error,
+        "error": told.error,
+        "floor": told.noise_floor,
+    }
+
+
+def compare_with_truth(outcome: Outcome, case: Case, told: Explanation, model: Model) -> Outcome:
+    """Refit the true model from the true values, and see how far its sizes and the named model's parameters are off."""
+    truth = true_values(case, model)
+    open_to_all = replace(told.study, without=(), needless=())
+    study = steadied(open_to_all.having(case.effects), truth)
+    fitted = fit_model(study, truth, free_names(study, case.effects), horizons=(1.0,))
+    error = held_residuals(study, fitted)[0]
+    several = case.effects if len(case.effects) > 1 else ()
+    fewer = [[e for e in case.effects if e != without] for without in several]
+    costs = tuple(error_of(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
+    deviations: tuple[float, ...] = ()
+    if set(told.effects) == set(case.effects):
+        known = {n: row for n, row in told.parameters.items() if row["identifiable"]}
+        deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in known.items())
+    size = strength(fitted, case.effects)
+    return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
+
+
+def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ...]:
+    """How far each of the model's own parameters is off in its standard errors, identified from the whole log."""
+    truth = true_values(case, model)
+    found = identify(model, [log]).parameters
+    return tuple((name, (row["value"] - truth[name]) / row["sigma"]) for name, row in found.items())
+
+
+def true_values(case: Case, model: Model) -> dict[str, float]:
+    """Parameters that the log was made with, the hidden ones included."""
+    plain = TRUTH if case.source == "engine" else {n: v for n, v in machine_values(model, {}).items() if "." not in n}
+    return {**model.constants, **plain, **dict(case.hide)}
+
+
+def strength(fitted: Fit, effects: tuple[str, ...]) -> float:
+    """What a likelihood-ratio test that knows the effects sees: √(θᵀ Σ⁻¹ θ) over their sizes."""
+    sizes = [f"{e}.{p.name}" for e in effects for p in derive.effects.find(e).linear]
+    keys = [k for k, label in enumerate(fitted.free) if label.partition("@")[0] in sizes]
+    if not keys:
+        return 0.0
+    values = np.array([_value(fitted, fitted.free[k]) for k in keys])
+    matrix = fitted.covariance[np.ix_(keys, keys)]
+    return float(np.sqrt(max(values @ np.linalg.pinv(matrix) @ values, 0.0)))
+
+
+def _value(fitted: Fit, label: str) -> float:
+    name, _, log = label.partition("@")
+    return float(fitted.of_log(int(log or 0))[name])
+
+
+__all__ = ["Outcome", "try_case"]

@@ -1,0 +1,1 @@
+"""Case studies on measured logs: python -m wheelpend.benchmarks.measured [--data FOLDER] [--out docs]."""

@@ -1,0 +1,129 @@
+"""Rows: the shooting fit, sensitivities, the search among candidates and the whole diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import combinations
+from time import perf_counter, process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.api import diagnose
+from wheelpend.benchmarks.speed.environment import peer
+from wheelpend.benchmarks.speed.record import Times
+from wheelpend.benchmarks.speed.regression import TAU
+from wheelpend.benchmarks.speed.setting import Setting
+from wheelpend.benchmarks.speed.simulation import STEP, in_c, ours
+from wheelpend.benchmarks.speed.timing import best_in_turn, timed
+from wheelpend.diagnosis import pair_search
+from wheelpend.errors import Failure
+from wheelpend.estimation.continuation import fit_parts
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.simulation.hidden import machine_values
+
+LONG = 60.0  # s, the log of the shooting fit
+SEGMENTS = 0.25  # s, short enough to start from nominal values at once
+FOLDS = 10  # of the cross-validation
+SAMPLED = 4  # candidates that are refitted from the data; all would take minutes
+HIDDEN = {"coulomb_drive": 0.3}  # V, what the diagnosis is to find
+
+
+def fit_against_simulation(s: Setting) -> Times:
+    """Fit 7 parameters and all initial states to 60 s, from nominal values, against one C simulation of 60 s."""
+    study = prepare(s.model, [s.log(LONG)], use_all=True, horizon=SEGMENTS)
+    run = partial(fit_parts, study, study.training, known_values(s.model), study.base, rounds=40)
+    fitted = run()
+    if not (fitted.converged and fitted.error < 1.1 * study.floor):
+        raise Failure(f"The fit must reach the noise, but its error is {fitted.error:g}.")
+    return Times(*best_in_turn(timed(run, perf_counter), timed(in_c(s.loop(LONG))[0], perf_counter)))
+
+
+def sensitivities_against_simulation(s: Setting) -> Times:
+    """20 s with the derivatives in everything that the library fits, against one C simulation of 20 s."""
+    loop, module = s.loop(), s.library
+    voltage = ours(s, loop)()[2]
+    parameters = vector(module, machine_values(s.model, {}), s.log())
+    columns = np.arange(module.FITTED)
+    run = partial(module.sensitivities, loop.t, voltage, loop.state, parameters, columns, STEP)
+    if not np.isfinite(run()[2]).all():
+        raise Failure("Sensitivities must be finite numbers.")
+    return Times(*best_in_turn(timed(run), timed(in_c(loop)[0])))
+
+
+class Columns(NamedTuple):
+    """A regression with columns that may be left out."""
+
+    phi: np.ndarray  # (rows, n)
+    tau: np.ndarray  # (rows,)
+    own: tuple[int, ...]  # the model's columns
+    further: tuple[tuple[int, ...], ...]  # sets of columns to try beside them, singles and pairs
+
+
+def search_against_refits(s: Setting) -> Times:
+    """All single effects and pairs, cross-validated from stored Gram matrices, against refits from the data."""
+    columns = library_columns(s)
+    grams = fold_grams(columns)
+    search_in_grams(grams, columns)
+    run = partial(search_in_grams, grams, columns)
+    chosen = [columns.further[k] for k in np.linspace(0, len(columns.further) - 1, SAMPLED).astype(int)]
+    begin = process_time()
+    for places in chosen:
+        refit(columns, places)
+    each = (process_time() - begin) / SAMPLED
+    return Times(best_in_turn(timed(run))[0], each * len(columns.further))
+
+
+def search_in_grams(grams: np.ndarray, columns: Columns) -> np.ndarray:
+    """Held-out sum of squares of each candidate: the one place that calls the search in stored Gram matrices."""
+    places = [list(further) for further in columns.further if len(further) == 1]
+    found = pair_search.search(grams, len(columns.own), places)
+    return np.concatenate([found.singles, found.pairs[np.triu_indices(len(places), 1)]])
+
+
+def refit(columns: Columns, further: Sequence[int]) -> float:
+    """Held-out sum of squares of one candidate, fitted to the data anew for each fold."""
+    phi = np.ascontiguousarray(columns.phi[:, [*columns.own, *further]])
+    squares = 0.0
+    for held in folds(len(columns.tau)):
+        estimate = np.linalg.lstsq(phi[~held], columns.tau[~held])[0]
+        squares += float(((columns.tau[held] - phi[held] @ estimate) ** 2).sum())
+    return squares
+
+
+def fold_grams(columns: Columns) -> np.ndarray:
+    """[phi tau]ᵀ[phi tau] of every fold, (FOLDS, n + 1, n + 1)."""
+    whole = np.column_stack([columns.phi, columns.tau])
+    return np.array([whole[held].T @ whole[held] for held in folds(len(whole))])
+
+
+def folds(rows: int) -> list[np.ndarray]:
+    """Which rows (rows,) each fold holds out: contiguous blocks."""
+    number = np.arange(rows) * FOLDS // rows
+    return [number == k for k in range(FOLDS)]
+
+
+def library_columns(s: Setting) -> Columns:
+    """The filtered regressor of a 20 s log with every effect that is linear in its sizes."""
+    module, log = s.library, s.log(**HIDDEN)
+    states, parameters = measured_states(module, log), vector(module, machine_values(s.model, {}), log)
+    tau, phi = module.filter_regressor(log.t, states, log.voltage, parameters, *TAU, True, states[0])
+    own = tuple(k for k, name in enumerate(module.LINEAR) if "." not in name)
+    others = [k for k, name in enumerate(module.LINEAR) if "." in name and not name.startswith("missing")]
+    further = (*combinations(others, 1), *combinations(others, 2))
+    return Columns(phi.reshape(-1, phi.shape[2]), tau.ravel(), own, further)
+
+
+def diagnosis_against_pysindy(s: Setting) -> Times:
+    """The whole diagnosis of a 20 s log, against one sparse regression as large as it."""
+    log, rng = s.log(**HIDDEN), np.random.default_rng(0)
+    run = partial(diagnose, s.model, [log])
+    if (verdict := run().verdict) != "effect_missing":
+        raise Failure(f"The diagnosis must find what is hidden, but its verdict is {verdict}.")
+    columns, sides = rng.normal(size=(len(log), s.library.FITTED)), rng.normal(size=(len(log), s.library.NQ))
+    with peer(s.peers, "pysindy", columns=columns, sides=sides) as (contender, _):
+        return Times(*best_in_turn(timed(run, perf_counter), contender, least=2))

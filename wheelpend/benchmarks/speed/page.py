@@ -1,0 +1,77 @@
+"""The table, as text and in Markdown."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+
+import llvmlite.binding as llvm
+
+from wheelpend.benchmarks.speed.record import Absent, Measured, number, told
+from wheelpend.benchmarks.speed.reference import compiler
+from wheelpend.benchmarks.speed.rows import wide_vectors
+from wheelpend.files import write_text
+
+COLUMNS = ("work", "ours", "reference", "ratio", "goal", "met")
+BEGIN, END = "<!-- written by make bench -->", "<!-- end -->"
+MEANING = (
+    "The ratio says how many times as fast as the reference ours is; where the goal is an 'at most', how many times as "
+    "long it takes."
+)
+
+
+def cells(found: Measured) -> tuple[str, ...]:
+    """A row of the table."""
+    row, met = found.row, {True: "yes", False: "no", None: "absent"}[found.met]
+    if found.times is None:
+        return row.work, "", row.reference, "", str(row.goal), met
+    ours, theirs = (told(x, row.piece) for x in found.times)
+    return row.work, ours, f"{theirs}, {row.reference}", number(row.goal.ratio(found.times)), str(row.goal), met
+
+
+def notes(results: Sequence[Measured]) -> list[str]:
+    """What has to be said beside the table: what its ratio means, where it was made, and what is absent and why."""
+    absent = [f"Absent: {r.row.name}, because {r.absent}." for r in results if r.times is None]
+    return [MEANING, machine(), *absent]
+
+
+def machine() -> str:
+    """Processor, compiler and versions."""
+    versions = [f"{name} {version(name)}" for name in ("numba", "numpy", "sympy")]
+    return (
+        f"Measured on {llvm.get_host_cpu_name()} with {512 if wide_vectors() else 256}-bit vectors; {c_version()}; "
+        f"Python {platform.python_version()}, {', '.join(versions)}; one thread for linear algebra."
+    )
+
+
+def c_version() -> str:
+    """The C compiler's name and version."""
+    try:
+        command = [compiler(), "--version"]
+    except Absent as reason:
+        return str(reason)
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
+
+
+def text(results: Sequence[Measured]) -> str:
+    """The table, in Markdown that can be read as it is, and what has to be said beside it."""
+    lines = [COLUMNS, *map(cells, results)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    rows = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
+    rows.insert(1, ["-" * width for width in widths])
+    return "\n\n".join(["\n".join(f"| {' | '.join(row)} |" for row in rows), *notes(results)]) + "\n"
+
+
+def write(path: Path, results: Sequence[Measured]) -> None:
+    """Write the table: into a page that has a place for it, between its two marks, else as a page of its own."""
+    before = path.read_text(encoding="utf-8") if path.exists() else ""
+    table = f"{BEGIN}\n\n{text(results)}\n{END}"
+    if BEGIN in before and END in before:
+        head, _, rest = before.partition(BEGIN)
+        page = head + table + rest.partition(END)[2]
+    else:
+        page = f"# Speed beside peers\n\n{table}\n"
+    write_text(path, page)

@@ -1,0 +1,61 @@
+"""Rows: what a process takes from its start to its end."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from time import perf_counter
+
+from wheelpend.benchmarks.speed.record import Times
+from wheelpend.benchmarks.speed.setting import Setting
+from wheelpend.benchmarks.speed.timing import Contender, best_in_turn, timed
+from wheelpend.errors import Failure
+from wheelpend.logs.read import save_log
+from wheelpend.model.template import text_of
+
+EFFECTS = (
+    "coulomb_drive", "viscous_asymmetry", "stribeck_drive", "quadratic_drive", "cogging", "ground_viscous",
+    "rolling_resistance", "slope", "wheel_runout", "air_drag", "com_offset", "body_damping", "tether_spring",
+    "voltage_offset", "imu_bias",
+)  # fmt: skip
+DERIVATION = """
+import derive
+model = derive.compose("{plant}", derive.plants.settle("{plant}", {{}}), {effects!r})
+derive.render(model)
+"""
+
+
+def second_run(s: Setting) -> Times:
+    """``wheelpend identify`` of a 20 s log by a new process, against the same with nothing compiled."""
+    with tempfile.TemporaryDirectory() as folder:
+        log, model = Path(folder) / "log.csv", Path(folder) / "model.toml"
+        save_log(log, s.log())
+        model.write_text(text_of(s.model.plant), encoding="utf-8")
+        command = ["-m", "wheelpend", "identify", str(log), "--model", str(model)]
+        first = process(command, cache=folder)()
+        process(command)()  # fills the cache, if need be
+        return Times(best_in_turn(process(command))[0], first)
+
+
+def derivation(s: Setting) -> Times:
+    """Derive and render the model with 15 effects in a new process, against importing sympy in one."""
+    text = DERIVATION.format(plant=s.model.plant, effects=EFFECTS)
+    return Times(*best_in_turn(process(["-c", text]), process(["-c", "import sympy"])))
+
+
+def process(arguments: Sequence[str], cache: str | None = None) -> Contender:
+    """A new process of this interpreter, on request with another folder for what is compiled."""
+    environment = {**os.environ, **({"WHEELPEND_CACHE": cache} if cache else {})}
+
+    def run() -> None:
+        done = subprocess.run(
+            [sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            raise Failure(f"{' '.join(arguments)} must run, but it said: {done.stderr.strip()}")
+
+    return timed(run, perf_counter)

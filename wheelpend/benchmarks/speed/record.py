@@ -1,0 +1,91 @@
+"""What a row of the table says before and after it was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from wheelpend.benchmarks.speed.setting import Setting
+
+
+UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+
+
+class Absent(Exception):
+    """A row cannot be measured here; the message says why."""
+
+
+class Times(NamedTuple):
+    """What a piece of work takes [s]."""
+
+    ours: float
+    reference: float
+
+    def per(self, pieces: int) -> Times:
+        """Of one of so many equal pieces."""
+        return Times(self.ours / pieces, self.reference / pieces)
+
+
+class Goal(NamedTuple):
+    """At least so many times as fast as the reference, at most so many times its time, or within so many seconds."""
+
+    kind: Literal["at least", "at most", "within"]
+    limit: float
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.limit:g}{' s' if self.kind == 'within' else ''}"
+
+    def ratio(self, times: Times) -> float:
+        """How many times as fast as the reference; for 'at most' how many times as long."""
+        faster = times.reference / times.ours
+        return 1.0 / faster if self.kind == "at most" else faster
+
+    def met(self, times: Times) -> bool:
+        """Whether measured times are good enough."""
+        if self.kind == "within":
+            return times.ours <= self.limit
+        return self.ratio(times) >= self.limit if self.kind == "at least" else self.ratio(times) <= self.limit
+
+
+class Row(NamedTuple):
+    """A piece of work, a contender, and how fast we have to be."""
+
+    name: str
+    work: str
+    reference: str  # who else does it
+    goal: Goal
+    measure: Callable[[Setting], Times]  # raises Absent
+    piece: str = ""  # what the times are of, where not of the whole
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A row with its times, or why there are none."""
+
+    row: Row
+    times: Times | None
+    absent: str = ""
+
+    def __str__(self) -> str:
+        if self.times is None:
+            return f"absent: {self.absent}"
+        ours, theirs = (told(x, self.row.piece) for x in self.times)
+        return f"ours {ours}, {self.row.reference} {theirs}, ratio {number(self.row.goal.ratio(self.times))}"
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the goal is met; None where it was not measured."""
+        return None if self.times is None else self.row.goal.met(self.times)
+
+
+def told(seconds: float, piece: str = "") -> str:
+    """A time to three digits, in the unit that suits it."""
+    unit, size = next((u for u in UNITS if seconds >= u[1]), UNITS[-1])
+    return f"{number(seconds / size)} {unit}{'/' if piece else ''}{piece}"
+
+
+def number(value: float) -> str:
+    """Three digits, or all before the point."""
+    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

@@ -1,0 +1,73 @@
+"""The paper's machine under its controller, and what the rows share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.model import model_kernels
+from wheelpend.model.record import Model
+from wheelpend.simulation.hidden import machine_values
+from wheelpend.simulation.references import reference
+from wheelpend.simulation.simulate import SAMPLE, simulate
+
+COMMAND = "aggressive"
+DURATION = 20.0  # s
+
+
+class Loop(NamedTuple):
+    """A closed loop to be simulated, without noise."""
+
+    t: np.ndarray  # (N,) [s]
+    reference: np.ndarray  # (N,) [rad]
+    rate: np.ndarray  # (N,) [rad/s]
+    gains: np.ndarray  # (3,)
+    state: np.ndarray  # (NX,)
+    parameters: np.ndarray  # (NP,)
+
+
+@dataclass
+class Setting:
+    """The machine of [simulation], with its kernels."""
+
+    peers: Path  # environment with other packages
+
+    @cached_property
+    def model(self) -> Model:
+        """The paper's model as a workspace starts with it."""
+        return Model.default()
+
+    @cached_property
+    def lean(self) -> ModuleType:
+        """Kernels of the model, the text of generated/wheel_pendulum.py."""
+        return kernels.lean(self.model.plant, self.model.assumptions, ())
+
+    @cached_property
+    def library(self) -> ModuleType:
+        """Kernels with every effect."""
+        return model_kernels.library_of(self.model)
+
+    @cached_property
+    def parameters(self) -> np.ndarray:
+        """X1...X7 of the machine, (7,)."""
+        values = machine_values(self.model, {})
+        return np.array([values[name] for name in self.lean.PARAMETERS])
+
+    def loop(self, duration: float = DURATION) -> Loop:
+        """The aggressive command from rest."""
+        t = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
+        angle, rate = reference(COMMAND, t)
+        assert self.model.controller is not None
+        gains = np.array(self.model.controller.gains, dtype=float)
+        return Loop(t, angle, rate, gains, np.zeros(self.lean.NX), self.parameters)
+
+    def log(self, duration: float = DURATION, **hide: float) -> Log:
+        """A measurement with noise; effects are hidden as effect=value."""
+        return simulate(self.model, command=COMMAND, duration=duration, hide=hide)

@@ -1,0 +1,4 @@
+"""The command line: one function per command, thin.
+
+In: arguments. Out: results as text or JSON, exit codes. Question: what did the user ask for?
+"""

@@ -1,0 +1,109 @@
+"""The commands add and remove, and what --save records."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import derive
+from wheelpend.diagnosis.change import Change, add
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.errors import Failure
+from wheelpend.estimation.problem import enlarged, refuse_meaningless
+from wheelpend.model import workspace
+from wheelpend.model.record import Model
+from wheelpend.reports.console import failures, progress, say, show, warn
+from wheelpend.serialise import plain
+
+
+def change(
+    effect: str,
+    data: Sequence[Path],
+    holdout: Sequence[Path],
+    open_model: Callable[[], Model],
+    json: str | None,
+    *,
+    remove: bool,
+) -> None:
+    """Add or remove an effect, refit where data are given, save the workspace and show what it did."""
+    with failures(json):
+        model = checked(open_model(), effect, remove)
+        if not data:
+            if holdout:
+                raise Failure("--holdout judges a refit, so it needs --data as well.")
+            effects = [e for e in model.effects if e != effect] if remove else enlarged(model, effect)
+            workspace.save(model.with_effects(effects), entry(effect, remove, None, ()))
+            result: dict[str, Any] = {"schema": 1, "effect": effect, "effects": effects, "error_before": None,
+                                      "error_after": None}  # fmt: skip
+            show(result, json, lambda: say(f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
+                                           "Give --data LOG to refit and see what it does to the error."))  # fmt: skip
+            return
+        with progress("reading") as update:
+            changed = add(model, effect, data, holdout, remove=remove, progress=update)
+            workspace.save(changed.model, entry(effect, remove, changed, data))
+        warn(changed.study.warnings)
+        show(as_json(changed), json, lambda: tell(changed, effect, remove))
+
+
+def checked(model: Model, effect: str, remove: bool) -> Model:
+    """The model, if the effect can be added to it or removed from it."""
+    try:
+        row = derive.effects.find(effect)
+    except KeyError as error:
+        raise Failure(error.args[0]) from None
+    if remove and effect not in model.effects:
+        raise Failure(
+            f"{effect} must be in the model to be removed; the model has {', '.join(model.effects) or 'none'}."
+        )
+    if not remove and effect in model.effects:
+        raise Failure(f"{effect} is in the model already. `wheelpend identify LOG --save` refits it.")
+    if not remove:
+        refuse_meaningless(row, model)
+    return model
+
+
+def entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> dict[str, Any]:
+    """A line of the workspace's history."""
+    step = changed.step if changed else None
+    return {
+        "change": f"{'remove' if remove else 'add'} {effect}",
+        "error_before": plain(step.error_before) if step else None,
+        "error_after": plain(step.error_after) if step else None,
+        "logs": [str(p) for p in logs],
+    }
+
+
+def as_json(changed: Change) -> dict[str, Any]:
+    """The step with the model's parameters after it."""
+    values = {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.parameters.items()}
+    values |= {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.effect_values.items()}
+    step = {k: v for k, v in plain(changed.step).items() if k not in ("parameters", "p_value", "equivalent_to")}
+    return {"schema": 1, **step, "effects": list(changed.model.effects), "noise_floor": plain(changed.study.floor),
+            "horizon_s": changed.study.horizon, "parameters": plain(values)}  # fmt: skip
+
+
+def tell(changed: Change, effect: str, remove: bool) -> None:
+    """Say what the change did."""
+    from wheelpend.reports.numbers import size
+    from wheelpend.reports.text.diagnosis import show_each_log
+
+    step = changed.step
+    say(f"{'Removed' if remove else 'Added'} {effect}: held-out error {step.error_before:.4g} → {step.error_after:.4g} "
+        f"(noise floor {changed.study.floor:.4g}).")  # fmt: skip
+    if not remove:
+        say(f"{effect}: {size(step.coefficients, step.sigma, step.unit, changed.model)}.")
+        show_each_log(step)
+    say(f"Saved {changed.model.path} and regenerated its kernels.")
+
+
+def record(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
+    """Save an explanation's model and put its steps into the history."""
+    model = result.model
+    entries = [
+        {"change": f"add {s.effect}", "error_before": plain(s.error_before), "error_after": plain(s.error_after),
+         "logs": [str(p) for p in (*logs, *holdout)]}
+        for s in result.steps
+    ]  # fmt: skip
+    workspace.save(model, entries)
+    say(f"Saved {model.path} and regenerated its kernels.")

@@ -1,0 +1,217 @@
+"""Commands of the loop: identify, compare, diagnose, add, remove, explain, report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from wheelpend.cli.app import app
+from wheelpend.cli.options import (
+    MODEL,
+    Accept,
+    Data,
+    Holdout,
+    Json,
+    Law,
+    Logs,
+    ModelFile,
+    PlantFile,
+    Without,
+    check_logs,
+    open_model,
+    parse_tau,
+)
+from wheelpend.reports.console import failures, progress, say, show, warn
+
+
+@app.command()
+def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and the report.")] = Path("demo")) -> None:
+    """The whole story on the shipped log: compare, see where it fails, diagnose, add, watch the error fall."""
+    from wheelpend.cli.demo import run
+
+    with failures():
+        run(out)
+
+
+@app.command()
+def identify(
+    logs: Logs,
+    method: Annotated[
+        str, typer.Option(help="shooting, filtered, iv, recursive, energy, inverse or differentiation.")
+    ] = "shooting",
+    tau: Annotated[
+        str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")
+    ] = None,
+    hold: Annotated[
+        str | None, typer.Option(help="zero or first: signals between samples, for filtered and recursive.")
+    ] = None,
+    forgetting: Annotated[float | None, typer.Option(help="Forgetting factor of recursive, 1 for none.")] = None,
+    tau_map: Annotated[
+        Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")
+    ] = None,
+    save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Identify the parameters, with standard errors."""
+    from wheelpend.identification.identify import identify as run
+    from wheelpend.reports.text import identification
+
+    with failures(json):
+        times = parse_tau(tau, tau_map)
+        with progress("reading") as update:
+            result = run(
+                open_model(model, plant),
+                logs,
+                method=method,
+                tau=times,
+                hold=hold,
+                forgetting=forgetting,
+                progress=update,
+            )
+        warn(result.warnings)
+        show(result, json, lambda: identification.show_identification(result))
+        if tau_map and result.guide:
+            from wheelpend.identification.time_constants import draw
+
+            draw(result.guide, tau_map)
+        if save:
+            result.model.save()
+
+
+@app.command()
+def compare(
+    logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, plant: PlantFile = None, json: Json = None
+) -> None:
+    """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
+    from wheelpend.diagnosis.compare import compare as run
+    from wheelpend.reports.text import comparison
+
+    with failures(json):
+        opened = open_model(model, plant)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            result = run(opened, logs, holdout or [], progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: comparison.show_comparison(result, opened))
+
+
+@app.command()
+def diagnose(
+    logs: Logs,
+    holdout: Holdout = None,
+    without: Without = None,
+    law: Law = False,
+    accept: Accept = None,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
+    from wheelpend.api import diagnose as run
+    from wheelpend.diagnosis.missing_force import free_law
+    from wheelpend.reports.text import diagnosis, unexplained
+
+    with failures(json):
+        opened = open_model(model, plant)
+        free_law.check_name(opened, accept)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            asked = unexplained.Asked(law or accept is not None, accept is not None)
+            result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
+        warn(result.warnings)
+        show(result, json, lambda: diagnosis.show_diagnosis(result, opened, asked))
+        if accept is not None:
+            say(free_law.accept(opened, result.law, accept))
+
+
+@app.command()
+def add(
+    effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
+    data: Data = None,
+    holdout: Holdout = None,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
+    from wheelpend.cli.change import change
+
+    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=False)
+
+
+@app.command()
+def remove(
+    effect: Annotated[str, typer.Argument(help="Name of the effect.")],
+    data: Data = None,
+    holdout: Holdout = None,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Remove an effect from the model; the opposite of add."""
+    from wheelpend.cli.change import change
+
+    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=True)
+
+
+@app.command()
+def explain(
+    logs: Logs,
+    holdout: Holdout = None,
+    max_effects: Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)] = 4,
+    without: Without = None,
+    law: Law = False,
+    accept: Accept = None,
+    save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Diagnose and add in turn until nothing is missing; the error ladder."""
+    from wheelpend.api import explain as run
+    from wheelpend.cli.change import record
+    from wheelpend.diagnosis.missing_force import free_law
+    from wheelpend.reports.text import explanation, unexplained
+
+    with failures(json):
+        opened = open_model(model, plant)
+        free_law.check_name(opened, accept)
+        check_logs(logs, opened)
+        with progress("reading") as update:
+            asked, left_out = unexplained.Asked(law or accept is not None, accept is not None), without or []
+            result = run(
+                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
+            )
+        warn(result.warnings)
+        show(result, json, lambda: explanation.show_explanation(result, asked))
+        if save:
+            record(result, logs, holdout or [])
+        if accept is not None:
+            say(free_law.accept(opened, result.law, accept))
+
+
+@app.command()
+def report(
+    logs: Logs,
+    holdout: Holdout = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
+    law: Law = False,
+    model: ModelFile = MODEL,
+    plant: PlantFile = None,
+) -> None:
+    """One self-contained HTML page with everything above."""
+    from wheelpend.reports.page.page import write_report
+    from wheelpend.version import version
+
+    with failures():
+        from wheelpend.api import explain as run
+
+        with progress("reading") as update:
+            result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
+        parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
+        command = " ".join(parts)
+        say(f"Wrote {write_report(result, output, version=version(), command=command)}.")

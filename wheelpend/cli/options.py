@@ -1,0 +1,67 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from wheelpend.reports.console import warn
+
+Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
+Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
+Law = Annotated[bool, typer.Option("--law", help="Fit a free-form law to what no effect explains; takes a minute.")]
+Accept = Annotated[
+    str | None, typer.Option("--accept", metavar="NAME", help="Write that law to effects.toml as an effect of yours.")
+]
+Data = Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")]
+ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
+Json = Annotated[
+    str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")
+]
+PlantFile = Annotated[
+    Path | None,
+    typer.Option("--plant", metavar="FILE.py", help="A plant of your own: Python code, run because it is named here."),
+]
+MODEL = Path("model.toml")
+
+
+def open_model(path: Path, plant: Path | None = None):
+    """Open the model named on the command line; its plant may be that of a file of the user's own, named there too."""
+    from wheelpend.model.record import Model
+
+    if plant is not None:
+        from wheelpend.model.user_plants import load_plant
+
+        load_plant(plant)
+    return Model.open(path)
+
+
+def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...] | Literal["auto"] | None:
+    """Read T1,T2, or T, or auto; a map needs auto."""
+    from wheelpend.errors import Failure
+
+    if tau_map and text != "auto":
+        raise Failure("--tau-map draws what --tau auto finds, but --tau is "
+                      f"{'not given' if text is None else text}. Add --tau auto.")  # fmt: skip
+    if text is None or text == "auto":
+        return "auto" if text else None
+    try:
+        times = tuple(float(x) for x in text.split(","))
+    except ValueError:
+        raise Failure(f"--tau must be times in s such as 0.14,0.14, or auto, not '{text}'.") from None
+    if not all(0 < t < 1e300 for t in times):
+        raise Failure(f"--tau must be positive times in s, not '{text}'.")
+    return times
+
+
+def check_logs(logs: list[Path], model) -> None:
+    """Say what is odd about the logs before any physics is blamed."""
+    from wheelpend.estimation.data import read_logs
+    from wheelpend.inspection.inspect import inspect_for
+
+    for log in read_logs(logs, model):
+        found = inspect_for(model, log)
+        warn([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])

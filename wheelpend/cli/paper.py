@@ -1,0 +1,52 @@
+"""Commands on the paper: verify, reproduce."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from wheelpend.cli.app import app
+from wheelpend.cli.options import Json
+from wheelpend.files import write_text
+from wheelpend.reports.console import failures, progress, show
+
+
+@app.command()
+def verify(
+    page: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the findings as a Markdown page.")
+    ] = None,
+    json: Json = None,
+) -> None:
+    """Derived equations against every numbered equation of the paper: match, misprint or assumption."""
+    from wheelpend.paper.page import page as page_of
+    from wheelpend.paper.verification import verify as run
+    from wheelpend.paper.wording import show_verification
+
+    with failures(json):
+        with progress("deriving and comparing 43 equations"):
+            result = run()
+        show(result, json, lambda: show_verification(result))
+        if page is not None:
+            write_text(page, page_of(result))
+
+
+@app.command()
+def reproduce(
+    what: Annotated[str, typer.Argument(help="table1, table2, table3, figures or all.")] = "all",
+    out: Annotated[Path, typer.Option(help="Folder for the tables, the pictures and gallery.html.")] = Path(
+        "reproduction"
+    ),
+    seeds: Annotated[int, typer.Option(help="Draws of the sensor noise.")] = 100,
+    json: Json = None,
+) -> None:
+    """The paper's tables and figures, its numbers beside ours over many seeds; writes CSV, PNG and one page."""
+    from wheelpend.reproduction import run
+    from wheelpend.reproduction import show as show_reproduction
+
+    with failures(json):
+        with progress("preparing the kernels") as update:
+            result = run(what, out, seeds, progress=update)
+        show(result, json, lambda: show_reproduction(result))

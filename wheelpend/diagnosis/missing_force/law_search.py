@@ -1,0 +1,244 @@
+"""A free-form law for what no effect explains: a sparse sum of dimensioned terms, fitted through the shooting problem.
+
+Terms are chosen on the linearised problem; then kernels with the law are compiled and everything is refitted, and a
+term stays only if it lowers the held-out error. The search goes on from there, because beside a law that is nearly
+right the next term shows more clearly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from derive.nameplate import Nameplate
+from wheelpend.diagnosis.candidates import HOPEFUL
+from wheelpend.diagnosis.evidence import WORTHWHILE, agreement
+from wheelpend.diagnosis.missing_force.law_effects import LawEffect, effects_of, places, register
+from wheelpend.diagnosis.missing_force.law_terms import Term, terms
+from wheelpend.diagnosis.missing_force.piecewise_force import View, view_at, views_of
+from wheelpend.diagnosis.missing_force.term_selection import Start, choices, column, covered
+from wheelpend.diagnosis.refit import SHORT
+from wheelpend.estimation.continuation import fit_model, fit_parts
+from wheelpend.estimation.data import shortened
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import per_log_names
+from wheelpend.estimation.parameter_table import honest_sigma
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.validation import held_residuals
+from wheelpend.kernels import load as kernels
+
+NAME = "free_law"  # until the user gives it another
+INTERNAL = "law_in_search"  # name of its effects while terms come and go
+MOST = 4  # terms of a law
+ROUNDS = 4  # of choosing and refitting
+REFITTED = 3  # laws that are fitted on full segments and judged
+FAR, NEAR = 0.2, 0.05  # share of the excess over the noise that a term must explain: at a wrong model, beside a law
+SETTLED = 1.01  # error over noise floor from which on nothing more is looked for
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class FreeLaw:
+    """A law for what is missing, as effects of one's own."""
+
+    laws: dict[str, str]  # law of each effect [V], a resistance at the place where it acts
+    on: dict[str, str]  # that place
+    coefficients: dict[str, float]  # by effect.parameter; those of one log alone for the first log
+    sigma: dict[str, float]
+    unit: dict[str, str]
+    error_before: float  # held out
+    error_after: float
+    noise_floor: float
+    blocks_agree: str
+    explains: float  # share of the held-out sum of squares above the noise that it takes away
+    tried: int  # terms that were tried
+    effects: tuple[LawEffect, ...] = field(repr=False)
+    fit: Fit = field(repr=False)
+    study: Study = field(repr=False)
+
+    def called(self, name: str) -> FreeLaw:
+        """The law under another name."""
+        old = NAME
+
+        def new(full: str) -> str:
+            return name + full[len(old) :]
+
+        return replace(
+            self,
+            laws={new(e): law for e, law in self.laws.items()},
+            on={new(e): port for e, port in self.on.items()},
+            coefficients={new(n): v for n, v in self.coefficients.items()},
+            sigma={new(n): v for n, v in self.sigma.items()},
+            unit={new(n): u for n, u in self.unit.items()},
+            effects=tuple(e._replace(name=new(e.name)) for e in self.effects),
+        )
+
+    def tables(self) -> dict[str, dict]:
+        """The law as tables of effects.toml."""
+        return {e.name: e.table(self.coefficients) for e in self.effects}
+
+
+class Law(NamedTuple):
+    """Terms, by their number among all that were tried, with a fit of the model that has them."""
+
+    terms: dict[int, Term]
+    study: Study  # with the kernels of the law
+    fit: Fit
+    names: dict[tuple[int, str], str]  # full name in the fit of each number in each term
+    error: float  # held out
+
+    @property
+    def free(self) -> list[str]:
+        """Names of what the fit fits."""
+        return self.fit.names
+
+    @property
+    def settled(self) -> bool:
+        """Whether nothing is left to look for."""
+        return self.error < SETTLED * self.study.floor or len(self.terms) >= MOST
+
+
+def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
+    """The law that explains most of what a fitted model misses; None where no term is worth having."""
+    plant = study.plant
+    law = Law({}, study, base, {}, held_residuals(study, base)[0])
+    progress("looking for the terms of a law")
+    views, pays = views_of(study, base), FAR
+    candidates = dict(enumerate(terms(plant, covered(views[0], plant)), 1))
+    for _ in range(ROUNDS):
+        fresh = [t for n, t in candidates.items() if n not in law.terms]
+        starts = choices(views, fresh, MOST, plant, pays)
+        if not starts:
+            break
+        progress(f"compiling and fitting {len(starts)} laws")
+        trial = best_of(law, candidates, starts, plant)
+        if not trial.error < (1.0 - WORTHWHILE) * law.error:
+            break
+        law = trial
+        progress(f"held-out error {law.error:.4g} with {len(law.terms)} terms")
+        if law.settled:
+            break
+        views, pays = [near_view(law)], NEAR
+    return concluded(study, base, law, len(candidates)) if law.terms else None
+
+
+def near_view(law: Law) -> View:
+    """The training logs linearised at a fit with a law, on short segments."""
+    short = fit_model(law.study, law.fit.values, law.free, horizons=(SHORT,), start_per_log=law.fit.per_log)
+    return view_at(law.study, short, shortened(law.study, SHORT * law.study.horizon))
+
+
+def best_of(law: Law, candidates: dict[int, Term], starts: Sequence[Start], plant: Nameplate) -> Law:
+    """The best of the laws that a law becomes with the terms of each start, without terms that do not pay.
+
+    All are fitted with the same kernels, on short segments first.
+    """
+    wanted = {t for s in starts for t in s.terms}
+    numbers = {n: t for n, t in candidates.items() if n in law.terms or t in wanted}
+    effects = effects_of(numbers, INTERNAL)
+    names = places(effects)
+    added = register(effects, {}, plant)
+    model = law.study.model
+    study = replace(law.study, module=kernels.probing(model.plant, model.assumptions, (*model.effects, *added)))
+    begun = [begun_with(study, law, numbers, names, start) for start in starts]
+    begun.sort(key=lambda pair: pair[1].cost)
+    hopeful = [b for b in begun if b[1].cost < HOPEFUL * begun[0][1].cost][:REFITTED]
+    laws = [pruned(finished(study, chosen, names, fit)) for chosen, fit in hopeful]
+    lowest = min(x.error for x in laws)
+    return min((x for x in laws if x.error * (1.0 - WORTHWHILE) <= lowest), key=lambda x: len(x.names))
+
+
+def begun_with(study: Study, law: Law, numbers: dict[int, Term], names: dict, start: Start) -> tuple[dict, Fit]:
+    """Terms of a law and a start, and a fit of them on short segments from where the linearised problem puts it."""
+    chosen = {n: t for n, t in numbers.items() if n in law.terms or t in start.terms}
+    values = [start_values(law, chosen, names, start, log) for log in range(len(start.values))]
+    old = [n for n in law.free if n not in law.names.values()]
+    free = [*old, *(full for (n, _), full in names.items() if n in chosen)]
+    alone = per_log_names(free)
+    parts, own = shortened(study, SHORT * study.horizon), [{n: v[n] for n in alone} for v in values]
+    points = (values[0], {**values[0], **{n: v for n, v in law.fit.values.items() if n in old}})
+    fits = [fit_parts(study, parts, {**law.fit.values, **p}, free, start_per_log=own) for p in points]
+    return chosen, min(fits, key=lambda f: f.cost)
+
+
+def finished(study: Study, chosen: dict[int, Term], names: dict[tuple[int, str], str], begun: Fit) -> Law:
+    """A law fitted on full segments and judged."""
+    free = begun.names
+    fitted = fit_model(study, begun.values, free, horizons=(0.3, 1.0), start_per_log=begun.per_log)
+    own = {place: full for place, full in names.items() if place[0] in chosen}
+    return Law(chosen, study, fitted, own, held_residuals(study, fitted)[0])
+
+
+def start_values(
+    law: Law, numbers: dict[int, Term], names: dict[tuple[int, str], str], start: Start, log: int
+) -> dict[str, float]:
+    """Where a refit starts for one log: the linearised solution, and for shapes the values that were tried."""
+    values = {n: v for n, v in start.values[log].items() if n not in law.names.values()}
+    for number, term in numbers.items():
+        shapes = {s.name: s.value for s in term.shapes}
+        for local in (*(s for s, _ in term.sizes), *shapes):
+            if number in law.terms:
+                found = start.values[log][law.names[number, local]]
+            else:
+                found = shapes[local] if local in shapes else start.sizes[log][column(term, local)]
+            values[names[number, local]] = found
+    return values
+
+
+def pruned(law: Law) -> Law:
+    """A law without the terms that do not lower the held-out error by enough, the least useful gone first."""
+    while len(law.terms) > 1:
+        smaller = smallest(law)
+        if law.error < (1.0 - WORTHWHILE) * smaller.error and len(law.terms) <= MOST:
+            break
+        law = smaller
+    return law
+
+
+def smallest(law: Law) -> Law:
+    """A law refitted without the term that it needs least."""
+    return min((without_term(law, number) for number in law.terms), key=lambda x: x.error)
+
+
+def without_term(law: Law, number: int) -> Law:
+    """A law refitted with one term less."""
+    gone = {full for (n, _), full in law.names.items() if n == number}
+    sizes = {law.names[number, size] for size, _ in law.terms[number].sizes}
+    free = [n for n in law.free if n not in gone]
+    values = {**law.fit.values, **dict.fromkeys(sizes, 0.0)}
+    per_log = [{n: v for n, v in own.items() if n not in gone} for own in law.fit.per_log]
+    fitted = fit_model(law.study, values, free, start_per_log=per_log)
+    terms_left = {n: t for n, t in law.terms.items() if n != number}
+    names = {place: full for place, full in law.names.items() if place[0] != number}
+    return Law(terms_left, law.study, fitted, names, held_residuals(law.study, fitted)[0])
+
+
+def concluded(study: Study, base: Fit, law: Law, tried: int) -> FreeLaw:
+    """The law with terms numbered from 1, and what it does to the held-out error."""
+    before, old = held_residuals(study, base)
+    after, new = held_residuals(law.study, law.fit)
+    effects = effects_of(dict(enumerate(law.terms.values(), 1)), NAME)
+    order = {number: k for k, number in enumerate(law.terms, 1)}
+    renamed = {full: places(effects)[order[n], local] for (n, local), full in law.names.items()}
+    units = {f"{e.name}.{p}": given["unit"] for e in effects for p, given in e.parameters.items()}
+    excess = max(before**2 - study.floor**2, 1e-12)
+    return FreeLaw(
+        laws={e.name: e.law for e in effects},
+        on={e.name: e.on for e in effects},
+        coefficients={new_name: law.fit.of_log(0)[full] for full, new_name in renamed.items()},
+        sigma={new_name: honest_sigma(law.fit, full) for full, new_name in renamed.items()},
+        unit={n: units[n] for n in renamed.values()},
+        error_before=before,
+        error_after=after,
+        noise_floor=study.floor,
+        blocks_agree=agreement(old, new),
+        explains=float(np.clip(1.0 - (after**2 - study.floor**2) / excess, 0.0, 1.0)),
+        tried=tried,
+        effects=effects,
+        fit=law.fit,
+        study=law.study,
+    )

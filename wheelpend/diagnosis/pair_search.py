@@ -1,0 +1,121 @@
+"""All single effects and all pairs at once: what each would leave of data that it was not fitted to.
+
+One pass over the data leaves, for each fold, the normal equations of every column and of what is to be explained. From
+these alone every model of some columns is fitted to the other folds and judged on its own: no row is touched again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.diagnosis.score_test import linear_names, shots_with
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.normal_equations import informations, reduce
+from wheelpend.estimation.parameters import Layout
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.shooting import Shot
+
+FOLDS = 10
+RIDGE = 1e-10  # on a unit diagonal: a column that repeats others gets no size
+
+
+class Search(NamedTuple):
+    """Sums of squares left on the folds that were not fitted."""
+
+    base: float  # by the base columns alone
+    singles: np.ndarray  # (groups,) with one group of columns more
+    pairs: np.ndarray  # (groups, groups) with two, symmetric; on the diagonal the singles
+
+    def best_pair(self) -> tuple[int, int]:
+        """The two groups that leave least together."""
+        first, second = np.unravel_index(np.argmin(self.pairs), self.pairs.shape)
+        return int(first), int(second)
+
+
+def leading_pair(study: Study, fitted: Fit) -> tuple[str, ...]:
+    """The two effects that would leave least together, as far as a fit's linearisation tells; none where it cannot."""
+    effects = [e for e in study.missable() if not e.event and e.profiled is None and not e.frees]
+    plan, shots = shots_with(study, fitted, study.training, [n for e in effects for n in linear_names(e)], {})
+    names = [label.split("@")[0] for label in plan.labels]
+    base = [k for k, n in enumerate(names) if n in fitted.names]
+    order = [*base, *(k for k in range(len(names)) if k not in base), len(names)]
+    grams = fold_grams(shots, study.module.NX, plan)[:, order][:, :, order]
+    if len(effects) < 2 or not np.isfinite(grams).all():
+        return ()
+    sorted_names = [names[k] for k in order[:-1]]
+    groups = [[k for k, n in enumerate(sorted_names) if n in linear_names(e)] for e in effects]
+    return tuple(effects[k].name for k in dict.fromkeys(search(grams, len(base), groups).best_pair()))
+
+
+def fold_grams(shots: Sequence[Shot], nx: int, plan: Layout, folds: int = FOLDS) -> np.ndarray:
+    """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual; the segments' states are gone."""
+    reduced, size = reduce(shots, nx, plan), len(plan.labels)
+    grams = np.zeros((len(reduced.scores), size + 1, size + 1))
+    grams[:, :-1, :-1] = informations(shots, nx, plan, reduced)
+    grams[:, :-1, -1] = grams[:, -1, :-1] = reduced.scores
+    grams[:, -1, -1] = np.concatenate([
+        s.gram[:, -1, -1] - np.einsum("sx,sx->s", s.gram[:, :nx, -1], step)
+        for s, (step, _) in zip(shots, reduced.steps, strict=True)
+    ])  # fmt: skip
+    edges = np.arange(folds) * len(grams) // folds
+    return np.add.reduceat(grams, np.unique(edges), axis=0)
+
+
+def search(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) -> Search:
+    """Fit every group of columns and every pair of groups, beside the first ``base`` columns, to all folds but one.
+
+    grams (folds, n + 1, n + 1) have what is to be explained last. Each fold is judged by fits to the others, from their
+    normal equations.
+    """
+    count = len(groups)
+    models = [(a, a) for a in range(count)] + list(combinations(range(count), 2))
+    columns = [sorted({*groups[a], *groups[b]}) for a, b in models]
+    by_size: dict[int, list[int]] = {}
+    for number, chosen in enumerate(columns):
+        by_size.setdefault(len(chosen), []).append(number)
+    both = [_beside_base(grams.sum(axis=0) - fold, fold, base) for fold in grams]
+    rest, judged = (np.array(each) for each in zip(*both, strict=True))
+    left, left_base = np.zeros(len(models)), judged[:, -1, -1].sum()
+    for size, numbers in by_size.items():
+        places = np.array([columns[n] for n in numbers]).reshape(len(numbers), size) - base
+        rows, across = places[:, :, None], places[:, None, :]
+        step = _solve(rest[:, rows, across] + RIDGE * np.eye(size), rest[:, places, -1])
+        gain = np.einsum("fmi,fmi->m", step, 2.0 * judged[:, places, -1])
+        left[numbers] = left_base - gain + np.einsum("fmi,fmij,fmj->m", step, judged[:, rows, across], step)
+    pairs = np.zeros((count, count))
+    for (a, b), value in zip(models, left, strict=True):
+        pairs[a, b] = pairs[b, a] = value
+    return Search(float(left_base), left[:count].copy(), pairs)
+
+
+def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solve many equations (..., n, n) with right sides (..., n); those of one and of two unknowns in closed form."""
+    if right.shape[-1] == 1:
+        return right / matrix[..., 0]
+    if right.shape[-1] > 2:
+        return np.linalg.solve(matrix, right[..., None])[..., 0]
+    a, b, c, d = (matrix[..., i, j] for i in range(2) for j in range(2))
+    e, f = right[..., 0], right[..., 1]
+    return np.stack([d * e - b * f, a * f - c * e], axis=-1) / (a * d - b * c)[..., None]
+
+
+def _beside_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tuple[np.ndarray, np.ndarray]:
+    """Both normal equations without what the base columns, fitted to the first, explain; the columns of unit length.
+
+    What is to be explained keeps its own length.
+    """
+    own = np.sqrt(np.maximum(np.diag(fitted), 0.0))
+    scale = np.where(own > 0.0, own, 1.0)
+    scale[-1] = 1.0
+    first, second = fitted / np.outer(scale, scale), judged / np.outer(scale, scale)
+    answers = np.linalg.lstsq(first[:base, :base], first[:base, base:], rcond=1e-11)[0]
+    turn = np.vstack([-answers, np.eye(len(fitted) - base)])
+    first, second = turn.T @ first @ turn, turn.T @ second @ turn
+    length = np.sqrt(np.maximum(np.diag(first), 0.0))
+    scale = np.where(length > 1e-6, length, np.inf)  # what the base explains has nothing left to explain with
+    scale[-1] = 1.0
+    return first / np.outer(scale, scale), second / np.outer(scale, scale)

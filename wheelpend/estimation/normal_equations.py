@@ -1,0 +1,118 @@
+"""Normal equations of the shooting problem: initial states eliminated (Schur complement), scaled, solved, inverted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.estimation.parameters import Layout
+from wheelpend.estimation.shooting import Shot
+
+
+def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float) -> np.ndarray:
+    """Solve every segment's normal equations (segments, n, n), scaled to a unit diagonal and damped.
+
+    right is (segments, n, k). A segment that is not finite does not move.
+    """
+    finite = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
+    normal = np.where(finite[:, None, None], normal, np.eye(normal.shape[1]))
+    right = np.where(finite[:, None, None], right, 0.0)
+    scale = np.sqrt(np.einsum("sii->si", normal)) + 1e-300
+    scaled = normal / scale[:, :, None] / scale[:, None, :]
+    scaled += (1e-10 + np.broadcast_to(damping, (len(normal),)))[:, None, None] * np.eye(normal.shape[1])
+    return np.linalg.solve(scaled, right / scale[:, :, None]) / scale[:, :, None]
+
+
+FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
+
+
+class Reduced(NamedTuple):
+    """The parameters' own equations, the segments' states eliminated."""
+
+    information: np.ndarray  # (free, free)
+    score: np.ndarray  # (free,)
+    scores: np.ndarray  # (all segments, free), whose sum is the score
+    steps: tuple[tuple[np.ndarray, np.ndarray], ...]  # per part: states' own step and their answer to the parameters
+
+
+@np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is not kept
+def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -> Reduced:
+    """Eliminate the initial states of every segment (Schur complement)."""
+    size = len(plan.labels)
+    information, scores, steps = np.zeros((size, size)), [], []
+    for shot, places in zip(shots, plan.places, strict=True):
+        normal, mixed, own = shot.gram[:, :nx, :nx], shot.gram[:, nx:-1, :nx], shot.gram[:, nx:-1, -1]
+        solved = solve_damped(normal, shot.gram[:, :nx, nx:], damping)  # states' answers to parameters, and own step
+        answers, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
+        block = (shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, answers)).sum(axis=0)
+        information[np.ix_(places, places)] += 0.5 * (block + block.T)
+        row = np.zeros((len(normal), size))
+        row[:, places] = own - np.einsum("skx,sx->sk", mixed, step)
+        scores.append(row)
+        steps.append((step, answers))
+    stacked = np.concatenate(scores)
+    return Reduced(information, stacked.sum(axis=0), stacked, tuple(steps))
+
+
+def promised(shots: Sequence[Shot], reduced: Reduced, nx: int, plan: Layout) -> float:
+    """By how much the sum of squares would fall in the next step, were the residual linear and nothing damped."""
+    pairs = zip(shots, reduced.steps, strict=True)
+    states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
+    if not plan.labels:
+        return states
+    return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score))
+
+
+def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
+    """Solve the parameters' equations, scaled to a unit diagonal; flat directions stay where they are."""
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
+    scale = np.where(scale > 0.0, scale, np.inf)  # a parameter without any influence does not move
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    kept = eigenvalues > FLAT * eigenvalues[-1]
+    inverse = np.where(kept, 1.0 / (np.where(kept, eigenvalues, 1.0) + damping), 0.0)
+    return vectors @ (inverse * (vectors.T @ (score / scale))) / scale
+
+
+def bounded_step(
+    information: np.ndarray, score: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray
+) -> np.ndarray:
+    """Damped Gauss-Newton step within bounds on the step: what would leave them stops there."""
+    step = np.zeros(len(score))
+    free = np.ones(len(score), dtype=bool)
+    for _ in range(len(score) + 1):
+        rest = score - information[:, ~free] @ step[~free]
+        step[free] = solve_scaled(information[np.ix_(free, free)], rest[free], damping) if free.any() else 0.0
+        outside = free & ((step < lowest) | (step > highest))
+        if not outside.any():
+            break
+        step[outside] = np.clip(step[outside], lowest[outside], highest[outside])
+        free &= ~outside
+    return step
+
+
+def informations(shots: Sequence[Shot], nx: int, plan: Layout, reduced: Reduced) -> np.ndarray:
+    """Information of each segment of all parts about the free parameters (segments, free, free)."""
+    found = []
+    for shot, places, (_, answers) in zip(shots, plan.places, reduced.steps, strict=True):
+        piece = np.zeros((len(shot.gram), len(plan.labels), len(plan.labels)))
+        own = shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", shot.gram[:, nx:-1, :nx], answers)
+        piece[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
+        found.append(piece)
+    return np.concatenate(found)
+
+
+def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:
+    """Inverse of an information matrix, its scaled condition number, and the parameters it says nothing about."""
+    if not len(labels):
+        return np.zeros((0, 0)), 1.0, ()
+    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
+    silent = scale <= 1e-150
+    scale = np.where(silent, 1.0, scale)
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale) + np.diag(silent * 1.0))
+    kept = eigenvalues > FLAT * eigenvalues[-1]
+    inverse = vectors[:, kept] / eigenvalues[kept] @ vectors[:, kept].T / np.outer(scale, scale)
+    lost = (vectors[:, ~kept] ** 2).sum(axis=1)
+    flat = tuple(label for label, s, w in zip(labels, silent, lost, strict=True) if s or w > 1e-3)
+    return inverse, float(eigenvalues[-1] / max(eigenvalues[0], 1e-300)), flat

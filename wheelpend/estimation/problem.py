@@ -1,0 +1,143 @@
+"""The estimation problem: a model, its kernels, and the segments that it is fitted to and validated on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+
+import derive
+from derive.effects import Effect
+from derive.nameplate import Nameplate
+from wheelpend.errors import Failure
+from wheelpend.estimation.segments import Held, Part
+from wheelpend.estimation.step_size import stable_step
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+from wheelpend.logs.noise import Noise
+from wheelpend.model import model_kernels
+from wheelpend.model.record import Model
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything a fit needs."""
+
+    model: Model
+    module: ModuleType  # the library's kernels, or the model's own
+    training: tuple[Part, ...]
+    held: tuple[Held, ...]
+    noise: tuple[Noise, ...]  # of each log, training logs first
+    horizon: float  # s
+    max_step: float  # s
+    warnings: tuple[str, ...]
+    origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
+    without: tuple[str, ...] = ()  # effects that are not tried, on request
+    needless: tuple[str, ...] = ()  # nor these, which others have made needless
+    carries: bool = False  # whether something in the model carries on from one segment to the next
+
+    @property
+    def floor(self) -> float:
+        """Expected error of the true model."""
+        return float(np.mean([n.floor for n in self.noise]))
+
+    @property
+    def plant(self) -> Nameplate:
+        """What the plant has under the model's assumptions."""
+        return self.model.nameplate
+
+    def effect(self, name: str) -> Effect:
+        """A row of the library as it reads on this plant."""
+        return derive.effects.suited(derive.effects.find(name), self.plant)
+
+    @property
+    def base(self) -> tuple[str, ...]:
+        """Names of the model's own parameters."""
+        return tuple(n for n in self.module.PARAMETERS[: self.module.FITTED] if "." not in n)
+
+    @property
+    def logs(self) -> tuple[Log, ...]:
+        """Training logs."""
+        return tuple(p.log for p in self.training)
+
+    def effects(self) -> tuple[Effect, ...]:
+        """Library effects that the plant, its assumptions and the known constants allow."""
+        rows = derive.effects.possible_on(self.plant, self.model.own)
+        return tuple(derive.effects.suited(e, self.plant) for e in rows if not self.lacking(e))
+
+    def missable(self) -> tuple[Effect, ...]:
+        """Those of them that the model may be missing: neither in it nor contained in one that is."""
+        within = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
+        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in within)
+
+    def replaced(self, effect: str) -> tuple[str, ...]:
+        """Effects of the model whose place one takes that contains them."""
+        return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
+
+    def able(self, *effects: str) -> Study:
+        """The study with kernels that have these effects besides its model's, and steps that they can be taken in."""
+        module = model_kernels.library_of(self.model, effects)
+        carries = any(derive.effects.find(e).carries for e in (*self.model.effects, *effects))
+        return replace(self, module=module, carries=carries)
+
+    def having(self, effects: Sequence[str]) -> Study:
+        """The study of a model with these effects instead."""
+        return replace(self, model=self.model.with_effects(list(effects))).able()
+
+    def lacking(self, effect: Effect) -> str:
+        """Why an effect cannot be judged, or an empty string."""
+        if effect.name in self.without:
+            return "was left out on request"
+        if effect.name in self.needless:
+            return "lowers the error, but not beside the effects that explain the rest"
+        free = kernels.freed_by(self.model.effects)
+        if effect.frees and free and effect.frees not in free:
+            return f"frees a second give inside the machine, beside {', '.join(free)}"
+        return lacking(
+            effect, self.model, model_kernels.library_of(self.model, [effect.name]) if effect.frees else self.module
+        )
+
+
+def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
+    """Why an effect cannot be judged with a model and its library's kernels, or an empty string."""
+    if own := module.ABSORBED.get(effect.full_names[0]):
+        return f"is part of {', '.join(own)} on this plant"
+    if effect.full_names[0] not in module.PARAMETERS:
+        return "cannot be written under these assumptions"
+    absent = [c for c in needed_constants(model, effect.name) if c not in model.constants]
+    return f"needs {', '.join(absent)} in [constants]" if absent else ""
+
+
+def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
+    """Known constants that an effect's equations contain."""
+    module = model_kernels.library_of(model, [effect])
+    names = derive.effects.find(effect).full_names
+    return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
+
+
+def enlarged(model: Model, effect: str) -> list[str]:
+    """A model's effects with one more, which takes the place of those that it contains."""
+    within = model_kernels.library_of(model).CONTAINS.get(effect, {})
+    return [*(e for e in model.effects if e not in within), effect]
+
+
+def refuse_meaningless(effect: Effect, model: Model) -> None:
+    """Raise Failure where an effect that is to be added is one that no data can tell."""
+    if why := lacking(effect, model, model_kernels.library_of(model, [effect.name])):
+        raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
+                      "Nothing was changed.")  # fmt: skip
+
+
+def steadied(study: Study, values: Mapping[str, float]) -> Study:
+    """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
+    if study.module.NA == study.module.NQ:
+        return study
+    known = study.module.PARAMETERS
+    rows = [study.effect(e.name) for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
+    stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
+    within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
+    step = 2.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.5 over the fastest rate
+    return replace(study, max_step=min(study.max_step, step))

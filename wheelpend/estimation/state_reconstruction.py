@@ -1,0 +1,88 @@
+"""From readings back to states: what the sensors of a plant say of its coordinates and their rates.
+
+Every sensor reads a constant sum of coordinates, or of rates (READS of the generated module). A rate comes from the
+sensors of rates where these tell it, else from the slope of what the sensors of position read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.logs.log import Log
+from wheelpend.numerics import null_space
+
+
+def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    """States (N, NX) from readings (N, NY) and their slopes (N, NY); a reading that is NaN tells nothing.
+
+    What no sensor tells is 0.
+    """
+    states, known = np.zeros((len(values), module.NX)), np.isfinite(values)
+    bits = 1 << np.arange(module.NY)
+    patterns = known @ bits
+    for number in np.flatnonzero(np.bincount(patterns)):
+        pattern, rows = number & bits > 0, patterns == number
+        by_value, by_slope = maps(module, pattern)
+        states[rows] = np.nan_to_num(values[rows]) @ by_value.T + np.nan_to_num(slopes[rows]) @ by_slope.T
+    return states
+
+
+def maps(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What turns readings, and their slopes, into states, (NX, NY) each, where only some channels have a value."""
+    weights = np.where(known[:, None], module.READS, 0.0)
+    positions, rates = weights[:, : module.NQ], weights[:, module.NQ :]
+    told = np.linalg.pinv(rates)
+    untold = null_space(rates) if rates.any() else np.eye(module.NQ)
+    by_slope = untold @ np.linalg.pinv(positions @ untold)
+    by_value = np.vstack([np.linalg.pinv(positions), told - by_slope @ positions @ told])
+    return _clean(by_value), _clean(np.vstack([np.zeros_like(by_slope), by_slope]))
+
+
+def _clean(matrix: np.ndarray) -> np.ndarray:
+    """A matrix without the dust of its computation."""
+    return np.where(np.abs(matrix) < 1e-12, 0.0, np.round(matrix, 14))
+
+
+def measured_states(module: ModuleType, log: Log) -> np.ndarray:
+    """Coordinates and rates (N, NX) at the samples; a rate that no sensor gives is a central difference.
+
+    A coordinate of which only the rate is read, such as the yaw, is the integral of that from 0.
+    """
+    filled = np.column_stack([fill_gaps(log.t, signal) for signal in log.measured.T])
+    states = states_from(module, filled, np.gradient(filled, log.t, axis=0, edge_order=2))
+    for q in np.flatnonzero(~module.READS[:, : module.NQ].any(axis=0)):
+        rate = states[:, module.NQ + q]
+        states[1:, q] = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.t))
+    return states
+
+
+def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
+    """Missing values, interpolated linearly; a signal without any value stays as it is."""
+    good = np.isfinite(signal)
+    return signal if good.all() or not good.any() else np.interp(t, t[good], signal[good])
+
+
+def slips(module: ModuleType) -> dict[str, np.ndarray]:
+    """Angles and speeds of the ports that are no coordinate's own, by their text, as weights (NX,) on the states."""
+    found = {}
+    for weights in module.PORTS.values():
+        for first, rest in ((0, module.NQ), (module.NQ, 0)):  # the angle, the speed
+            names = module.STATES[first : first + module.NQ]
+            text = signed(dict(zip(names, weights, strict=True)))
+            if text not in names:
+                found[text] = np.concatenate([np.zeros(first), weights, np.zeros(rest)])
+    return found
+
+
+def signed(weights: Mapping[str, float]) -> str:
+    """A combination with weights ±1 as text: theta_w - theta_p."""
+    parts = [(n, w) for n, w in weights.items() if w]
+    return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
+
+
+def input_table(module: ModuleType, voltage: np.ndarray) -> dict[str, np.ndarray]:
+    """Inputs (N,) by their columns, of a log's voltage (N,) or (N, inputs)."""
+    return dict(zip(module.INPUTS, voltage.reshape(len(voltage), -1).T, strict=False))

@@ -1,0 +1,213 @@
+"""The command that excites what the last log left open, within limits of pitch and voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.estimation.free_parameters import effect_parameter, per_log_names
+from wheelpend.experiments.closed_loop import Limits, Played
+from wheelpend.experiments.excitation import Excitation, builtins
+from wheelpend.experiments.pose import Opening, opening
+from wheelpend.experiments.question import FINEST, SLOWEST, Question
+from wheelpend.experiments.search import GENERATIONS, Found, best_of, search
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.simulation.references import DURATION
+
+USUAL = Limits(0.4, 24.0)  # rad, V: what the paper's commands take
+SHORTEST = 2.0  # s of a command
+
+
+@dataclass(frozen=True)
+class Peaks:
+    """What a command asks of the robot."""
+
+    pitch: float  # rad
+    voltage: float  # V
+    wheel_travel: float  # rad between the ends of the track
+    factor: float  # by which the command was made smaller to keep the limits
+
+
+@dataclass(frozen=True)
+class Value:
+    """A parameter and its expected standard errors; infinite where it would not be known."""
+
+    value: float
+    logs: float | None  # from the logs at hand alone
+    builtin: float | None  # with the best built-in command beside them
+    designed: float  # with the designed command beside them
+
+
+@dataclass(frozen=True)
+class Design:
+    """A designed command and what it is expected to bring."""
+
+    between: tuple[str, ...]  # effects to be told apart; empty where the parameters are the aim
+    command: str  # what the trajectory is
+    duration_s: float
+    sample_s: float
+    limits: Limits
+    separation: dict[str, float | None] | None  # standard errors with logs, builtin, designed; None without effects
+    gap: float | None  # by which share the rivals' errors over all logs will then differ; None without effects
+    parameters: dict[str, Value]
+    builtin: str | None  # the best built-in command; None where none keeps the limits
+    peaks: dict[str, Peaks]  # of builtin and designed
+    gains: tuple[float, ...]  # of the controller it was rehearsed with
+    own_controller: bool
+    sentences: tuple[str, ...]  # what was assumed
+    t: np.ndarray = field(repr=False)  # (N,) s
+    theta_ref: np.ndarray = field(repr=False)  # (N,) rad
+    dtheta_ref: np.ndarray = field(repr=False)  # (N,) rad/s
+    question: Question = field(repr=False)
+
+
+def design(
+    model: Model,
+    logs: Sequence[str | Path | Log] = (),
+    *,
+    between: Sequence[str] = (),
+    pitch_limit: float = USUAL.pitch,
+    voltage_limit: float = USUAL.voltage,
+    duration: float = DURATION,
+    sample: float | None = None,
+    generations: int = GENERATIONS,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Design:
+    """Find the reference trajectory that tells most beside the logs, within limits of pitch [rad] and voltage [V].
+
+    With two effects in ``between`` it is to tell these apart; else what a diagnosis of the logs leaves ambiguous; else
+    it is to sharpen the parameters that are known worst. ``sample`` [s] is that of the log, or 1 ms. Raises Failure for
+    what cannot be judged or rehearsed, and where the limits leave no room.
+    """  # fmt: skip
+    limits = Limits(pitch_limit, voltage_limit)
+    _check(limits, duration, sample)
+    plant = model.nameplate
+    if not plant.falls or plant.further:
+        what = "with one input that is held upright"
+        raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
+                      "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
+    found = opening(model, logs, between, duration, sample, progress)
+    question = found.question
+    worth = worth_of(question)
+    progress("rehearsing the built-in commands")
+    room(question, limits)
+    known = best_of([b for b in builtins() if b.builtin != "upright"], question.loop, limits, worth)
+    best = search(question.loop, limits, worth, generations=generations, progress=progress)
+    if best is None:
+        raise Failure(_no_room(limits, "no trajectory keeps them"))
+    if known and known.worth > best.worth:
+        best = known
+    return _result(found, limits, known, best)
+
+
+def _check(limits: Limits, duration: float, sample: float | None) -> None:
+    if not (0.0 < limits.pitch < np.pi / 2):
+        raise Failure(f"--pitch-limit must be an angle in rad between 0 and π/2, not {limits.pitch:g}.")
+    if not limits.voltage > 0.0:
+        raise Failure(f"--voltage-limit must be a voltage above 0, not {limits.voltage:g}.")
+    if not SHORTEST <= duration <= 600.0:
+        raise Failure(f"--duration must be a time of {SHORTEST:g} to 600 s, not {duration:g}.")
+    if sample is not None and not FINEST <= sample <= SLOWEST:
+        raise Failure(f"--sample must be an interval of {FINEST:g} to {SLOWEST:g} s, not {sample:g}.")
+
+
+def room(question: Question, limits: Limits) -> None:
+    """Raise Failure where the limits leave no room even to stand still."""
+    upright = next(b for b in builtins() if b.builtin == "upright")
+    played = question.loop.play(upright)
+    if played is None:
+        raise Failure("The robot must stay up to rehearse a command, but the simulated one falls while it stands "
+                      "still. Check the values of the model and the gains in [controller].")  # fmt: skip
+    if not played.within(limits):
+        raise Failure(_no_room(limits, f"standing still alone takes {played.peak_pitch:.3g} rad and "
+                                       f"{played.peak_voltage:.3g} V, because the controller answers to the noise of "
+                                       "the sensors"))  # fmt: skip
+
+
+def _no_room(limits: Limits, why: str) -> str:
+    return (f"The limits, {limits.pitch:g} rad and {limits.voltage:g} V, must leave room for a command, but {why}. "
+            "Raise --pitch-limit or --voltage-limit, or use a gentler controller.")  # fmt: skip
+
+
+def worth_of(question: Question) -> Callable[[Played], float]:
+    """What is to be made large: the least separation, or the sharpness of the parameters."""
+    if question.first:
+        return lambda played: question.separation(question.told_by(played))
+    return lambda played: sharpness(question, question.told_by(played))
+
+
+def sharpness(question: Question, piece: np.ndarray | None) -> float:
+    """−log of the root mean square relative standard error of the shared parameters, none counted above 100 %.
+
+    The mean of squares (A-optimality) is ruled by what is known worst. The bound enters as a prior of that width.
+    """
+    known, values = question.with_piece(piece), question.sizes[-1]
+    scale = np.array([_scale(label.split("@")[0], values) for label in known.labels])
+    prior = np.eye(len(scale))
+    covariance = np.linalg.inv(known.information * np.outer(scale, scale) + prior)
+    own = per_log_names([label.split("@")[0] for label in known.labels])
+    shared = [k for k, label in enumerate(known.labels) if label not in own and "@" not in label]
+    return float(-0.5 * np.log(np.mean(np.diag(covariance)[shared])))
+
+
+def _scale(name: str, values) -> float:
+    """Size against which a parameter's error counts: its value, of an effect at least a tenth of a typical one."""
+    parameter, value = effect_parameter(name), abs(values.get(name, 0.0))
+    least = 0.1 * abs(parameter.typical) if parameter else 1e-3
+    return max(value, least) if np.isfinite(value) else least
+
+
+def _result(found: Opening, limits: Limits, known: Found | None, best: Found) -> Design:
+    question, t = found.question, best.played.log.t
+    pieces = {
+        "logs": None,
+        "builtin": question.told_by(known.played) if known else None,
+        "designed": question.told_by(best.played),
+    }
+    there = {"logs": bool(question.pieces), "builtin": known is not None, "designed": True}
+    errors = {k: question.errors(p) if there[k] else {} for k, p in pieces.items()}
+    values = {
+        n: Value(question.sizes[-1].get(n, 0.0), errors["logs"].get(n), errors["builtin"].get(n), e)
+        for n, e in errors["designed"].items()
+    }
+    separation = {k: question.separation(p) if there[k] else None for k, p in pieces.items()}
+    reference = best.played.log.reference
+    assert reference is not None
+    return Design(
+        between=(question.first, *question.others) if question.first else (),
+        command=_named(best),
+        duration_s=float(t[-1]),
+        sample_s=float(t[1] - t[0]),
+        limits=limits,
+        separation=separation if question.first else None,
+        gap=question.gap(separation["designed"] or 0.0, best.played) if question.first else None,
+        parameters=values,
+        builtin=known.excitation.builtin if known else None,
+        peaks={k: peaks(f.played) for k, f in (("builtin", known), ("designed", best)) if f},
+        gains=tuple(float(g) for g in question.loop.gains),
+        own_controller=question.with_controller,
+        sentences=found.sentences,
+        t=t,
+        theta_ref=reference,
+        dtheta_ref=best.played.rate,
+        question=question,
+    )
+
+
+def _named(found: Found) -> str:
+    """What a trajectory is, with the factor by which it was made smaller."""
+    factor, excitation = found.played.factor, found.excitation
+    return excitation.name if factor == 1.0 else f"{excitation.name}, times {factor:.3g}"
+
+
+def peaks(played: Played) -> Peaks:
+    """What a rehearsed command asks of the robot."""
+    return Peaks(played.peak_pitch, played.peak_voltage, played.travel, played.factor)
+
+
+__all__ = ["Design", "Excitation", "Peaks", "Value", "design"]

@@ -1,0 +1,89 @@
+"""Is least squares biased on this log? A test in the manner of Durbin, Wu and Hausman.
+
+Least squares is efficient without noise in the regressor and wrong with it; a consistent estimate is less precise and
+right either way. Their difference tells. Filters colour the residual over seconds, so the classical variances do not
+hold: that of the difference comes from a rehearsal of the log, which also predicts the bias itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wheelpend.estimation.least_squares import LinearFit
+from wheelpend.identification.bootstrap import Rehearsal
+from wheelpend.logs.log import Log
+
+REPLICAS = 30
+LEVEL = 0.01
+NEGLIGIBLE = 1e-3  # of a parameter: a bias that interpolation between samples leaves even without noise is no finding
+
+
+@dataclass(frozen=True)
+class Bias:
+    """Least squares against a consistent estimate, in percent of the latter."""
+
+    p_value: float  # of a difference this large when the bias is no more than about a tenth of a percent
+    biased: bool  # p below 0.01
+    against: str  # iv or shooting
+    difference_percent: dict[str, float]
+    sigma_percent: dict[str, float]  # standard deviation of that difference by chance
+    predicted_bias_percent: dict[str, float]  # mean of least squares on replicas
+    predicted_spread_percent: dict[str, float]  # its standard deviation
+    replicas: int
+
+    @property
+    def sentence(self) -> str:
+        """The finding in words."""
+        if not self.biased:
+            return f"Least squares shows no bias on this log (p = {self.p_value:.2g}, against {self.against})."
+        worst = max(
+            self.predicted_bias_percent, key=lambda n: float(np.nan_to_num(abs(self.predicted_bias_percent[n])))
+        )
+        return (f"Least squares is biased on this log (p = {self.p_value:.1g}, against {self.against}): expect "
+                f"{self.predicted_bias_percent[worst]:+.3g} % in {worst}, which its standard errors do not tell. "
+                f"Use `--method {self.against}`.")  # fmt: skip
+
+
+def bias_of(
+    rehearsal: Rehearsal, fitted: LinearFit, estimator: Callable[[Log], LinearFit], replicas: int = REPLICAS
+) -> Bias:
+    """Compare a fit of the log with the consistent estimate, and with what it makes of replicas."""
+    pairs = [(estimator(log).estimate, _again(rehearsal, log)) for log in rehearsal.replicas(replicas)]
+    least, consistent = (np.array(column) for column in zip(*pairs, strict=True))
+    spread = np.atleast_2d(np.cov((least - consistent).T))
+    if rehearsal.again is None:
+        spread = spread + rehearsal.covariance
+    difference = fitted.estimate - rehearsal.estimate
+    margin = np.diag((NEGLIGIBLE * rehearsal.estimate) ** 2)
+    p_value = hotelling(difference, spread + margin, replicas)
+    percent = 100.0 / np.where(rehearsal.estimate == 0.0, np.nan, np.abs(rehearsal.estimate))
+
+    def named(values: np.ndarray) -> dict[str, float]:
+        return dict(zip(fitted.names, map(float, values * percent), strict=True))
+
+    return Bias(
+        p_value, p_value < LEVEL, rehearsal.against, named(difference), named(np.sqrt(np.diag(spread))),
+        named(least.mean(axis=0) - rehearsal.estimate), named(least.std(axis=0, ddof=1)), replicas,
+    )  # fmt: skip
+
+
+def _again(rehearsal: Rehearsal, log: Log) -> np.ndarray:
+    return rehearsal.estimate if rehearsal.again is None else rehearsal.again(log)
+
+
+def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> float:
+    """Probability of a difference this large when its mean is zero; the covariance is from so many draws."""
+    from scipy.special import fdtrc  # imported late: SciPy takes longer to load than a warm command
+
+    moving = np.diag(covariance) > 0.0
+    scale = np.sqrt(np.diag(covariance)[moving])
+    scaled = difference[moving] / scale
+    square = float(scaled @ np.linalg.pinv(covariance[np.ix_(moving, moving)] / np.outer(scale, scale)) @ scaled)
+    size = len(scale)
+    return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
+
+
+__all__ = ["Bias", "bias_of", "hotelling"]

@@ -1,0 +1,158 @@
+"""The filters' time constants: what each pair costs in bias and in spread on a given log, and which to take."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.identification.bootstrap import Rehearsal
+from wheelpend.logs.log import Log
+
+Tau = tuple[float, float]
+TIMES = 8  # time constants tried, spaced evenly in their logarithm
+REPLICAS = 8  # spread right within a quarter
+SHORTEST, LONGEST = 4.0, 1 / 3  # samples; share of the log
+
+
+@dataclass(frozen=True)
+class Pair:
+    """What a pair of time constants does to this log, in percent of each parameter."""
+
+    tau1: float  # s
+    tau2: float  # s
+    bias_percent: dict[str, float]
+    spread_percent: dict[str, float]
+    score: float  # root mean square over the parameters of their errors, none counted above 100 %
+
+    @property
+    def bias(self) -> float:
+        """The bias of all parameters in one number, as the score sums it."""
+        return summary(np.array(list(self.bias_percent.values())))
+
+    @property
+    def spread(self) -> float:
+        """The spread of all parameters in one number."""
+        return summary(np.array(list(self.spread_percent.values())))
+
+
+@dataclass(frozen=True)
+class Guide:
+    """Bias and spread over the time constants, and the pair with the least error."""
+
+    rows: tuple[Pair, ...]
+    chosen: Tau
+    reason: str
+    against: str  # the method whose estimate was rehearsed
+    replicas: int
+
+    def pair(self, tau: Tau) -> Pair:
+        """The row of a pair."""
+        return next(r for r in self.rows if (r.tau1, r.tau2) == tau)
+
+    @property
+    def diagonal(self) -> tuple[Pair, ...]:
+        """The rows with both time constants alike, from small to large."""
+        return tuple(r for r in self.rows if r.tau1 == r.tau2)
+
+
+def summary(percent: np.ndarray) -> float:
+    """Root mean square over parameters, none counted above 100 %.
+
+    A model predicts no better than its worst parameter allows, hence squares; a parameter that is lost with every pair
+    must not decide between them, hence the limit.
+    """
+    return float(np.sqrt(np.nanmean(np.minimum(np.abs(percent), 100.0) ** 2)))
+
+
+def candidates(log: Log) -> list[Tau]:
+    """Pairs τ1 <= τ2 from a few samples to a third of the log."""
+    first, last = SHORTEST * log.dt, LONGEST * log.duration
+    if last < 2.0 * first:
+        raise Failure(f"{log.name} must last at least {round(2 * SHORTEST / LONGEST)} samples to choose time "
+                      f"constants; it has {len(log)}. Give --tau T1,T2.")  # fmt: skip
+    times = [float(f"{t:.3g}") for t in np.geomspace(first, last, TIMES)]
+    return [(a, b) for i, a in enumerate(times) for b in times[i:]]
+
+
+def choose(
+    rehearsal: Rehearsal,
+    estimator: Callable[[Tau], Callable[[Log], np.ndarray]],
+    names: tuple[str, ...],
+    progress: Callable[[str], None] = lambda text: None,
+) -> Guide:
+    """Rehearse the log with every pair; ``estimator`` gives for a pair what makes an estimate of a log."""
+    pairs = candidates(rehearsal.log)
+    methods, found = [estimator(tau) for tau in pairs], []
+    for number, log in enumerate(rehearsal.replicas(REPLICAS), 1):
+        progress(f"time constants: replica {number} of {REPLICAS}")
+        found.append([method(log) for method in methods])
+    known = np.where(rehearsal.estimate == 0.0, np.nan, rehearsal.estimate)
+    relative = 100.0 * (np.array(found) / known - 1.0)  # (replicas, pairs, n)
+    bias, spread = relative.mean(axis=0), relative.std(axis=0, ddof=1)
+    rows = tuple(_pair(tau, names, b, s) for tau, b, s in zip(pairs, bias, spread, strict=True))
+    best = min(rows, key=lambda r: r.score)
+    return Guide(rows, (best.tau1, best.tau2), reason(rows, best), rehearsal.against, len(found))
+
+
+def _pair(tau: Tau, names: tuple[str, ...], bias: np.ndarray, spread: np.ndarray) -> Pair:
+    named = [dict(zip(names, map(float, values), strict=True)) for values in (bias, spread)]
+    return Pair(*tau, named[0], named[1], summary(np.hypot(bias, spread)))
+
+
+def reason(rows: tuple[Pair, ...], best: Pair) -> str:
+    """Why a pair was chosen, in two sentences."""
+    alike = [r for r in rows if r.tau1 == r.tau2]
+    small, large = alike[0], alike[-1]
+    return (f"With τ = {best.tau1:g}, {best.tau2:g} s the parameters are off by {best.bias:.2g} % through bias and "
+            f"{best.spread:.2g} % through spread (root mean square over the parameters, none above 100 %). "
+            f"At {small.tau1:g} s it is {small.bias:.2g} % and {small.spread:.2g} %, "
+            f"at {large.tau1:g} s {large.bias:.2g} % and {large.spread:.2g} %.")  # fmt: skip
+
+
+def draw(guide: Guide, path: Path) -> None:
+    """Write a picture of total error, bias and spread over both time constants, the chosen pair marked."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13, 4.4), layout="constrained")
+    axes = figure.subplots(1, 3, sharey=True)
+    for axis, (title, name) in zip(axes, (("error", "score"), ("bias", "bias"), ("spread", "spread")), strict=True):
+        times, values = _grid(guide, name)
+        levels = np.log10(np.clip(values, 0.01, 100.0))
+        mesh = axis.pcolormesh(np.arange(len(times)), np.arange(len(times)), levels, cmap="viridis", vmin=-2, vmax=2)
+        _label(axis, times, values, title, guide.chosen)
+    axes[0].set_ylabel("τ2 [s]")
+    bar = figure.colorbar(mesh, ax=axes, ticks=[-2, -1, 0, 1, 2], label="% of the parameters, root mean square")
+    bar.ax.set_yticklabels(["0.01", "0.1", "1", "10", "100"])
+    beside = path.with_name(f".{path.stem}.{os.getpid()}.new{path.suffix}")
+    try:
+        figure.savefig(beside, dpi=130)
+        os.replace(beside, path)
+    except (OSError, ValueError) as error:
+        raise Failure(f"{path} must be a picture that can be written, such as taus.png: {error}.") from None
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _grid(guide: Guide, name: str) -> tuple[list[float], np.ndarray]:
+    """Time constants, and a value of the pairs as (τ2, τ1), NaN below the diagonal."""
+    times = sorted({r.tau1 for r in guide.rows})
+    values = np.full((len(times), len(times)), np.nan)
+    for row in guide.rows:
+        values[times.index(row.tau2), times.index(row.tau1)] = getattr(row, name)
+    return times, values
+
+
+def _label(axis, times: list[float], values: np.ndarray, title: str, chosen: Tau) -> None:
+    for (j, i), value in np.ndenumerate(values):
+        if np.isfinite(value):
+            axis.text(i, j, f"{value:.2g}", ha="center", va="center", fontsize=7, color="w" if value < 8 else "k")
+    axis.plot(times.index(chosen[0]), times.index(chosen[1]), "s", ms=26, mfc="none", mec="r", mew=2)
+    ticks = [f"{t:g}" for t in times]
+    axis.set_xticks(range(len(times)), ticks, rotation=45)
+    axis.set_yticks(range(len(times)), ticks)
+    axis.set(title=title, xlabel="τ1 [s]")

@@ -1,0 +1,62 @@
+"""What an inspection finds in a log, and the lines of a model.toml that cure it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
+
+
+class Finding(NamedTuple):
+    """Something about a log that should be cured before a model is fitted to it.
+
+    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
+    wrapped_angle, gap or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input
+    that acts late), of the longest gap and of all stand_still together [s]; the factor of wrong_unit; the turn of
+    wrapped_angle.
+    """
+
+    kind: str
+    channel: str  # name of a column, or several joined with " and "
+    sentence: str  # what was seen
+    cure: str  # what to do
+    size: float | None
+
+
+@dataclass
+class Cures:
+    """What would cure a log: where each quantity is found, its unit and sign, and the encoder."""
+
+    known: Mapping[str, ColumnMap]  # with which the log was read
+    table: ColumnTable = WHEEL_PENDULUM  # of the plant
+    guessed: Collection[str] = ()  # of the quantities, those whose column was guessed
+    source: dict[str, str] = field(default_factory=dict)  # quantity: the one whose column holds it
+    unit: dict[str, str] = field(default_factory=dict)
+    sign: dict[str, int] = field(default_factory=dict)
+    encoder: str = ""  # absolute or relative, where the declared one is wrong
+    late_gyro: float = 0.0  # samples by which the gyro comes after the pitch; no line of a model file cures that
+
+    def text(self) -> str:
+        """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
+        cured = {*self.guessed, *self.source, *self.unit, *(c for c, sign in self.sign.items() if sign < 0)}
+        names = [c for c in self.table.names if c in cured]
+        lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
+        lines += [""] * bool(lines and self.encoder)
+        lines += ["[sensors]", f'encoder = "{self.encoder}"'] if self.encoder else []
+        return "".join(f"{line}\n" for line in lines)
+
+    def column(self, name: str) -> str:
+        """Entry of [columns] for a quantity, on top of how it was read."""
+        held = self.source.get(name, name)
+        known = self.known.get(held, ColumnMap(held))
+        unit = self.unit.get(name, known.unit if held == name else "")
+        sign = known.sign * self.sign.get(name, 1)
+        parts = [
+            f'column = "{known.column}"',
+            *([f'unit = "{unit}"'] if unit else []),
+            *([f"scale = {known.scale!r}"] if known.scale != 1.0 else []),
+            *(["sign = -1"] if sign < 0 else []),
+        ]
+        return "{ " + ", ".join(parts) + " }"

@@ -1,0 +1,157 @@
+"""Looks a log over before any physics is blamed: clock, gaps, ranges, noise, standstill, and faults of its wiring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.estimation.data import noise_of
+from wheelpend.inspection.findings import Cures, Finding
+from wheelpend.inspection.standstill import _finite, find_gaps, repeated, standstills
+from wheelpend.inspection.wiring import find_faults
+from wheelpend.logs import noise as sensors
+from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
+from wheelpend.logs.guess import guessed_map
+from wheelpend.logs.log import CHANNELS, GAP, Log
+from wheelpend.logs.read import load_log
+from wheelpend.model.entries import NOISE_KEYS
+from wheelpend.model.record import Model
+
+LONGEST = 40_000  # samples in which a step of the input is looked for
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a log is like, and what is wrong with it."""
+
+    samples: int
+    duration_s: float
+    rate_hz: float  # 1 / median interval
+    jitter: float  # standard deviation of the intervals over their median, gaps left out
+    gaps: dict[str, float]  # count, longest [s]
+    channels: dict[str, dict[str, float]]  # minimum, maximum, noise, quantum [unit of the channel], missing [share]
+    findings: tuple[Finding, ...]
+    proposal: str  # lines for model.toml that would cure the findings; empty when there is nothing to propose
+    sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
+    stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
+
+    def to_json(self) -> dict:
+        """Plain values under stable names; a number that is unknown is None."""
+        return {
+            "schema": 1,
+            "samples": self.samples,
+            "duration_s": self.duration_s,
+            "rate_hz": self.rate_hz,
+            "jitter": self.jitter,
+            "gaps": dict(self.gaps),
+            "channels": {c: {k: _finite(v) for k, v in row.items()} for c, row in self.channels.items()},
+            "findings": [{**f._asdict(), "size": _finite(f.size)} for f in self.findings],
+            "proposal": self.proposal,
+            "sensors": self.sensors,
+            "stand_still": {c: [list(pair) for pair in times] for c, times in self.stand_still.items()},
+        }
+
+
+def inspect_log(
+    log: Log,
+    *,
+    relative: bool = False,
+    noise: sensors.Noise | None = None,
+    columns: Mapping[str, ColumnMap] | None = None,
+    guessed: Collection[str] = (),
+    table: ColumnTable = WHEEL_PENDULUM,
+) -> Inspection:
+    """Look a log over before a model is fitted to it.
+
+    ``relative`` says that theta_w is measured against the body; ``columns`` are those with which the log was read, for
+    the proposal, ``guessed`` those of them that nobody stated, ``table`` the plant's. Nothing is concluded on signs,
+    units and clocks from a log that moves too little, nor from that of another plant than the wheel-driven pendulum.
+    """
+    noise = noise or sensors.sensor_noise(log, {}, {})
+    interval = np.diff(log.t)
+    gaps = interval[interval > GAP * log.dt]
+    cures = Cures(columns or {}, table, guessed)
+    findings = [*find_gaps(log), *still_findings(log, repeated(log, noise, table))]
+    if set(CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
+        findings += find_faults(log, relative, cures)
+    return Inspection(
+        samples=len(log),
+        duration_s=log.duration,
+        rate_hz=1.0 / log.dt,
+        jitter=float(np.std(interval[interval <= GAP * log.dt]) / log.dt),
+        gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
+        channels=describe(log, noise, table),
+        findings=tuple(findings),
+        proposal=cures.text(),
+        sensors=proposed_sensors(log, noise, table),
+        stand_still=standstills(log, noise.sigma, table),
+    )
+
+
+def inspect_for(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
+    """Look over a log as a model's plant and sensors have it; ``guessed`` are columns that the model does not map."""
+    return inspect_log(
+        log,
+        relative=model.assumptions.get("encoder") == "relative",
+        noise=noise_of(log, model),
+        columns={**model.columns, **(guessed or {})},
+        guessed=tuple(guessed or ()),
+        table=model.table,
+    )
+
+
+def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
+    """Read a log and look it over; columns that the model does not map are guessed where they can be."""
+    guessed = guessed_map(path, model.columns, model.table)
+    log = load_log(path, {**model.columns, **guessed}, model.table)
+    return log, inspect_for(model, log, guessed)
+
+
+def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
+    """Range, noise, step and share of missing samples of the input and of every channel."""
+    inputs = zip(table.inputs, log.inputs, strict=False)
+    rows = [(name, values, 0.0, sensors.find_quantum(values[:LONGEST])) for name, values in inputs]
+    rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
+    return {
+        name: {
+            "minimum": float(np.nanmin(values)),
+            "maximum": float(np.nanmax(values)),
+            "noise": float(sigma),
+            "quantum": float(step),
+            "missing": float(np.isnan(values).mean()),
+        }
+        for name, values, sigma, step in rows
+    }
+
+
+def proposed_sensors(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
+    """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps."""
+    levels: dict[str, float] = {}
+    steps: dict[str, float] = {}
+    for name, sigma, step in zip(log.channels, noise.sigma, noise.quantum, strict=True):
+        (steps if step else levels)[name] = float(step or sigma)
+    own = []
+    if table == WHEEL_PENDULUM:  # whose sensors have keys of their own
+        own += [f"encoder_counts = {round(2 * math.pi / steps.pop('theta_w'))}"] if "theta_w" in steps else []
+        own += [f"{NOISE_KEYS[c]} = {levels.pop(c):.3g}" for c in [*levels] if c in NOISE_KEYS]
+    lines = ["[sensors]", *own] if own else []
+    for title, found in (("noise", levels), ("step", steps)):
+        if found:
+            lines += [""] * bool(lines) + [f"[sensors.{title}]", *(f"{c} = {v:.4g}" for c, v in found.items())]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def still_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
+    """What stands still, and for how long."""
+    found = []
+    for name, times in still.items():
+        total, (begin, end) = sum(b - a for a, b in times), max(times, key=lambda pair: pair[1] - pair[0])
+        what = "The wheel stands still" if name == "theta_w" else f"{name} repeats one value"
+        sentence = f"{what} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
+        cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
+        found.append(Finding("stand_still", name, sentence, cure, total))
+    return found

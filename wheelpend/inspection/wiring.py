@@ -1,0 +1,216 @@
+"""Faults of wiring and signs that only the equations of motion show: input, encoder, pitch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.inspection.clocks import clock_findings, imu_shift, lone_finding, move_imu
+from wheelpend.inspection.findings import Cures, Finding
+from wheelpend.inspection.kinematics import agree, find_degrees, find_kinematic, find_swapped, find_wrapped
+from wheelpend.inspection.signals import BLOCKS, DEGREES, INPUT, PLANT, Shift, Signals, scan, uniform_signals
+from wheelpend.kernels import load as kernels
+from wheelpend.logs.log import Log
+
+EXPLAINED = 0.3  # share of the voltage that may stay unexplained before nothing is concluded from the equations
+ODD = 0.6  # X7/X6 further than this from 1 raises doubts about theta_w
+
+
+class Equations(NamedTuple):
+    """The plant's equations with unknown parameters, smoothed: voltage = matrix · parameters."""
+
+    matrix: np.ndarray  # (rows, columns) as in COLUMNS
+    limited: np.ndarray  # (rows, columns) the same space, for coefficients that a machine has positive, then free ones
+
+
+class Reading(NamedTuple):
+    """A way to read theta_w, and how well the equations then explain the voltage."""
+
+    relative: bool  # measured against the body
+    unit: float  # units in a rad
+    shift: Shift  # of the voltage
+    ratio: float  # X7/X6, the drive's damping on the body over that on the wheel: near 1 on a machine
+
+
+def find_faults(log: Log, relative: bool, cures: Cures) -> list[Finding]:
+    """Faults of wiring, units, signs and clocks; each is cured in a copy before the next is looked for."""
+    findings = []
+    for check in (find_wrapped, find_swapped, find_degrees, find_kinematic):
+        found, log = check(log, cures)
+        findings += found
+    signals = uniform_signals(log, upright=True)
+    if signals is None or not agree(signals):
+        return findings + lone_finding("dtheta_p", cures.late_gyro, log.dt)
+    conflict = cures.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
+    found, signals = find_flipped(signals, conflict, cures)
+    findings += found
+    return findings + find_clocks_and_encoder(signals, relative, cures)
+
+
+def equations(signals: Signals, relative: bool) -> Equations:
+    """Put smoothed signals into the regressor, with constant forces and dry friction of the drive beside it.
+
+    Columns: X1 ... X7, a constant in each row, dry friction.
+    """
+    module, rows = kernels.lean(PLANT, {}, ()), signals.rows
+    pitch, rate, bend = (
+        s[rows] for s in (signals.smooth("theta_p"), signals.smooth("dtheta_p"), signals.smooth("dtheta_p", 1))
+    )
+    wheel, wheel_bend = signals.smooth("theta_w", 1)[rows], signals.smooth("theta_w", 2)[rows]
+    if relative:  # the gyro is less noisy than the derivative of the pitch
+        wheel, wheel_bend = wheel + rate, wheel_bend + bend
+    states = np.column_stack((np.zeros(len(rows)), pitch, wheel, rate))
+    bends, parameters = np.column_stack((wheel_bend, bend)), np.zeros(module.NP)
+    phi = np.concatenate([module.regressor(0.0, x, a, 0.0, parameters)[1] for x, a in zip(states, bends, strict=True)])
+    slip = np.repeat(wheel - rate, 2)
+    dry = np.tanh(slip / (0.05 * np.std(slip) + 1e-300))  # a sign, softened as much as the smoothing softens it
+    first = np.arange(len(slip)) % 2 == 0
+    return Equations(np.column_stack((phi, first, ~first, dry)), limit(phi, first, dry))
+
+
+def limit(phi: np.ndarray, first: np.ndarray, dry: np.ndarray) -> np.ndarray:
+    """Columns whose coefficients a machine has positive, then the free ones.
+
+    Positive: X1 + X2, X4, X5, dry friction, X7 − X6/2 and 3 X6/2 − X7 (most damping is in the drive, which body and
+    wheel share). Free: X2, X3 and the constants.
+    """
+    x1, x2, x3, x4, x5, x6, x7 = phi.T
+    positive = (x1, x4, x5, dry, x6 + 1.5 * x7, x6 + 0.5 * x7)
+    return np.column_stack((*positive, x2 - x1, x3, first, ~first))
+
+
+POSITIVE = 6  # columns of Equations.limited
+
+
+def explain_voltage(system: Equations, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
+    """What the equations, with parameters that a machine can have, leave of the voltage shifted by some samples."""
+    from scipy.optimize import nnls  # imported late: it takes long to load
+
+    matrix = system.limited / (np.linalg.norm(system.limited, axis=0) + 1e-300)
+    q, r = np.linalg.qr(matrix)
+    both = np.column_stack((r, -r[:, POSITIVE:]))
+    voltage, rows = signals.smooth(INPUT), signals.rows
+
+    def residual(k: int) -> tuple[np.ndarray, float]:
+        target = np.repeat(voltage[rows + k], 2)
+        x = nnls(both, q.T @ target)[0]
+        x[POSITIVE : matrix.shape[1]] -= x[matrix.shape[1] :]
+        return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))
+
+    return residual
+
+
+def unexplained(signals: Signals, relative: bool) -> float:
+    """Share of the voltage that the equations leave, at the best time shift."""
+    return scan(explain_voltage(equations(signals, relative), signals)).share
+
+
+def find_flipped(signals: Signals, conflict: bool, cures: Cures) -> tuple[list[Finding], Signals]:
+    """Signs between input, encoder and IMU; the smallest set of flips, as all together change nothing.
+
+    ``conflict`` says that gyro and pitch disagreed and that the gyro was turned round.
+    """
+    imu = pitch_against_wheel(signals) < 0
+    turned = flipped(signals, {"theta_p", "dtheta_p"} if imu else set())
+    as_is, other = (min(unexplained(flipped(turned, f), r) for r in (False, True)) for f in (set(), {INPUT}))
+    voltage = other < EXPLAINED and as_is > 2 * other
+    if min(as_is, other) > EXPLAINED:
+        imu = voltage = False
+    flips = {"theta_w"} if imu and voltage else {"theta_p", "dtheta_p"} if imu else {INPUT} if voltage else set()
+    signals = flipped(signals, flips)
+    flips ^= {"dtheta_p"} if conflict else set()
+    cures.sign.clear()
+    cures.sign.update(dict.fromkeys(sorted(flips), -1))
+    return [flip_finding(n, conflict and n in ("theta_p", "dtheta_p")) for n in sorted(flips)], signals
+
+
+def flip_finding(name: str, kinematic: bool) -> Finding:
+    """Say that a channel counts the other way."""
+    why = (
+        "it is opposite to the other of pitch and gyro"
+        if kinematic
+        else "the equations fit only with its sign turned round"
+    )
+    sentence = f"{name} counts the other way: {why}."
+    return Finding("flipped_sign", name, sentence, f"Map {name} in [columns] with sign = -1.", None)
+
+
+def flipped(signals: Signals, names: set[str]) -> Signals:
+    """The signals with some of them turned round."""
+    channels = {c: -v if c in names else v for c, v in signals.channels.items()}
+    return signals._replace(voltage=-signals.voltage if INPUT in names else signals.voltage, channels=channels)
+
+
+def pitch_against_wheel(signals: Signals) -> int:
+    """Sign with which the wheel's acceleration follows the pitch, 1 on a machine that balances; 0 where unclear.
+
+    From the sum of both rows, where the voltage cancels: sin θp is a positive multiple of the wheel's acceleration plus
+    one of the body's, whatever the drive does.
+    """
+    rows = signals.rows
+    columns = signals.smooth("theta_w", 2)[rows], signals.smooth("dtheta_p", 1)[rows], np.ones(len(rows))
+    table = np.column_stack((*columns, np.sin(signals.smooth("theta_p")[rows])))
+    parts = np.array_split(table, BLOCKS)
+    slopes = []
+    for left_out in range(-1, BLOCKS):
+        stack = np.concatenate([p for k, p in enumerate(parts) if k != left_out])
+        slopes.append(float(np.linalg.lstsq(stack[:, :-1], stack[:, -1], rcond=None)[0][0]))
+    sigma = math.sqrt((BLOCKS - 1) * float(np.var(slopes[1:])))
+    return 0 if abs(slopes[0]) < 5 * sigma else int(np.sign(slopes[0]))
+
+
+def find_clocks_and_encoder(signals: Signals, relative: bool, cures: Cures) -> list[Finding]:
+    """Clocks of input, encoder and IMU against each other, what the encoder measures against and in which unit."""
+    imu = imu_shift(signals)
+    moved = imu.is_clear(1.3)
+    aligned = move_imu(signals, imu.samples) if moved else signals
+    best = declared = read_wheel(aligned, relative, 1.0)
+    if abs(declared.ratio - 1) > ODD:
+        others = [read_wheel(aligned, not relative, 1.0)]
+        if 0.3 < declared.ratio / DEGREES < 3.0:  # the drive cannot damp the body so much more than the wheel
+            others.append(read_wheel(aligned, relative, DEGREES))
+        best = min([o for o in others if is_better(o, declared)], key=lambda o: o.shift.share, default=declared)
+    found = wheel_findings(best, declared, cures)
+    explained = best.shift.share < EXPLAINED
+    return found + clock_findings(imu.samples if moved else 0.0, best.shift if explained else None, signals.dt, cures)
+
+
+def read_wheel(signals: Signals, relative: bool, unit: float) -> Reading:
+    """Judge a reading of theta_w: its reference, and how many of its units make a rad."""
+    wheel = signals.channels["theta_w"] / unit
+    scaled = signals._replace(channels={**signals.channels, "theta_w": wheel})
+    system = equations(scaled, relative)
+    shift = scan(explain_voltage(system, scaled))
+    return Reading(relative, unit, shift, damping_ratio(system, scaled, round(shift.samples)))
+
+
+def damping_ratio(system: Equations, signals: Signals, shift: int) -> float:
+    """Estimate X7/X6 by plain least squares."""
+    target = np.repeat(signals.smooth(INPUT)[signals.rows + shift], 2)
+    x = np.linalg.lstsq(system.matrix, target, rcond=None)[0]
+    return float(x[6] / x[5]) if x[5] else math.inf
+
+
+def is_better(other: Reading, declared: Reading) -> bool:
+    """Whether another reading of theta_w is right beyond doubt: a sane machine, clearly better nearly everywhere."""
+    wins = int(np.sum(other.shift.blocks < declared.shift.blocks))
+    sane = abs(other.ratio - 1) < 0.5 * ODD and other.shift.share < EXPLAINED
+    return sane and declared.shift.share > 1.5 * other.shift.share and wins >= BLOCKS - 1
+
+
+def wheel_findings(best: Reading, declared: Reading, cures: Cures) -> list[Finding]:
+    """Say what of the declared reading of theta_w is wrong."""
+    gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
+    if best.unit != declared.unit:
+        cures.unit["theta_w"] = "deg"
+        cure = 'Map theta_w in [columns] with unit = "deg".'
+        return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES)]
+    if best.relative != declared.relative:
+        cures.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
+        sentence = f"theta_w is measured against {against}: {gain}."
+        cure = f'Set encoder = "{cures.encoder}" in [sensors].'
+        return [Finding(f"{cures.encoder}_encoder", "theta_w", sentence, cure, None)]
+    return []

@@ -1,0 +1,103 @@
+"""Checks of a log that was read: its clock, its values, and what is odd about them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.logs.columns import Source
+from wheelpend.logs.log import GAP, Log
+
+
+def check_time(log: str, t: np.ndarray) -> None:
+    """Raise Failure unless every sample has a finite time, later than the one before."""
+    unknown = np.flatnonzero(~np.isfinite(t))
+    if len(unknown):
+        raise Failure(f"{log}: every sample needs its time; row {unknown[0] + 1} of t has none. Remove such rows.")
+    backward = np.flatnonzero(np.diff(t) <= 0)
+    if len(backward):
+        k = int(backward[0])
+        raise Failure(
+            f"{log}: t must grow from row to row, but row {k + 2} has {t[k + 1]:.15g} after {t[k]:.15g} in row {k + 1} "
+            f"({len(backward)} such rows). Sort the rows and remove repeated ones."
+        )
+
+
+def check_values(log: str, name: str, values: np.ndarray) -> None:
+    """Raise Failure when a column has an infinite value or none at all."""
+    infinite = np.flatnonzero(np.isinf(values))
+    if len(infinite):
+        raise Failure(
+            f"{log}: values must be finite; row {infinite[0] + 1} of {name} is infinite. Leave the cell "
+            "empty where the sensor gave no value."
+        )
+    if np.isnan(values).all():
+        raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
+
+
+def check_moves(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
+    """Raise Failure when the input never changes: nothing can be learnt from it."""
+    lowest = np.nanmin(voltage)
+    if lowest == np.nanmax(voltage):
+        raise Failure(
+            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {unit} throughout. "
+            "Record a log in which the motors work."
+        )
+
+
+def oddities(log: Log, inputs: Sequence[str], sources: Mapping[str, Source]) -> list[str]:
+    """Sentences on what is unusual about a usable log."""
+    return [*odd_times(log), *odd_pitch(log, sources), *odd_channels(log, inputs)]
+
+
+def odd_times(log: Log) -> list[str]:
+    """Gaps, and a sample interval that looks like another unit."""
+    found = []
+    interval, dt = np.diff(log.t), log.dt
+    gaps = np.flatnonzero(interval > GAP * dt)
+    if len(gaps):
+        k = int(gaps[np.argmax(interval[gaps])])
+        count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
+        found.append(f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s.")
+    if dt > 0.5:  # no robot balances on so few samples
+        found.append(f'Samples are {dt:.3g} s apart; if t is in ms, map it: t = {{ column = "t", unit = "ms" }}.')
+    return found
+
+
+def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
+    """A pitch that looks like degrees, or a robot that fell over."""
+    name = log.falls
+    if name not in log.channels:
+        return []
+    pitch = np.abs(log.measured[:, log.channels.index(name)])
+    fallen = np.flatnonzero(pitch > math.pi / 2)
+    found = []
+    if np.nanmax(pitch) > 3.2:
+        found.append(
+            f"{name} reaches {np.nanmax(pitch):.3g} rad and looks like degrees; if it is, map it in model.toml: "
+            f'{name} = {{ column = "{sources[name].column}", unit = "deg" }}.'
+        )
+    if len(fallen):
+        share = 100 * len(fallen) / len(pitch)
+        found.append(
+            f"{name} is beyond ±π/2 from t = {log.t[fallen[0]]:.6g} s: the robot fell over. "
+            f"Those samples ({share:.2g} %) are left out."
+        )
+    return found
+
+
+def odd_channels(log: Log, inputs: Sequence[str]) -> list[str]:
+    """Missing cells and channels that never change."""
+    found = []
+    driven = zip(inputs, log.inputs, strict=False)
+    for name, values in (*driven, *zip(log.channels, log.measured.T, strict=True)):
+        missing = int(np.isnan(values).sum())
+        if missing:
+            share = 100 * missing / len(values)
+            found.append(f"{name} is missing in {missing} of {len(values)} samples ({share:.2g} %).")
+        if np.nanmin(values) == np.nanmax(values):
+            found.append(f"{name} is {np.nanmin(values):g} throughout: this sensor says nothing.")
+    return found

@@ -1,0 +1,179 @@
+"""Columns of a log: which a plant needs, in which units, and how a file's columns are mapped onto them."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from wheelpend.errors import Failure, did_you_mean
+from wheelpend.logs.log import CHANNELS, PITCH, REFERENCE
+
+UNITS = {  # unit: (the unit it becomes, factor)
+    "rad": ("rad", 1.0),
+    "deg": ("rad", math.pi / 180),
+    "rev": ("rad", 2 * math.pi),
+    "rad/s": ("rad/s", 1.0),
+    "deg/s": ("rad/s", math.pi / 180),
+    "rev/s": ("rad/s", 2 * math.pi),
+    "rpm": ("rad/s", 2 * math.pi / 60),
+    "m": ("m", 1.0),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "m/s": ("m/s", 1.0),
+    "mm/s": ("m/s", 1e-3),
+    "s": ("s", 1.0),
+    "ms": ("s", 1e-3),
+    "us": ("s", 1e-6),
+    "ns": ("s", 1e-9),
+    "V": ("V", 1.0),
+    "mV": ("V", 1e-3),
+}
+ALIASES = {  # what other people call our columns; only used to propose a mapping
+    "t": ("time", "timestamp", "stamp", "sec"),
+    "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
+    "theta_w": ("wheel", "encoder", "enc", "position"),
+    "dtheta_p": ("gyro", "pitch_rate", "dpitch", "angular_velocity.y", "angular_velocity", "rate"),
+    "theta_p": ("pitch", "tilt", "lean", "imu", "pole"),
+    "theta_1": ("theta", "angle", "position", "encoder", "q1", "qm", "pos"),
+    "theta_2": ("theta2", "angle2", "encoder2", "elbow", "q2"),
+    "x": ("pos", "position", "cart", "slide", "axis", "qm"),
+}
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """Where a log keeps a quantity: name of its column, unit, and the sign that turns it our way."""
+
+    column: str
+    unit: str = ""  # one of UNITS; empty means the quantity's own
+    sign: int = 1  # -1 where the log counts the other way
+    scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
+
+    def __post_init__(self) -> None:
+        if self.unit and self.unit not in UNITS:
+            hint = did_you_mean(self.unit, UNITS)
+            raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNITS)}.{hint}")
+        if self.sign not in (1, -1):
+            raise Failure(f"sign must be 1 or -1, not {self.sign}.")
+        if not (math.isfinite(self.scale) and self.scale > 0):
+            raise Failure(f"scale must be a positive number, not {self.scale}; sign = -1 turns a column round.")
+
+
+@dataclass(frozen=True)
+class ColumnTable:
+    """The columns that the logs of a plant have, by our names."""
+
+    input: str  # empty where nothing drives the plant
+    channels: tuple[str, ...]
+    units: Mapping[str, str]  # of t, the input, the channels and the reference
+    reference: str = ""  # column of what was commanded; empty where nothing is
+    falls: str = ""  # channel that must stay within ±π/2
+    further: tuple[str, ...] = ()  # inputs beside the first
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """Columns of all inputs."""
+        return (*((self.input,) if self.input else ()), *self.further)
+
+    @property
+    def needed(self) -> tuple[str, ...]:
+        """Columns without which a log cannot be used."""
+        return ("t", *self.inputs, *self.channels)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every column that is read where a log has it."""
+        return (*self.needed, *((self.reference,) if self.reference else ()))
+
+
+WHEEL_PENDULUM = ColumnTable(
+    "v_in",
+    CHANNELS,
+    {"t": "s", "v_in": "V", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", REFERENCE: "rad"},
+    REFERENCE,
+    PITCH,
+)
+
+
+class Source(NamedTuple):
+    """A column of a file and the factor that brings it to our unit and sign."""
+
+    column: str
+    factor: float
+
+
+def find_sources(
+    log: str, names: Sequence[str], table: ColumnTable, columns: Mapping[str, ColumnMap]
+) -> tuple[dict[str, Source], list[str]]:
+    """Where each quantity is in a file, with remarks; raises Failure when one that is needed is not there."""
+    sources, notes = {}, []
+    for name in table.names:
+        mapped = columns.get(name)
+        if mapped and mapped.column in names:
+            known = factor(name, mapped.unit, table.units[name])
+            sources[name] = Source(mapped.column, mapped.sign * mapped.scale * known)
+        elif name in names:
+            sources[name] = Source(name, 1.0)
+            if mapped:
+                notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
+    absent = [n for n in table.needed if n not in sources]
+    if absent:
+        raise Failure(missing_columns(log, names, absent, {s.column for s in sources.values()}, table.units))
+    return sources, notes
+
+
+def factor(name: str, unit: str, own: str) -> float:
+    """Factor from a unit to a quantity's own; raises Failure when the quantity cannot have that unit."""
+    becomes, value = UNITS[unit] if unit else (own, 1.0)
+    if own != becomes:
+        fitting = ", ".join(u for u, (base, _) in UNITS.items() if base == own)
+        raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.")
+    return value
+
+
+def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]) -> str:
+    """Message that says what is there and how to map it."""
+    guesses = guessed_columns([n for n in names if n not in used], absent)
+    lines = [
+        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_part(units[name], guesses[name])} }}' for name in guesses
+    ]
+    what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
+    return (
+        f"{log}: {what} missing. The file has: {', '.join(names)}. "
+        "If they are there under another name, say so in model.toml:\n\n[columns]\n" + "\n".join(lines)
+    )
+
+
+def guess_column(name: str, free: Sequence[str]) -> str:
+    """The unused column that is most likely meant, or nothing."""
+    for alias in ALIASES.get(name, ()):
+        for column in free:
+            if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
+                return column
+    return next(iter(difflib.get_close_matches(name, free, 1)), "")
+
+
+def unit_part(own: str, column: str) -> str:
+    """The unit of a column as a part of its entry; nothing where the unit is none that turns into others."""
+    unit = guess_unit(own, column)
+    return f', unit = "{unit}"' if unit else ""
+
+
+def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
+    """The unused column that is most likely meant by each name, or nothing; none is meant twice."""
+    left, found = list(free), {}
+    for name in sorted(wanted, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
+        found[name] = guess_column(name, left)
+        left = [n for n in left if n != found[name]]
+    return found
+
+
+def guess_unit(own: str, column: str) -> str:
+    """The unit that a column's name ends with, or else the quantity's own."""
+    ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
+    endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNITS.items() if base == own}
+    fitting = [u for u, known in endings.items() if ending.endswith(known)]
+    return max(fitting, key=len, default=own if own in UNITS else "")

@@ -1,0 +1,27 @@
+"""A guess of how a file's columns map onto those of a plant: by names, units and clock."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from wheelpend.logs.columns import ColumnMap, ColumnTable, guess_unit, guessed_columns
+from wheelpend.logs.read import find_clock, open_file
+
+
+def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:
+    """Where a file may have what it has under no name that is known; raises Failure where it cannot be read.
+
+    By name, with the unit that a name ends with; time also as the first column that grows from row to row, in the unit
+    in which its samples are as far apart as those of a log are.
+    """
+    path = Path(path)
+    file = open_file(path)
+    known = {n: columns[n].column if n in columns else n for n in table.names}
+    absent = [n for n in table.needed if known[n] not in file.names and n not in file.names]
+    free = [n for n in file.names if n not in known.values()]
+    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guessed_columns(free, absent).items() if c}
+    if "t" in absent and (clock := find_clock(file, found["t"].column if "t" in found else "", free)):
+        found["t"] = clock
+    return {n: c if c.unit != table.units[n] else replace(c, unit="") for n, c in found.items()}

@@ -1,0 +1,131 @@
+"""A measurement log: sampled channels with their units, cut into stretches and segments.
+
+Angles in rad, rates in rad/s, times in s, voltages in V.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from wheelpend.errors import Failure
+
+CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
+REFERENCE = "theta_ref"
+PITCH = "theta_p"  # the angle that must stay within ±π/2
+SHORTEST_SEGMENT = 5  # samples
+ENOUGH, PIECES = 400_000, 8  # samples, in so many pieces, that tell of a long log's noise and interval
+SLOW = 0.5  # s, beyond which samples are too far apart to be those of a log
+GAP = 5.0  # an interval this many times the median one is a gap
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """A measured or simulated log; t grows strictly and starts at 0 for a whole log."""
+
+    name: str  # file name, for messages
+    t: np.ndarray  # (N,) s, from the first sample
+    voltage: np.ndarray  # (N,) V commanded, held until the next sample, (N, inputs) of several; NaN where not logged
+    measured: np.ndarray  # (N, channels), NaN where a sensor gave no value
+    channels: tuple[str, ...]  # column names of measured
+    reference: np.ndarray | None = None  # (N,) rad, commanded pitch
+    warnings: tuple[str, ...] = ()  # what is odd about the file, for people
+    falls: str = PITCH  # channel that must stay within ±π/2, where the log has it
+
+    def __len__(self) -> int:
+        """Count the samples."""
+        return len(self.t)
+
+    @property
+    def inputs(self) -> np.ndarray:
+        """Each input by itself (inputs, N)."""
+        return self.voltage.reshape(len(self), -1).T
+
+    @cached_property
+    def dt(self) -> float:
+        """Median sample interval [s]."""
+        return float(np.median(np.diff(self.t[:ENOUGH])))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.t[-1] - self.t[0])
+
+    def excerpt(self) -> Log:
+        """Pieces from all over a long log, a missing sample between them; a shorter one as it is."""
+        if len(self) <= ENOUGH:
+            return self
+        length = ENOUGH // PIECES
+        begins = np.arange(PIECES) * (len(self) - length) // (PIECES - 1)
+        places = (begins[:, None] + np.arange(length)).ravel()
+        measured = self.measured[places]
+        measured[::length] = np.nan
+        reference = None if self.reference is None else self.reference[places]
+        return replace(self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference)
+
+    def part(self, first: int, last: int) -> Log:
+        """Samples first to last - 1, with t still counted from the start of the whole log."""
+        cut = slice(first, last)
+        return replace(
+            self,
+            t=self.t[cut],
+            voltage=self.voltage[cut],
+            measured=self.measured[cut],
+            reference=None if self.reference is None else self.reference[cut],
+        )
+
+
+def side_by_side(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
+    """Inputs as a log has them: zeros (N,) of none, (N,) of one, (N, inputs) of several."""
+    if len(inputs) < 2:
+        return inputs[0] if inputs else np.zeros(samples)
+    return np.column_stack(inputs)
+
+
+def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None = None) -> np.ndarray:
+    """Cut a log into consecutive segments that can each be simulated: (n, 2) int, half-open sample ranges.
+
+    A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
+    last. None contains a gap, a sample without input, or one with the body beyond ±π/2. What is left over at the end of
+    a stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
+    """
+    if not (math.isfinite(horizon_s) and horizon_s > 0):
+        raise Failure(f"The horizon must be a positive time in s, not {horizon_s}.")
+    dt = log.dt
+    # The sample nearest to the end of the horizon begins the next segment; just under a half, so that ties are stable.
+    length = horizon_s - 0.49 * dt
+    shortest = max(SHORTEST_SEGMENT, math.ceil(horizon_s / (5 * dt) - 1e-6))
+    bounds = []
+    for begin, end in stretches(log, start, len(log) if stop is None else stop):
+        first = begin
+        while end - first >= shortest:
+            following = int(np.searchsorted(log.t, log.t[first] + length))
+            last = min(max(following, first + SHORTEST_SEGMENT), end)
+            bounds.append((first, last))
+            first = last
+    return np.array(bounds, dtype=np.int64).reshape(-1, 2)
+
+
+def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
+    """Ranges of usable samples between start and stop, each without a gap."""
+    pieces = [(a, min(a + ENOUGH, stop)) for a in range(start, stop, ENOUGH)]  # a long log is not held twice for this
+    if not pieces:
+        return []
+    usable = np.concatenate([_usable(log, a, b) for a, b in pieces])
+    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP * log.dt for a, b in pieces])[: len(usable) - 1]
+    joined = usable[1:] & usable[:-1] & near
+    begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))
+    ends = np.flatnonzero(usable & ~np.concatenate((joined, [False]))) + 1
+    return [(start + int(a), start + int(b)) for a, b in zip(begins, ends, strict=True)]
+
+
+def _usable(log: Log, start: int, stop: int) -> np.ndarray:
+    """Which samples of a range have an input and the body within ±π/2."""
+    known = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
+    if log.falls in log.channels:
+        known &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
+    return known

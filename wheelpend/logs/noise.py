@@ -1,0 +1,212 @@
+"""Sensor noise: standard deviation and quantisation of every channel, from the log alone.
+
+No model has a say in it, so that the yardstick is the same before and after an effect is added.
+"""
+
+from __future__ import annotations
+
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.logs.log import Log
+
+ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
+FAR = 4  # samples over which the scatter is compared with that from sample to sample, when colour is looked for
+MOST = 1.9  # growth of the scatter that is believed: at √FAR the noise would be a random walk, without a size
+COLOURED = {False: (0.021, 1.25), True: (0.0085, 1.6)}  # for an angle, for a rate, in which the controller shows: the
+# time [s] over which the motion is taken to be smooth, and the growth of the scatter above which the noise has colour
+FAR_OFF = 5.0  # standard deviations from its neighbours beyond which a reading is a spike
+RARE = 0.02  # share of readings above which they are no spikes but motion
+WINDOW = 50  # samples over which a variance is taken
+
+
+class Noise(NamedTuple):
+    """Sensor noise of a log."""
+
+    sigma: np.ndarray  # (channels,) standard deviation [unit of the channel]
+    quantum: np.ndarray  # (channels,) step of a quantised channel, 0 where none is seen
+    floor: float  # expected error of the true model, 1.0 unless a quantised channel stands still
+
+
+def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, float | None]) -> Noise:
+    """Noise of every channel, given values first, the rest estimated from the log.
+
+    A quantised channel has σ = step/√12 unless noise is added to it. The floor accounts for a quantised channel that
+    stands still: its rounding error is then constant and smaller than σ says. A channel that was low-pass filtered
+    before it was logged hardly scatters from sample to sample though its error may be large; for an angle and its rate
+    the error is then taken from how far the two contradict each other.
+    """
+    sigma, quantum, squares = [], [], []
+    for index, channel in enumerate(log.channels):
+        signal = log.measured[:, index]
+        stated = quanta.get(channel)
+        step = quantum_of(signal, stated)
+        scatter = rounding_only(step) if step and step == stated else difference_noise(signal)
+        if not step and not given.get(channel):
+            scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spikes(signal, scatter)))
+        known = given.get(channel)
+        rounding = rounding_only(step)
+        fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
+        sigma.append(known or max(fine, _resolution(signal)))
+        quantum.append(step)
+        is_rounding = bool(step) and not known and fine == rounding
+        squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
+    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(squares))))
+
+
+def quantum_of(signal: np.ndarray, stated: float | None) -> float:
+    """Step of a signal [its unit]: the stated one unless the signal moves in others."""
+    if not (stated and on_grid(signal, stated)):
+        return find_quantum(signal)
+    seen = find_quantum(signal)
+    return seen if seen > 1.5 * stated else stated
+
+
+def find_quantum(signal: np.ndarray) -> float:
+    """Step of a quantised signal [its unit], or 0: all its values lie on one grid."""
+    values = np.unique(signal[np.isfinite(signal)])
+    if values.size < 3:
+        return 0.0
+    steps = np.diff(values)
+    span = float(values[-1] - values[0])
+    steps = steps[steps > 1e-9 * span]
+    step = float(np.median(steps[steps < 1.5 * steps.min()]))
+    return step if on_grid(values, step) and span < 1e6 * step else 0.0
+
+
+def on_grid(signal: np.ndarray, step: float) -> bool:
+    """Whether a signal moves in whole steps, as one does that was quantised and had no noise added afterwards."""
+    counts = (signal[np.isfinite(signal)] - signal[np.isfinite(signal)][0]) / step
+    return bool(np.mean(np.abs(counts - np.round(counts)) < 0.1) > 0.95)
+
+
+def rounding_only(step: float) -> float:
+    """Standard deviation of the error of rounding to a step."""
+    return step / np.sqrt(12.0)
+
+
+def coloured_noise(log: Log, channel: str) -> float:
+    """Standard deviation of noise with colour, such as a low-pass filter gives it [unit of the channel]; 0 where white.
+
+    Its scatter grows with the distance of the samples. Asked only of logs fast enough that the motion itself does not
+    grow over so short a time. What an angle and its rate contradict each other tells the angle's noise whatever its
+    colour; for a rate it is an upper limit only, and a first-order filter is assumed.
+    """
+    signal, is_rate = log.measured[:, log.channels.index(channel)], f"{channel[1:]}" in log.channels
+    longest, growth = COLOURED[is_rate]
+    if FAR * log.dt > longest or len(signal) < 1000:
+        return 0.0
+    near = difference_noise(signal)
+    far = float(np.median([difference_noise(signal[k::FAR]) for k in range(FAR)]))
+    if not far > growth * near:
+        return 0.0
+    limit, filtered = inconsistency(log, channel), near * first_order(min(far / near, MOST))
+    if far > MOST * near:  # smoother than any filter of first order makes it: only the contradiction tells
+        return limit or filtered
+    return min(limit or np.inf, filtered) if is_rate else (limit or filtered)
+
+
+def first_order(growth: float) -> float:
+    """Standard deviation of noise behind a first-order filter over the scatter, which grows so over FAR samples."""
+    rows = np.array([comb(ORDERS[-1], k) * (-1) ** k for k in range(ORDERS[-1] + 1)], dtype=float)
+    lags = np.abs(np.subtract.outer(np.arange(rows.size), np.arange(rows.size)))
+
+    def scatter(share: float) -> float:
+        return float(np.sqrt(rows @ share**lags @ rows / (rows @ rows)))
+
+    low, high = 0.0, 1.0 - 1e-6
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if scatter(middle**FAR) < growth * scatter(middle) else (low, middle)
+    return 1.0 / scatter(low)
+
+
+def inconsistency(log: Log, channel: str) -> float:
+    """How far an angle and its measured rate contradict each other within half a second [unit of the channel].
+
+    0 where the channel has no such partner. The angle less the integrated rate should be constant; offset and drift are
+    taken out of every window. The slope of that is the rate's error together with the slope of the angle's own scatter,
+    which is taken off; 0 also where that is most of it.
+    """
+    rate = channel if channel.startswith("d") else f"d{channel}"
+    angle = rate[1:]
+    if angle not in log.channels or rate not in log.channels:
+        return 0.0
+    angles, rates = (log.measured[:, log.channels.index(c)] for c in (angle, rate))
+    good = np.isfinite(angles) & np.isfinite(rates)
+    t, angles, rates = log.t[good], angles[good], rates[good]
+    step = np.diff(t)
+    difference = angles - np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * step)])
+    length = max(8, round(0.5 / log.dt))
+    width = 2 * max(1, round(0.01 / log.dt)) + 1
+    squares = []
+    for first in range(0, len(t) - length + 1, length):
+        piece = slice(first, first + length)
+        x = t[piece] - t[first]
+        rest = difference[piece] - np.polyval(np.polyfit(x, difference[piece], 1), x)
+        if channel == rate:
+            rest = np.gradient(np.convolve(rest, np.ones(width) / width, mode="valid"), log.dt)
+        squares.append(np.mean(rest**2))
+    if not squares:
+        return 0.0
+    whole, of_angle = float(np.mean(squares)), 0.0
+    if channel == rate:
+        of_angle = (difference_noise(angles) / (width * log.dt)) ** 2
+    return float(np.sqrt(whole - of_angle)) if of_angle < 0.5 * whole else 0.0
+
+
+def difference_noise(signal: np.ndarray) -> float:
+    """Standard deviation of the white part of a signal, from its high differences.
+
+    The variance is averaged over short windows, those with bursts left out, so that the noise need not be Gaussian.
+    """
+    estimates = []
+    for order in ORDERS:
+        squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
+        squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
+        if squares.size <= 10:
+            break
+        whole = (
+            squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
+        )
+        means = whole.mean(axis=1)
+        estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
+    return min(estimates) if estimates else float(np.nanstd(signal))
+
+
+def spikes(signal: np.ndarray, scatter: float) -> float:
+    """What single readings far off add to the standard deviation, of a signal with that scatter otherwise [its unit].
+
+    A reading is compared with the median of its four neighbours: motion, however sudden, moves some of those along.
+    """
+    known = signal[np.isfinite(signal)]
+    if known.size < 5:
+        return 0.0
+    around = np.stack([known[:-4], known[1:-3], known[3:-1], known[4:]])
+    off = known[2:-2] - np.median(around, axis=0)
+    far = np.abs(off) > FAR_OFF * scatter
+    return float(np.sqrt(np.mean(np.where(far, off**2, 0.0)))) if np.mean(far) < RARE else 0.0
+
+
+def rounding_error(signal: np.ndarray, step: float) -> float:
+    """Root mean square of the error that rounding to a step makes on the smoothed signal."""
+    good = np.isfinite(signal)
+    finite = np.interp(np.arange(signal.size), np.flatnonzero(good), signal[good])
+    kernel = np.hanning(min(41, finite.size // 2 * 2 - 1) + 2)[1:-1]
+    smooth = np.convolve(finite, kernel / kernel.sum(), mode="valid")
+    start = finite[0]
+    error = np.round((smooth - start) / step) * step + start - smooth
+    return float(np.sqrt(np.mean(error**2)))
+
+
+def _resolution(signal: np.ndarray) -> float:
+    """What no sensor resolves: a ten-thousandth of the change between samples, or of a still signal's size a billionth.
+
+    A log from ideal sensors would otherwise be trusted beyond the accuracy of any integration.
+    """
+    known = signal[np.isfinite(signal)]
+    if known.size < 2:
+        return 1e-12
+    return max(1e-4 * float(np.sqrt(np.mean(np.diff(known) ** 2))), 1e-9 * float(np.abs(known).max()), 1e-12)

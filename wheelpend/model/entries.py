@@ -1,0 +1,80 @@
+"""The entries of a model.toml as records: parameters, sensors, controller, columns."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+NOISE_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors] and [simulation], by channel
+Noise = float | Literal["auto"]
+
+
+@dataclass(frozen=True)
+class Value:
+    """A parameter: what it should be, and what the data said."""
+
+    nominal: float | None = None
+    identified: float | None = None
+    sigma: float | None = None  # standard error of identified
+
+    @property
+    def best(self) -> float | None:
+        """The identified value, or else the nominal one."""
+        return self.nominal if self.identified is None else self.identified
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What is known about the sensors."""
+
+    encoder: Literal["absolute", "relative"] = "absolute"  # relative: theta_w is wheel minus body
+    encoder_counts: float | None = None  # per revolution; 0 or nothing where unknown
+    pitch_noise: Noise = "auto"  # standard deviation of theta_p [rad]
+    rate_noise: Noise = "auto"  # standard deviation of dtheta_p [rad/s]
+    noise: dict[str, Noise] = field(default_factory=dict)  # standard deviation of any channel, in its unit
+    step: dict[str, float] = field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
+
+    def noise_of(self, channel: str) -> float | None:
+        """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
+        stated = self.noise.get(channel, getattr(self, NOISE_KEYS.get(channel, ""), "auto"))
+        return None if stated == "auto" else float(stated)
+
+    def step_of(self, channel: str) -> float | None:
+        """Step of a quantised channel as stated [its unit]; None where nothing is known."""
+        counts = self.encoder_counts if channel == "theta_w" else None
+        return self.step.get(channel) or (2 * math.pi / counts if counts else None)
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The feedback law that made the voltage, where it is known."""
+
+    kind: Literal["pid"]
+    gains: tuple[float, float, float]  # on the pitch error, its integral and its rate [V/rad, V/(rad s), V s/rad]
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a log keeps a quantity."""
+
+    column: str
+    unit: str = ""
+    sign: int = 1  # or -1
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class File:
+    """The tables of a model.toml."""
+
+    plant: str
+    effects: tuple[str, ...] = ()
+    assumptions: dict[str, Any] = field(default_factory=dict)
+    constants: dict[str, float] = field(default_factory=dict)
+    parameters: dict[str, Value] = field(default_factory=dict)
+    effect: dict[str, dict[str, Value]] = field(default_factory=dict)
+    sensors: Sensors = field(default_factory=Sensors)
+    controller: Controller | None = None
+    columns: dict[str, Column] = field(default_factory=dict)
+    simulation: dict[str, float] | None = None

@@ -1,0 +1,135 @@
+"""The derived equations as text or LaTeX, and what differs between two models, term by term."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import sympy as sp
+
+import derive
+from derive.grouping import NotExpressibleError
+from wheelpend.errors import Failure, did_you_mean
+from wheelpend.model.record import Model
+
+Writer = Callable[[sp.Expr], str]
+REGRESSOR = "Regressor: tau = phi X, phi = d²/dt² phi2 + d/dt phi1 + phi0"
+
+
+def composed(model: Model) -> derive.Model:
+    """The derived model behind a model file."""
+    try:
+        return derive.compose(model.plant, model.assumptions, model.effects)
+    except NotExpressibleError as error:
+        raise Failure(f"{model.path}: {error}") from None
+
+
+def describe(model: Model, latex: bool = False) -> str:
+    """Assumptions, parameters, equations of motion, sensors, regressor and its filtered pieces."""
+    lines = [f"plant {model.plant}; effects {', '.join(model.effects) or 'none'}"]
+    for title, entries in sections(composed(model), sp.latex if latex else str).items():
+        lines += ["", title, *(f"  {entry}" for entry in entries)]
+    return "\n".join(lines)
+
+
+def sections(derived: derive.Model, write: Writer) -> dict[str, list[str]]:
+    """Everything that a model derives to, in lines: 'name = value', or a term of a sum with its sign."""
+    names = zip(derived.grouping.names, derived.grouping.definitions, strict=True)
+    found = {
+        "Assumptions": [f"{k} = {v}" for k, v in derived.assumptions.items()],
+        "Equivalent parameters": [f"{n} = {write(sp.together(d))}" for n, d in names],
+    }
+    for coordinate, row in zip(derived.plant.coordinates, derived.residual, strict=True):
+        found[f"Equation of motion, {coordinate.row} row: 0 [V] ="] = [
+            signed(t, write) for t in sp.Add.make_args(sp.expand(row))
+        ]
+    for surface in derived.surfaces:
+        found[f"Dry friction at the {surface.port}, against its slip, or what holds it still"] = [write(surface.law)]
+    found |= {"Input": input_lines(derived, write)} if input_lines(derived, write) else {}
+    readings = zip(derived.plant.channels, derived.readings, strict=True)
+    return found | {"Sensors": [f"{c.name} = {write(r)}" for c, r in readings], REGRESSOR: columns(derived, write)}
+
+
+def signed(term: sp.Expr, write: Writer) -> str:
+    """A term with its sign set apart."""
+    negative = sp.sympify(term).could_extract_minus_sign()
+    return f"{'-' if negative else '+'} {write(-term if negative else term)}"
+
+
+def input_lines(derived: derive.Model, write: Writer) -> list[str]:
+    """What stands between the command and the voltage in the equations, where they do not show it."""
+    lines = [f"the command acts {derived.delay} later"] if derived.delay else []
+    if derived.lag:
+        lines.append(f"U instead of {derived.plant.input} above: {derived.lag} dU/dt = {write(derived.drive)} - U")
+    return lines
+
+
+def columns(derived: derive.Model, write: Writer) -> list[str]:
+    """The regressor and its split, column by column."""
+    regressor = derived.regressor
+    lines = [f"tau = {', '.join(write(e) for e in regressor.tau)}"]
+    for column, name in enumerate(regressor.parameters):
+        for piece in ("phi", "phi2", "phi1", "phi0"):
+            entries = list(getattr(regressor, piece)[:, column])
+            if any(entries):
+                lines.append(f"{piece + '[' + str(name) + ']':<12} = {', '.join(write(e) for e in entries)}")
+    return lines
+
+
+def other_model(model: Model, other: str) -> Model:
+    """The model to compare with: another model file, or this model with ASSUMPTION=CHOICE.
+
+    Raises Failure for a path without a model and for an unknown assumption or choice.
+    """
+    name, equals, choice = other.partition("=")
+    if not equals or Path(other).exists():
+        return Model.open(other)
+    known = {a.name: a for a in derive.plants.assumptions_of(model.plant)}
+    if name not in known:
+        raise Failure(f"No assumption named '{name}'. Known assumptions: {', '.join(known)}."
+                      f"{did_you_mean(name, list(known))}")  # fmt: skip
+    chosen = [c for c in known[name].choices if str(c).lower() == choice.strip().lower()]
+    if not chosen:
+        raise Failure(f"{name} must be one of {', '.join(map(str, known[name].choices))}, not '{choice}'.")
+    assumptions = {**model.assumptions, name: chosen[0]}
+    before, after = (derive.plants.brought(model.plant, a) for a in (model.assumptions, assumptions))
+    effects = (*(e for e in model.effects if e not in before or e in after), *after)
+    return replace(model, assumptions=assumptions, effects=tuple(dict.fromkeys(effects)))
+
+
+def difference(one: Model, other: Model, latex: bool = False) -> str:
+    """What changes from one model to the other: definitions from and to, terms that go (-) and come (+)."""
+    write: Writer = sp.latex if latex else str
+    before, after = (sections(composed(m), write) for m in (one, other))
+    lines = changed(*([f"effects = {', '.join(m.effects) or 'none'}"] for m in (one, other)))
+    touched = set()
+    for title in dict.fromkeys([*before, *after]):
+        found = changed(before.get(title, []), after.get(title, []))
+        lines += ["", title, *found] if found else []
+        touched |= {title} if found else set()
+    if touched <= {"Assumptions"}:
+        lines += ["", "The two models derive to the same equations."]
+    elif touched <= {"Assumptions", "Equivalent parameters"}:
+        lines += ["", "The equations of motion stay as they are: only what the parameters stand for changes."]
+    return "\n".join(lines).strip()
+
+
+def changed(before: list[str], after: list[str]) -> list[str]:
+    """Lines that differ: 'name: old -> new' where both have the name, else gone (-) and new (+)."""
+    old, new = (dict(_keyed(line) for line in lines) for lines in (before, after))
+    lines = []
+    for key in dict.fromkeys([*old, *new]):
+        if old.get(key) == new.get(key):
+            continue
+        if key in old and key in new:
+            lines.append(f"  {key}: {old[key]}  ->  {new[key]}")
+        else:
+            entry = old.get(key) or new.get(key)
+            lines.append(f"  {'gone' if key in old else 'new '}  {key}{f' = {entry}' if entry != key else ''}")
+    return lines
+
+
+def _keyed(line: str) -> tuple[str, str]:
+    name, equals, value = line.partition(" = ")
+    return (name.strip(), value) if equals else (line, line)

@@ -1,0 +1,123 @@
+"""The commented model.toml that a new workspace starts with."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+
+import tomlkit
+
+from derive import plants
+from derive.nameplate import Nameplate
+from derive.records import Assumption
+from wheelpend.kernels.plant_signature import nameplate
+
+PAPER = "wheel_pendulum"
+HEAD = """\
+# The model of this workspace. It is the only source of the code in generated/: edit it, then run `wheelpend generate`.
+# Angles are in rad, times in s, voltages in V. Comments survive the tool.
+
+plant = "{plant}"
+effects = []                           # `wheelpend effects` lists them, `wheelpend add` adds one
+"""
+WHEEL_SENSORS = """\
+[sensors]
+encoder = "absolute"                   # or "relative": theta_w is then wheel minus body
+encoder_counts = 60000                 # per revolution; 0 where unknown
+pitch_noise = "auto"                   # standard deviation [rad], or "auto": from the data
+rate_noise = "auto"                    # [rad/s]
+"""
+
+
+def text_of(plant: str) -> str:
+    """A first model.toml of a plant; raises KeyError naming the known plants."""
+    built = nameplate(plant, plants.settle(plant, {}))
+    sections = [
+        HEAD.format(plant=plant),
+        section("assumptions", "", assumptions_of(plant)),
+        section("constants", "known, never identified; only some effects and the display in N·m need them",
+                described_constants(plant, built)),
+        section("parameters", parameters_comment(plant), nominal(plant)),
+        WHEEL_SENSORS if plant == PAPER else sensors(built),
+        section("controller", "only where known: for closed-loop simulation, prediction and instruments",
+                controller(plant)),
+        columns(built),
+        section("simulation", machine_comment(plant), machine(plant, built)),
+    ]  # fmt: skip
+    return "\n".join(s for s in sections if s)
+
+
+def section(name: str, comment: str, lines: Iterable[str]) -> str:
+    """A section with its lines; nothing where it has none."""
+    entries = list(lines)
+    header = f"[{name}]".ljust(39 if comment else 0) + (f"# {comment}" if comment else "")
+    return "\n".join([header, *entries]) + "\n" if entries else ""
+
+
+def assumptions_of(plant: str) -> list[str]:
+    """Every assumption at its default, under its sentence; the encoder is among the sensors."""
+    return [commented(a) for a in plants.assumptions_of(plant) if a.name != "encoder"]
+
+
+def commented(assumption: Assumption) -> str:
+    """An assumption at its default, under its sentence and its choices."""
+    choices = " or ".join(tomlkit.item(c).as_string() for c in assumption.choices)
+    sentence = textwrap.wrap(f"{assumption.sentence} {choices}.", 118)
+    default = tomlkit.item(assumption.default).as_string()  # type: ignore[call-overload]
+    return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
+
+
+def described_constants(plant: str, built: Nameplate) -> list[str]:
+    """The plant's constants, each with its unit and what it is."""
+    known = {c.name: c for c in built.constants}
+    entries = [(f"{n} = {v!r}", known[n]) for n, v in plants.constants_of(plant).items() if n in known]
+    return [f"{entry:<39}# {c.sentence} [{c.unit}]" for entry, c in entries]
+
+
+def parameters_comment(plant: str) -> str:
+    """What the nominal values are."""
+    source = "the paper's Table 1" if plant == PAPER else "those of the plant's file"
+    return f"nominal: {source}, a tenth too small; identification corrects it"
+
+
+def nominal(plant: str) -> list[str]:
+    """Nominal values a tenth below the plant's own."""
+    return [f"{x} = {{ nominal = {0.9 * v:.6g} }}" for x, v in plants.reference_of(plant).items()]
+
+
+def sensors(built: Nameplate) -> str:
+    """Noise and steps of every channel, to be found from the data."""
+    rows = [f'{c.name} = "auto"'.ljust(39) + f"# [{c.unit}]" for c in built.channels]
+    return section("sensors.noise", 'standard deviation of every channel, or "auto": from the data', rows)
+
+
+def controller(plant: str) -> list[str]:
+    """The PID that holds the plant, where its file gives one."""
+    gains = plants.gains_of(plant)
+    return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
+
+
+def columns(built: Nameplate) -> str:
+    """How a log's columns are mapped."""
+    last = built.channels[-1] if built.name != PAPER else next(c for c in built.channels if c.name == "theta_p")
+    unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
+    comment = "only where a log names or measures things differently, for instance"
+    return section("columns", comment, [f'# {last.name} = {{ column = "{column}", unit = "{unit}" }}'])
+
+
+def machine_comment(plant: str) -> str:
+    """What the simulated machine is."""
+    return f"the machine that `wheelpend simulate` plays: the {'paper' if plant == PAPER else 'plant'}'s" + (
+        " Table 1" if plant == PAPER else " numbers"
+    )
+
+
+def machine(plant: str, built: Nameplate) -> list[str]:
+    """True parameters, noises and where a machine that nothing holds begins."""
+    lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
+    if plant == PAPER:
+        lines += ["pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]",
+                  "rate_noise = 0.008726646259971648      # 0.5 deg/s [rad/s]"]  # fmt: skip
+    elif lines and not built.driven:
+        lines += [f"{built.coordinates[0].name} = 1.0".ljust(39) + "# where it is let go"]
+    return lines

@@ -1,0 +1,187 @@
+"""Checks of what a TOML file holds: every key known, every value of its kind.
+
+A check takes a value and its place in the file, and returns the value as it is used; it raises Wrong where that cannot
+be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import MISSING, fields
+from typing import Any, NoReturn, TypeVar
+
+from wheelpend.errors import Failure, did_you_mean
+
+Check = Callable[[Any, str], Any]
+
+
+class Wrong(ValueError):
+    """What is wrong in a file: a phrase for each place."""
+
+
+def refuse(must: str, value: object, place: str) -> NoReturn:
+    """Raise Wrong: where, what must hold, what came."""
+    raise Wrong(f"{place}: must be {must}, not {value!r:.60}")
+
+
+def number(value: object, place: str) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        refuse("a number", value, place)
+    try:
+        found = float(value)
+    except OverflowError:
+        found = math.inf
+    return found if math.isfinite(found) else refuse("a finite number", value, place)
+
+
+def size(value: object, place: str) -> float:
+    """A number that is not negative."""
+    found = number(value, place)
+    return found if found >= 0.0 else refuse("at least 0", value, place)
+
+
+def positive(value: object, place: str) -> float:
+    """A number above 0."""
+    found = number(value, place)
+    return found if found > 0.0 else refuse("greater than 0", value, place)
+
+
+def truth(value: object, place: str) -> bool:
+    """True or false."""
+    return value if isinstance(value, bool) else refuse("true or false", value, place)
+
+
+def anything(value: object, place: str) -> object:
+    """Whatever it is."""
+    return value
+
+
+def text(value: object, place: str, most: int | None = None) -> str:
+    """Text, of at most so many characters."""
+    if not isinstance(value, str):
+        refuse("text", value, place)
+    return value if most is None or len(value) <= most else refuse(f"at most {most} characters", value, place)
+
+
+def short_text(most: int) -> Check:
+    """Text of at most so many characters."""
+    return lambda value, place: text(value, place, most)
+
+
+def one_of(*choices: object) -> Check:
+    """One of some choices."""
+
+    def check(value: object, place: str) -> object:
+        for choice in choices:
+            if value == choice and isinstance(value, bool) == isinstance(choice, bool):
+                return choice
+        refuse(" or ".join(map(repr, choices)), value, place)
+
+    return check
+
+
+def or_word(word: str, check: Check) -> Check:
+    """A word, or what another check takes."""
+
+    def either(value: object, place: str) -> object:
+        if value == word:
+            return value
+        return check(value, place) if not isinstance(value, str) else refuse(f"a number or {word!r}", value, place)
+
+    return either
+
+
+def several(check: Check, count: int | None = None, most: int | None = None) -> Check:
+    """A list as a tuple; of so many entries, or of at most so many."""
+
+    def entries(value: object, place: str) -> tuple:
+        if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
+            refuse("a list" if count is None else f"a list of {count}", value, place)
+        if most is not None and len(value) > most:
+            refuse(f"a list of at most {most}", value, place)
+        return tuple(each((check, v, f"{place}.{k}") for k, v in enumerate(value)))
+
+    return entries
+
+
+def mapping(check: Check, least: int = 0, most: int | None = None) -> Check:
+    """A table with keys of any name, of at least and at most so many."""
+
+    def entries(value: object, place: str) -> dict[str, Any]:
+        if not isinstance(value, dict):
+            refuse("a table", value, place)
+        if len(value) < least or (most is not None and len(value) > most):
+            refuse(f"a table of {least} to {most} entries", value, place)
+        return dict(zip(value, each((check, v, f"{place}.{k}") for k, v in value.items()), strict=True))
+
+    return entries
+
+
+def table(make: Callable[..., Any], **checks: Check) -> Check:
+    """A table with known keys, as a dataclass."""
+    needed = [f.name for f in fields(make) if f.default is f.default_factory is MISSING]  # type: ignore[arg-type]
+
+    def entries(value: object, place: str) -> Any:
+        if not isinstance(value, dict):
+            refuse("a table", value, place)
+        try:
+            check_known("key", value, checks)
+        except Failure as failure:
+            raise Wrong((f"[{place}]: " if place else "") + str(failure).rstrip(".")) from None
+        inside = f"{place}." if place else ""
+        missing = [(_missing, None, inside + n) for n in needed if n not in value]
+        found = each([*missing, *((checks[n], v, inside + n) for n, v in value.items())])
+        return make(**dict(zip(value, found, strict=True)))
+
+    return entries
+
+
+def shorthand(key: str, check: Check) -> Check:
+    """A table, or a plain number that stands for one with this key."""
+
+    def either(value: object, place: str) -> Any:
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            return check({key: value}, place)
+        return check(value, place) if isinstance(value, dict) else refuse("a number or a table", value, place)
+
+    return either
+
+
+def _missing(value: object, place: str) -> NoReturn:
+    raise Wrong(f"{place} is missing")
+
+
+def each(checks: Iterable[tuple[Check, object, str]]) -> list:
+    """What several checks return; raises Wrong with all that is wrong."""
+    found: list = []
+    phrases: list[str] = []
+    for check, value, place in checks:
+        try:
+            found.append(check(value, place))
+        except Wrong as wrong:
+            phrases += wrong.args
+    if phrases:
+        raise Wrong(*phrases)
+    return found
+
+
+def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:
+    """Raise Failure naming the known names when one is not among them."""
+    for name in names:
+        if name not in known:
+            plural = "quantities" if what == "quantity" else what + "s"
+            hint = did_you_mean(name, known)
+            raise Failure(f"No {what} named '{name}'{place}. Known {plural}: {', '.join(known)}.{hint}")
+
+
+T = TypeVar("T")
+
+
+def ask(look_up: Callable[..., T], *arguments: Any) -> T:
+    """Call a look-up; its KeyError, whose text names the choices, becomes a Failure."""
+    try:
+        return look_up(*arguments)
+    except KeyError as error:
+        raise Failure(error.args[0]) from error

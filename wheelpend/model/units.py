@@ -1,0 +1,49 @@
+"""What a plant's states, channels and forces are called and measured in, for texts and pictures."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from derive.nameplate import Nameplate
+from wheelpend.model.record import Model
+
+NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Units of a plant, and what a volt of its input is worth where that is known."""
+
+    units: dict[str, str]  # of time, input, coordinates, rates and channels, by name
+    force: str  # unit of a generalised force, V for one in volt-equivalents
+    worth: float | None = None  # N m, or N, that one such unit is worth
+    physical: str = ""  # N·m or N
+
+    def unit(self, name: str) -> str:
+        """Unit of a quantity, or of a sum of some: dtheta_w - dtheta_p."""
+        first = NAME.search(name)
+        return self.units.get(first[0], "") if first else ""
+
+    def in_physical(self, value: float, unit: str) -> tuple[float, str] | None:
+        """A coefficient in N m, or N, and its unit there; None where it is no force or the worth is not known."""
+        if self.worth is None or not re.match(rf"{re.escape(self.force)}(?!\w)", unit):
+            return None
+        return value * self.worth, self.physical + unit[len(self.force) :]
+
+
+def quantities_of(model: Model) -> Quantities:
+    """Names and units of a model's plant, with the worth of its input as its constants say."""
+    plant = model.nameplate
+    scale = plant.scale_constant
+    worth = model.constants.get(scale.name) if scale else None
+    physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""
+    return Quantities(units_of(plant), plant.input_unit, worth, physical)
+
+
+def units_of(plant: Nameplate) -> dict[str, str]:
+    """Units of everything that varies in a plant and its logs."""
+    units = {"t": "s", **dict.fromkeys(plant.inputs, plant.input_unit)}
+    for c in plant.coordinates:
+        units |= {c.q: c.unit, c.dq: f"{c.unit}/s", c.ddq: f"{c.unit}/s²"}
+    return units | {c.name: c.unit for c in plant.channels}

@@ -1,0 +1,179 @@
+"""A user's own effects: effects.toml beside model.toml, read strictly and never executed."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from derive import effects as library
+from derive.effects import Effect, EffectParameter
+from derive.effects.own import enters
+from derive.grammar import GrammarError
+from derive.nameplate import Nameplate
+from wheelpend.errors import Failure
+from wheelpend.model.toml_checks import Wrong, mapping, number, one_of, several, short_text, table, truth
+
+pass
+
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+MOST = 20  # effects in a file, and parameters of one
+
+
+@dataclass(frozen=True)
+class OwnParameter:
+    """One number of an effect."""
+
+    unit: str
+    typical: float
+    minimum: float | None = None
+    maximum: float | None = None
+    scope: str = "shared"
+    starts: tuple[float, ...] = ()  # of a shape: values to try
+
+
+@dataclass(frozen=True)
+class OwnEffect:
+    """One table of effects.toml."""
+
+    family: str
+    sentence: str
+    on: str
+    law: str
+    parameters: dict[str, OwnParameter]
+    dissipates: bool = False
+    means: str = ""
+
+
+PARAMETER = table(
+    OwnParameter,
+    unit=short_text(20),
+    typical=number,
+    minimum=number,
+    maximum=number,
+    scope=one_of("shared", "per log"),
+    starts=several(number, most=12),
+)
+EFFECT = table(
+    OwnEffect,
+    family=one_of("drive", "ground", "body", "actuator", "sensor"),
+    sentence=short_text(400),
+    on=short_text(400),
+    law=short_text(1000),
+    parameters=mapping(PARAMETER, least=1, most=MOST),
+    dissipates=truth,
+    means=short_text(400),
+)
+
+
+def read_own(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
+    """Rows of a workspace's effects.toml; none without one. Raises Failure saying what in it is wrong."""
+    path = workspace / OWN_FILE
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        return ()
+    except (OSError, UnicodeDecodeError) as error:
+        raise Failure(f"{path} must be UTF-8 text that can be read: {error}.") from None
+    try:
+        return rows_of(text, plant)
+    except Failure as failure:
+        raise Failure(f"{path}: {failure}") from None
+
+
+def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Nameplate) -> Path:
+    """Add tables to a workspace's effects.toml, whose text stays as it is; complete or not at all.
+
+    Raises Failure where a name is taken or a table is no effect, and then changes nothing.
+    """
+    path = workspace / OWN_FILE
+    taken = [row.name for row in read_own(workspace, plant)]
+    for name in tables:
+        refuse_taken(name, taken, path)
+    old = path.read_bytes().decode("utf-8-sig") if path.exists() else ""
+    end = "\r\n" if "\r\n" in old else "\n"
+    added = (end * 2).join(text_of(name, table).replace("\n", end) for name, table in tables.items())
+    gap = "" if not old else end if old.endswith(end) else end * 2
+    text = old + gap + added + end
+    rows_of(text, plant)
+    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        beside.write_bytes(text.encode())
+        os.replace(beside, path.resolve())
+    except OSError as error:
+        raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
+    finally:
+        beside.unlink(missing_ok=True)
+    return path
+
+
+def refuse_taken(name: str, taken: Sequence[str], path: Path) -> None:
+    """Raise Failure unless a name can be that of a new effect."""
+    if not NAME.fullmatch(name) or name.startswith("missing"):
+        raise Failure(f"An effect must have a name of small letters, digits and _, not '{name}'. Choose another.")
+    if name in taken or name in library.LIBRARY:
+        where = "the library" if name in library.LIBRARY else str(path)
+        raise Failure(f"A new effect needs a name that is free, but {name} is in {where} already. Choose another.")
+
+
+def text_of(name: str, table: Mapping[str, Any]) -> str:
+    """A table of effects.toml as text, each parameter on a line of its own."""
+    lines = [f"[{name}]", *(f"{k} = {tomlkit.item(v).as_string()}" for k, v in table.items() if k != "parameters")]
+    lines.append(f"[{name}.parameters]")
+    for parameter, numbers in table["parameters"].items():
+        entries = ", ".join(f"{k} = {tomlkit.item(v).as_string()}" for k, v in numbers.items())
+        lines.append(f"{parameter} = {{ {entries} }}")
+    return "\n".join(lines)
+
+
+def rows_of(text: str, plant: Nameplate) -> tuple[Effect, ...]:
+    """Rows of the text of an effects.toml."""
+    try:
+        tables = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise Failure(f"this is not valid TOML: {error}. Correct that line.") from None
+    if len(tables) > MOST:
+        raise Failure(f"at most {MOST} effects may be written, not {len(tables)}. Take some out.")
+    return tuple(row_of(name, table, plant) for name, table in tables.items())
+
+
+def row_of(name: str, given: object, plant: Nameplate) -> Effect:
+    """One table as a row."""
+    if not NAME.fullmatch(name) or name in library.LIBRARY or name.startswith("missing"):
+        raise Failure(f"[{name}] must be a new name of small letters, digits and _. "
+                      f"{'That one is in the library. ' if name in library.LIBRARY else ''}Rename it.")  # fmt: skip
+    try:
+        found = EFFECT(given, name)
+        parameters = tuple(_parameter(n, p) for n, p in found.parameters.items())
+        way = enters(found.on, found.law, parameters, plant)
+    except Wrong as wrong:
+        raise Failure("; ".join(wrong.args) + ".") from None
+    except GrammarError as error:
+        raise Failure(f"[{name}]: {error}") from None
+    return Effect(name, found.family, found.sentence, found.law, parameters, way, found.dissipates, found.means)
+
+
+def _parameter(name: str, given: OwnParameter) -> EffectParameter:
+    if not NAME.fullmatch(name):
+        raise GrammarError(f"A parameter must be a name of small letters, digits and _, not '{name}'.")
+    low = -float("inf") if given.minimum is None else given.minimum
+    high = float("inf") if given.maximum is None else given.maximum
+    shape = bool(given.starts)
+    for value in (given.typical, *given.starts, *(() if shape else (0.0,))):
+        if not low <= value <= high:
+            raise GrammarError(f"{name} must be able to be {value:g}, but its range is {low:g} to {high:g}. A "
+                               "parameter that is not 0 while the effect is absent needs starts.")  # fmt: skip
+    return EffectParameter(
+        name, given.unit, given.scope, low, high, typical=given.typical,
+        absent=given.starts[len(given.starts) // 2] if shape else 0.0,
+        starts=library.Values(given.starts) if shape else None, bounded=shape,
+    )  # fmt: skip
+
+
+OWN_FILE = "effects.toml"

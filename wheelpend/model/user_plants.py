@@ -1,0 +1,105 @@
+"""A user's own plant: a Python file like those in derive/plants, run only because somebody named it.
+
+A model.toml names a plant but never a file: opening somebody else's workspace runs nothing of theirs. The file is given
+on the command line, or comes with an installed package that names it under the entry point ``wheelpend.plants``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import re
+import sys
+import traceback
+from pathlib import Path
+
+from derive import plants
+from derive.late import sp
+from derive.records import Plant
+from wheelpend.errors import Failure
+
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+PREFIX = "wheelpend_plant_"  # of the names of modules made from such files
+
+
+def named_plant(name: str) -> str:
+    """The name of a plant that is given by name or by its file; raises Failure where the file is no plant's."""
+    return load_plant(Path(name)) if name.endswith(".py") else name
+
+
+def load_plant(path: Path) -> str:
+    """Run a plant's file and make the plant known under its NAME, which is returned.
+
+    Raises Failure saying what is wrong with the file, with the line where its code fails.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise Failure(f"A plant's file must be there to be read, but {path}: {error.strerror or error}.") from None
+    module_name = f"{PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
+    spec = importlib.util.spec_from_file_location(module_name, path.resolve())
+    if spec is None or spec.loader is None:
+        raise Failure(f"A plant's file must be Python code with a name that ends in .py, not {path}.")
+    module = sys.modules.get(module_name) or importlib.util.module_from_spec(spec)
+    try:
+        if module_name not in sys.modules:
+            spec.loader.exec_module(module)
+            sys.modules[module_name] = module
+        name = plants.register(module)
+        check(plants.build(name, plants.settle(name, {})), name)
+        return name
+    except Failure as failure:
+        raise Failure(f"{path}: {failure}") from None
+    except Exception as error:  # whatever a user's code may raise is theirs to hear of, with its line
+        raise Failure(
+            f"{path} must state a plant, but {_where(error, path)}{type(error).__name__}: {error}."
+        ) from error
+
+
+def file_of(name: str) -> Path | None:
+    """The file that another process must load to know a plant too; None of a plant that it knows anyway."""
+    module = plants.find(name)
+    return Path(str(module.__file__)) if module.__name__.startswith(PREFIX) else None
+
+
+def check(plant: object, name: str) -> None:
+    """Raise Failure unless a plant's file states what the derivation needs."""
+    if not isinstance(plant, Plant):
+        raise Failure(f"build must return a Plant of derive.records, not {type(plant).__name__}.")
+    if not NAME.fullmatch(name) or plant.name != name:
+        raise Failure(f"NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'.")
+    for what, entries in (("coordinate", plant.coordinates), ("port", plant.ports), ("channel", plant.channels)):
+        if not entries:
+            raise Failure(f"a plant must have at least one {what}.")
+    ports = [p.name for p in plant.ports]
+    for load in plant.loads:
+        if load.port not in ports:
+            raise Failure(f"the load '{load.name}' must act on one of the ports {', '.join(ports)}, not '{load.port}'.")
+    channels = [c.name for c in plant.channels]
+    for channel in (*plant.controlled, plant.falls):
+        if channel and channel not in channels:
+            raise Failure(f"controlled and falls must be channels ({', '.join(channels)}), but '{channel}' is none.")
+    if plant.reference and not plant.controlled[0]:
+        raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
+                      "channel, controlled = (CHANNEL, \"\").")  # fmt: skip
+    for sensor in plant.channels:
+        check_linear(plant, f"channel {sensor.name}", sensor.reading)
+    for port in plant.ports:
+        check_linear(plant, f"port {port.name}", port.coordinate)
+    for c in plant.coordinates:
+        if c.unit not in ("rad", "m"):
+            raise Failure(f"a coordinate must be in rad or m; {c.name} is in {c.unit}.")
+
+
+def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:
+    """Raise Failure unless an expression is a sum of coordinates, or of rates, with plain numbers."""
+    states = [s for c in plant.coordinates for s in (c.q, c.dq)]
+    slopes = sp.Matrix([expression]).jacobian(states)
+    if slopes.free_symbols or sp.sympify(expression).subs(dict.fromkeys(states, 0)) != 0:
+        raise Failure(f"the {what} must be a sum of coordinates, or of rates, with plain numbers, not {expression}.")
+
+
+def _where(error: Exception, path: Path) -> str:
+    """The line of the file in which an error came up."""
+    own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path.resolve()]
+    return f"line {own[-1].lineno} raises " if own else "it raises "

@@ -1,0 +1,67 @@
+"""A workspace: model.toml, the code generated from it, and the history of what every change did to the error."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import derive
+from wheelpend.errors import Failure
+from wheelpend.model import model_kernels
+from wheelpend.model.record import Model
+
+HISTORY = "history.json"
+
+
+def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
+    """Start a workspace with a first model of a plant; raises Failure where there is one already."""
+    path = folder / "model.toml"
+    if path.exists():
+        raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
+    model = Model.default(plant)
+    folder.mkdir(parents=True, exist_ok=True)
+    generate_into(folder / "generated", model)
+    return model.save(path)
+
+
+def generate_into(folder: Path, model: Model) -> None:
+    """Derive the model and write its generated code."""
+    derive.write(folder, model_kernels.derived_files(model))
+
+
+def stale(model: Model) -> str:
+    """What differs between the workspace's generated code and what its model derives to, as a unified diff."""
+    files = model_kernels.derived_files(model)
+    return derive.differences(model.workspace / "generated", files)
+
+
+def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) -> None:
+    """Save model, generated code and history, the model last: an interruption leaves the old one in force."""
+    folder = model.workspace
+    model_kernels.derived_files(model)  # a model that does not derive changes nothing
+    added = [entries] if isinstance(entries, dict) else list(entries)
+    if added:
+        _write_json(folder / HISTORY, [*history(folder), *added])
+    generate_into(folder / "generated", model)
+    model.save()
+
+
+def history(folder: Path) -> list[dict]:
+    """Every recorded change, oldest first; raises Failure where the file cannot be read."""
+    path = folder / HISTORY
+    if not path.exists():
+        return []
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise Failure(f"{path} must be JSON, but it is not ({error}). Move it away to start a new history.") from None
+    return entries if isinstance(entries, list) else []
+
+
+def _write_json(path: Path, data: Any) -> None:
+    beside = path.with_name(f".{path.name}.new")
+    beside.write_text(json.dumps(data, indent=1), encoding="utf-8")
+    os.replace(beside, path)

@@ -1,0 +1,107 @@
+"""What every command shares: progress on standard error, results as text or JSON, failures as exit code 1."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from wheelpend.errors import Failure
+from wheelpend.files import write_text
+
+out = Console(highlight=False, soft_wrap=True)
+err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+@contextmanager
+def failures(json_file: str | None = None) -> Iterator[None]:
+    """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1."""
+    try:
+        yield
+    except Failure as failure:
+        err.print(f"[bold red]Failure:[/] {_plain(str(failure))}")
+        if json_file:
+            emit_json({"schema": 1, "failure": str(failure)}, json_file)
+        raise typer.Exit(1) from None
+
+
+def _plain(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)
+
+
+@contextmanager
+def progress(first: str) -> Iterator[Callable[[str], None]]:
+    """A line of progress on standard error; where that is not a terminal, a plain line every ten seconds at most."""
+    if not err.is_terminal:
+        yield _plain_progress()
+        return
+    with err.status(first) as status:
+        yield lambda text: status.update(text)
+
+
+def _plain_progress(every_s: float = 10.0) -> Callable[[str], None]:
+    said = monotonic()
+
+    def update(text: str) -> None:
+        nonlocal said
+        if monotonic() - said >= every_s:
+            said = monotonic()
+            err.print(_plain(text))
+
+    return update
+
+
+def emit_json(data: dict, json_file: str) -> None:
+    """Write JSON to a file, or to standard output for '-'."""
+    from wheelpend.serialise import dumps  # imported late, with NumPy
+
+    text = dumps(data) + "\n"
+    if json_file == "-":
+        sys.stdout.write(text)
+        return
+    write_text(Path(json_file), text)
+
+
+def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
+    """Give a result: as JSON where asked for, and as text unless standard output is taken."""
+    if json_file:
+        from wheelpend.serialise import to_json  # imported late
+
+        emit_json(result if isinstance(result, dict) else to_json(result), json_file)
+    if json_file != "-":
+        text()
+
+
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: bool = False) -> None:
+    """Print a table; its columns but the first hold numbers, or words where so said."""
+    grid = Table(title=_plain(title), title_justify="left", title_style="bold")
+    for column in columns:
+        grid.add_column(
+            _plain(column),
+            justify="left" if words or column in columns[:1] else "right",
+            overflow="fold",
+            no_wrap=column in columns[:1],
+        )
+    for row in rows:
+        grid.add_row(*(_plain(str(cell)) for cell in row))
+    out.print(grid)
+
+
+def say(text: str) -> None:
+    """Print a line as it is."""
+    out.print(_plain(text))
+
+
+def warn(warnings: Sequence[str]) -> None:
+    """Print warnings on standard error."""
+    for warning in warnings:
+        err.print(f"[yellow]Warning:[/] {_plain(warning)}")

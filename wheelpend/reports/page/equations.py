@@ -1,0 +1,79 @@
+"""Equations of motion for the page, with what an effect added or took away marked."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import sympy as sp
+
+import derive
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.reports.page.style import pretty
+
+
+class Term(NamedTuple):
+    """A term of an equation; mark is "new", "gone" or nothing."""
+
+    text: str
+    mark: str
+
+
+class Equation(NamedTuple):
+    """A row's equation before and after."""
+
+    row: str
+    before: list[Term]
+    after: list[Term]
+
+
+def equations(explanation: Explanation) -> list[Equation]:
+    """The equations of motion before and after, with the difference marked; sensors and command where they changed."""
+    plant, assumptions = explanation.model.plant, explanation.model.assumptions
+    final = derive.compose(plant, assumptions, explanation.effects)
+    old = terms(derive.compose(plant, assumptions, explanation.first.study.model.effects))
+    new = terms(final)
+    moving = list(new)[: len(final.plant.coordinates)]
+    return [
+        Equation(
+            pretty(row),
+            [Term(_typeset(t), "" if t in new[row] else "gone") for t in old[row]],
+            [Term(_typeset(t), "" if t in old[row] else "new") for t in new[row]],
+        )
+        for row in new
+        if row in moving or old[row] != new[row]
+    ]
+
+
+def terms(model: derive.Model) -> dict[str, list[str]]:
+    """Signed terms of each row, as equations_text prints them, dry friction included, then of each sensor."""
+    found: dict[str, list[str]] = {}
+    row = ""
+    for line in derive.equations_text(model).splitlines():
+        if line.startswith(" "):
+            found[row].append(line.strip())
+        else:
+            row = line.rstrip(" 0=:") + ": 0 ="
+            found[row] = []
+    for surface in model.surfaces:
+        slip = sum(int(w) * c.dq for w, c in zip(surface.slip, model.plant.coordinates, strict=True))
+        for row, weight in zip(found, surface.slip, strict=False):
+            if weight:
+                law = surface.law.subs(surface.direction, sp.Function("sign")(slip))
+                found[row] += [_signed(t) for t in sp.Add.make_args(sp.expand(int(weight) * law))]
+    for channel, reading in zip(model.plant.channels, model.readings, strict=True):
+        found[f"sensor {channel.name} ="] = [_signed(t) for t in sp.Add.make_args(sp.expand(reading))]
+    found["command:"] = [f"+ v_in(t − {model.delay})" if model.delay else "+ v_in(t)"]
+    found["command:"] += [f"− {model.lag} dU/dt"] if model.lag else []
+    return found
+
+
+def _signed(term: sp.Expr) -> str:
+    text = str(term)
+    return f"- {text[1:]}" if text.startswith("-") else f"+ {text}"
+
+
+def _typeset(term: str) -> str:
+    for ours, shown in (("**2", "²"), ("**3", "³"), ("Magnitude", "abs"), ("Sign", "sign"), ("Ramp(", "max(0, "),
+                        ("*", "·"), ("-", "−")):  # fmt: skip
+        term = term.replace(ours, shown)
+    return pretty(term)

@@ -1,0 +1,159 @@
+"""Charts of the report. Every function returns a plotly figure, or None where there is nothing to draw.
+
+Colours mean the same everywhere: dark grey is measured, red the model before, blue the model after.
+
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.segments import Part
+from wheelpend.estimation.validation import held_residuals
+from wheelpend.model.units import Quantities
+from wheelpend.reports.page.style import (
+    AFTER,
+    BEFORE,
+    FLOOR,
+    MEASURED,
+    MOST_MARKED,
+    MOST_POINTS,
+    QUIET,
+    SHADES,
+    pretty,
+    styled,
+)
+
+
+def ladder(explanation: Explanation) -> list[tuple[str, float, str]]:
+    """Rungs of the error ladder: label, error, colour."""
+    rungs = [("parameters refitted", explanation.base_error, BEFORE)]
+    if explanation.nominal_error is not None:
+        rungs.insert(0, ("nominal values", explanation.nominal_error, QUIET))
+    return rungs + [(f"+ {s.effect}", s.error_after, AFTER) for s in explanation.steps]
+
+
+def ladder_figure(explanation: Explanation) -> go.Figure:
+    """Held-out error from the nominal model to the last step, with the noise floor."""
+    rungs = [r for r in ladder(explanation) if np.isfinite(r[1])]
+    labels, errors, colours = zip(*rungs, strict=True) if rungs else ((), (), ())
+    figure = go.Figure(go.Bar(
+        x=errors, y=labels, orientation="h", marker_color=colours, text=[f"{e:.4g}" for e in errors],
+        textposition="outside", cliponaxis=False, hovertemplate="%{y}: %{x:.4g}<extra></extra>", width=0.62,
+    ))  # fmt: skip
+    low, high = min([*errors, explanation.noise_floor]), max([*errors, explanation.noise_floor])
+    wide = high > 5 * low > 0
+    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
+    figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=1 if wide and high > 50 * low else None,
+                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+    figure.update_yaxes(autorange="reversed")
+    floor = explanation.noise_floor
+    figure.add_vline(x=floor, line={"color": FLOOR, "dash": "dash", "width": 2})
+    figure.add_annotation(x=np.log10(floor) if wide else floor, y=1.0, yref="paper", yanchor="bottom", showarrow=False,
+                          text=f"noise floor {floor:.3g}", font={"color": FLOOR})  # fmt: skip
+    return styled(figure, 110 + 46 * len(rungs))
+
+
+class Comparison(NamedTuple):
+    """A log's judged segments with the residuals of two models."""
+
+    part: Part
+    before: np.ndarray  # (N, channels) σ
+    after: np.ndarray  # (N, channels) σ
+    held: bool
+
+
+def comparisons(explanation: Explanation) -> list[Comparison]:
+    """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
+    study = explanation.study
+    parts = [h.part for h in study.held] or list(study.training)
+    pairs = zip(parts, _residuals(study, explanation.first.fit), _residuals(study, explanation.fit), strict=True)
+    return [Comparison(part, before, after, bool(study.held)) for part, before, after in pairs]
+
+
+def _residuals(study: Study, fitted: Fit) -> list[np.ndarray]:
+    if study.held:
+        return held_residuals(study, fitted)[1]
+    return [
+        prediction_error(study.module, part, fitted.of_log(k), study.max_step)[1]
+        for k, part in enumerate(study.training)
+    ]
+
+
+def prediction_figure(
+    comparison: Comparison, changed: bool, units: Quantities, still: Mapping[str, list[tuple[float, float]]]
+) -> go.Figure:
+    """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ.
+
+    Where a place stands still is marked.
+    """
+    part = comparison.part
+    channels = part.log.channels
+    figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
+                           row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
+    chosen = shown_samples(part)
+    before = [("before", BEFORE, comparison.before)] if changed else []
+    models = [*before, ("after" if changed else "predicted", AFTER, comparison.after)]
+    for c, channel in enumerate(channels):
+        _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
+        for begin, end in still.get(channel, [])[:MOST_MARKED]:
+            figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=QUIET, opacity=0.18, line_width=0)
+        figure.update_yaxes(title=f"{pretty(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
+        figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
+    figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)
+    return styled(figure, 80 + 270 * len(channels))
+
+
+def _channel(figure: go.Figure, part: Part, chosen: np.ndarray, c: int, models: Sequence) -> None:
+    t, values = _taken(part.log.t, chosen), part.log.measured[:, c]
+    _line(figure, t, _taken(values, chosen), "measured", MEASURED, 2 * c + 1, c == 0, width=2.2)
+    for name, colour, residual in models:
+        predicted = values - residual * part.sigma[c]
+        _line(figure, t, _taken(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
+        _line(figure, t, _taken(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
+
+
+def _line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: str, row: int, legend: bool, *,
+          width: float) -> None:  # fmt: skip
+    figure.add_trace(
+        go.Scatter(x=t, y=y, name=name, legendgroup=name, showlegend=legend, mode="lines",
+                   line={"color": colour, "width": width}, connectgaps=False),
+        row=row, col=1,
+    )  # fmt: skip
+
+
+def shown_samples(part: Part) -> np.ndarray:
+    """Samples to draw, evenly thinned; −1 stands for the break after a segment."""
+    total = int((part.bounds[:, 1] - part.bounds[:, 0]).sum())
+    stride = max(1, -(-total // (MOST_POINTS - 2 * len(part.bounds)))) if total > MOST_POINTS else 1
+    return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in part.bounds])
+
+
+def _taken(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+    return np.where(chosen < 0, np.nan, values[chosen]).astype(np.float32)
+
+
+def parameter_figure(explanation: Explanation) -> go.Figure | None:
+    """How far each base parameter moved with each step, in % of its first value."""
+    first = {n: explanation.first.fit.values[n] for n in explanation.study.base}
+    if not explanation.steps:
+        return None
+    figure = go.Figure()
+    for step, colour in zip(explanation.steps, itertools.cycle(SHADES)):
+        moved = [100.0 * (step.parameters.get(n, v) / v - 1.0) if v else None for n, v in first.items()]
+        figure.add_trace(go.Bar(x=list(first), y=moved, name=f"+ {step.effect}", marker_color=colour,
+                                hovertemplate="%{x}: %{y:+.3g} %<extra></extra>"))  # fmt: skip
+    figure.update_yaxes(title="change from the first fit [%]")
+    figure.update_xaxes(title="parameter")
+    figure.update_layout(barmode="group", showlegend=True)
+    return styled(figure, 300)

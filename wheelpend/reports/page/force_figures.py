@@ -1,0 +1,222 @@
+"""Figures of the missing force: over time, over the states, and what of it repeats."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+import sympy as sp
+from plotly.subplots import make_subplots
+
+import derive
+from derive.effects import DryForce, Effect, Force, InputDelay, InputLag, SensorMap
+from derive.functions import symbol
+from wheelpend.diagnosis.evidence import Tried
+from wheelpend.diagnosis.missing_force.estimate import MissingForce
+from wheelpend.diagnosis.missing_force.repeatability import Repeats
+from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.problem import Study
+from wheelpend.estimation.state_reconstruction import slips
+from wheelpend.logs.log import side_by_side
+from wheelpend.model.units import Quantities
+from wheelpend.reports.page.style import BEFORE, MOST_POINTS, QUIET, SHADES, quantity, styled
+
+BINS = 24
+NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
+            "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
+
+
+def force_figure(missing: MissingForce, rows: Sequence[str], q: Quantities) -> go.Figure:
+    """Missing force on each row over time, with a band of two standard deviations."""
+    figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.06)
+    order = np.argsort(missing.t)
+    order = order[:: max(1, -(-len(order) // MOST_POINTS))]
+    t = missing.t[order]
+    for k, row in enumerate(rows):
+        force, band = missing.force[order, k], 2.0 * missing.sigma[order, k]
+        edge = np.concatenate([force + band, (force - band)[::-1]])
+        figure.add_trace(go.Scatter(
+            x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
+            fillcolor="rgba(209,89,42,0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
+        ), row=k + 1, col=1)  # fmt: skip
+        figure.add_trace(go.Scatter(
+            x=t.astype(np.float32), y=force.astype(np.float32), mode="lines", line={"color": BEFORE, "width": 1.4},
+            name="missing force", showlegend=k == 0, **in_torque(force, q),
+        ), row=k + 1, col=1)  # fmt: skip
+        figure.update_yaxes(title=f"{row} row [{q.force}]", row=k + 1, col=1)
+    figure.update_xaxes(title="time [s]", row=len(rows), col=1)
+    return styled(figure, 90 + 190 * len(rows))
+
+
+def in_torque(force: np.ndarray, q: Quantities) -> dict:
+    """Hover text in V, and in N·m where the plant's volt is known."""
+    unit = "" if q.force == "1" else f" {q.force}"
+    if q.worth is None:
+        return {"hovertemplate": f"%{{x:.4g}}: %{{y:.3g}}{unit}<extra></extra>"}
+    shown = f"%{{x:.4g}}: %{{y:.3g}}{unit} = %{{customdata:.3g}} {q.physical}<extra></extra>"
+    return {"customdata": np.asarray(force * q.worth, dtype=np.float32), "hovertemplate": shown}
+
+
+def guilty(diagnosis: Diagnosis) -> tuple[int, str]:
+    """Row and state of the chart: where the missing force is concentrated most."""
+    rows = diagnosis.study.module.ROWS
+    if not diagnosis.where:
+        module = diagnosis.study.module
+        return 0, next((n for n, w in slips(module).items() if w[module.NQ :].any()), module.STATES[module.NQ])
+    return list(rows).index(diagnosis.where[0].row), diagnosis.where[0].state
+
+
+def state_figure(diagnosis: Diagnosis, q: Quantities) -> go.Figure | None:
+    """Missing force against the guilty state: pieces, binned means, and what each candidate says it should be."""
+    missing = diagnosis.missing
+    row, state = guilty(diagnosis)
+    if missing is None or state not in missing.variables:
+        return None
+    x, force = missing.variables[state], missing.force[:, row]
+    thin = slice(None, None, max(1, -(-len(x) // MOST_POINTS)))
+    figure = go.Figure(go.Scatter(
+        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
+        marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], q),
+    ))  # fmt: skip
+    bins = bins_of(x)
+    means = binned(x, force, bins)
+    figure.add_trace(go.Scatter(
+        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE}, mode="markers",
+        marker={"color": BEFORE, "size": 8}, name="mean ± std. error", **in_torque(means[:, 1], q),
+    ))  # fmt: skip
+    for number, tried in enumerate(diagnosis.candidates[: len(SHADES)]):
+        _shape(figure, diagnosis, tried, (row, state), bins, SHADES[number])
+    spread = np.quantile(force, [0.005, 0.995])
+    figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [{q.force}]",
+                        range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
+    figure.update_xaxes(title=f"{quantity(state)} [{q.unit(state)}]")
+    return styled(figure, 440)
+
+
+def _shape(figure: go.Figure, diagnosis: Diagnosis, tried: Tried, place: tuple[int, str], bins, colour: str) -> None:
+    """Draw a candidate: its law alone where it is a force along this state, and all that it would change."""
+    assert diagnosis.missing is not None
+    row, state = place
+    x = diagnosis.missing.variables[state]
+    law = law_along(diagnosis.study, tried, row, state)
+    if law is not None:
+        grid = np.linspace(float(x.min()), float(x.max()), 401)
+        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}, law alone",
+                                    line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
+    whole = expected_force(diagnosis, tried)
+    if whole is not None:
+        curve = binned(x, whole[:, row], bins)
+        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}, refitted",
+                                    line={"color": colour, "width": 2.5}))  # fmt: skip
+
+
+def bins_of(x: np.ndarray) -> np.ndarray:
+    """Bin number of each value; bins hold equal counts."""
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(BINS, max(2, len(x) // 8)) + 1)))
+    return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
+
+
+def binned(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
+    """Mean x, mean y and the mean's standard error of each bin (bins, 3)."""
+    rows = []
+    for b in np.unique(bins):
+        inside = bins == b
+        rows.append((x[inside].mean(), y[inside].mean(), y[inside].std() / np.sqrt(max(inside.sum(), 1))))
+    return np.array(rows)
+
+
+def law_along(study: Study, tried: Tried, row: int, state: str):
+    """The force of an effect on a row as a function of one state, or None where it is not one.
+
+    A resistance opposes its port: Q = −law · ∂port/∂q.
+    """
+    effect = derive.effects.find(tried.effect)
+    if not isinstance(effect.enters, Force | DryForce):
+        return None
+    plant = derive.plants.build(study.model.plant, study.model.assumptions)
+    angle = plant.port(effect.enters.port).coordinate
+    speed = derive_rate(angle, plant)
+    along = symbol("along")
+    known = {s.name: s for c in plant.coordinates for s in (c.q, c.dq)}
+    is_speed = sp.sympify(state, locals=known) == speed
+    law = _law(effect, symbol("angle"), along if is_speed else symbol("speed"))
+    law = law.subs({effect.symbols[n]: v for n, v in tried.coefficients.items()})
+    share = angle.diff(plant.coordinates[row].q)
+    if law.free_symbols != {along} or not share.is_number or share == 0:
+        return None
+    return sp.lambdify(along, -law * share, NUMERIC)
+
+
+def derive_rate(angle: sp.Expr, plant) -> sp.Expr:
+    """Speed of a port."""
+    return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
+
+
+def _law(effect: Effect, angle: sp.Expr, speed: sp.Expr) -> sp.Expr:
+    if isinstance(effect.enters, DryForce):
+        return effect.enters.law(derive.functions.Sign(speed), speed, **effect.symbols)
+    return effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
+
+
+def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
+    """What the old model would be missing (n, rows) [V] if the candidate and its refit were the truth.
+
+    The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
+    None for sensors, delays and lags, which are no forces, and where a constant is unknown.
+    """
+    study, missing = diagnosis.study, diagnosis.missing
+    if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay | InputLag):
+        return None
+    table = missing.variables
+    states = np.column_stack([table[n] for n in study.module.STATES])
+    parameters = vector(study.module, tried.fit.of_log(0), study.training[0].log)
+    rates = np.array([study.module.acceleration(t, s, v, parameters)
+                      for t, s, v in zip(table["t"], states, input_of(study, table), strict=True)])  # fmt: skip
+    found = _left_over(study, diagnosis.fit, table, rates)
+    return found if found is not None and np.isfinite(found).all() else None
+
+
+def input_of(study: Study, table: dict[str, np.ndarray]) -> np.ndarray:
+    """The input among some variables; 0 where nothing drives the machine."""
+    return side_by_side([table[name] for name in study.module.INPUTS], len(table["t"]))
+
+
+def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray) -> np.ndarray | None:
+    model = derive.compose(study.model.plant, study.model.assumptions, study.model.effects)
+    known = {**fitted.of_log(0), "origin": float(table[study.module.STATES[0]][0]), **table}
+    known |= {f"dd{c.name}": rates[:, k] for k, c in enumerate(model.plant.coordinates)}
+    columns = []
+    for row, residual in enumerate(model.residual):
+        for surface in model.surfaces:
+            slip = sum(w * c.dq for w, c in zip(surface.slip, model.plant.coordinates, strict=True))
+            residual = residual + surface.slip[row] * surface.law.subs(surface.direction, derive.functions.Sign(slip))
+        names = sorted(residual.free_symbols, key=str)
+        if any(s.name not in known for s in names):
+            return None
+        values = sp.lambdify(names, residual, NUMERIC)(*(known[s.name] for s in names))
+        columns.append(np.broadcast_to(values, table["t"].shape))
+    return np.column_stack(columns)
+
+
+def repeats_figure(found: Repeats, q: Quantities) -> go.Figure:
+    """The missing force over each variable it depends on, the others at their medians, with a band of two σ."""
+    figure = make_subplots(rows=1, cols=len(found.curves), shared_yaxes=True, horizontal_spacing=0.04)
+    for number, c in enumerate(found.curves, 1):
+        band = 2.0 * c.sigma
+        figure.add_trace(go.Scatter(
+            x=np.concatenate([c.x, c.x[::-1]]), y=np.concatenate([c.force + band, (c.force - band)[::-1]]),
+            fill="toself", mode="none", fillcolor="rgba(209,89,42,0.25)", hoverinfo="skip",
+            name="± 2 standard deviations", showlegend=number == 1,
+        ), row=1, col=number)  # fmt: skip
+        figure.add_trace(go.Scatter(
+            x=c.x, y=c.force, mode="lines", line={"color": BEFORE, "width": 2}, name="missing force",
+            showlegend=number == 1, **in_torque(c.force, q),
+        ), row=1, col=number)  # fmt: skip
+        base, _, within = c.variable.partition(" within")
+        figure.update_xaxes(title=f"{quantity(base)}{' within' + within if within else ''} [{q.unit(base)}]",
+                            row=1, col=number)  # fmt: skip
+    figure.update_yaxes(title=f"missing force [{q.force}]", row=1, col=1)
+    return styled(figure, 380)

@@ -1,0 +1,1 @@
+"""Results as lines and tables of the terminal, a file per result."""

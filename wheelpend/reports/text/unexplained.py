@@ -1,0 +1,88 @@
+"""What is unexplained, in words; and a law for it that the user accepts as an effect of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from wheelpend.diagnosis.missing_force.repeatability import DRIVE, Repeats
+from wheelpend.reports.console import say
+
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.missing_force.law_search import FreeLaw
+
+
+class Asked(NamedTuple):
+    """What the user asked for besides the diagnosis."""
+
+    law: bool = False
+    accepted: bool = False
+
+
+OFFER = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
+
+
+def repeat_sentences(repeats: Sequence[Repeats]) -> list[str]:
+    """On what the missing force depends and how much of it repeats, in two or three sentences."""
+    if not repeats:
+        return []
+    best, others = repeats[0], repeats[1:]
+    if not best.depends_on:
+        return ["Nothing of what the model leaves over repeats with a state, the input or time: "
+                "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
+    first = f"{percent(best.alone)} of what the model leaves over repeats with {best.depends_on[0]}"
+    if len(best.depends_on) > 1:
+        first += f", {percent(best.repeatable)} with it and {' and '.join(best.depends_on[1:])}"
+    rest = "" if percent(best.repeatable) == percent(1.0) else "; the rest does not repeat"
+    lines = [f"{first}, as a force {place(best.row)}{rest}."]
+    if others:
+        shares = ", ".join(f"{place(r.row)} {percent(r.repeatable)}" for r in others)
+        lines.append(f"As a force elsewhere it would be: {shares}.")
+    return lines
+
+
+def place(row: str) -> str:
+    """Where a force acts, in words."""
+    return "between wheel and body" if row == DRIVE else f"on the {row} row alone"
+
+
+def percent(share: float) -> str:
+    """A share in whole percent, and never all where it is not."""
+    return f"{min(round(100 * share), 99) if share < 0.9995 else 100} %"
+
+
+def law_sentence(law: FreeLaw) -> str:
+    """What a law does to the held-out error."""
+    return (f"A law explains {percent(law.explains)} of it: with it, and everything refitted, the held-out error falls "
+            f"from {law.error_before:.4g} to {law.error_after:.4g} (noise floor {law.noise_floor:.4g}), in "
+            f"{law.blocks_agree} blocks. {law.tried} terms were tried.")  # fmt: skip
+
+
+def law_lines(law: FreeLaw) -> list[str]:
+    """The law in plain letters: where each part acts, and its numbers with standard errors and units."""
+    lines = []
+    for effect, text in law.laws.items():
+        lines.append(f"{effect}, a resistance at the {law.on[effect]} port [V]: {text}")
+        for name, value in law.coefficients.items():
+            if name.partition(".")[0] == effect:
+                lines.append(f"  {name.partition('.')[2]} = {value:.5g} ± {law.sigma[name]:.2g} {law.unit[name]}")
+    return lines
+
+
+def tell(repeats: Sequence[Repeats], law: FreeLaw | None, asked: Asked, verdict: str) -> None:
+    """Print what is unexplained."""
+    wanted, accepted = asked
+    for line in repeat_sentences(repeats):
+        say(line)
+    if law is not None:
+        say(law_sentence(law))
+        for line in law_lines(law):
+            say(f"  {line}")
+        if not accepted:
+            say("`--accept NAME` writes it to effects.toml as an effect of your own.")
+    elif wanted and verdict == "unexplained":
+        say("No law was found: no term lowers the held-out error by enough.")
+    elif wanted:
+        say("No law was looked for: nothing is unexplained.")
+    elif repeats:
+        say(OFFER)

@@ -1,0 +1,111 @@
+"""Closed-loop measurement files, with hidden effects on request."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.errors import Failure, Fallen
+from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.step_size import stable_step
+from wheelpend.logs.log import Log
+from wheelpend.model import model_kernels
+from wheelpend.model.entries import NOISE_KEYS
+from wheelpend.model.record import Model
+from wheelpend.simulation.hidden import in_full, machine_values
+from wheelpend.simulation.references import length, reference
+
+NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
+USUAL_NOISE = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # of sensors that nobody described
+SAMPLE = 0.001  # s (paper, section 4)
+
+
+def simulate(
+    model: Model,
+    *,
+    command: str = "aggressive",
+    duration: float | None = None,
+    hide: Mapping[str, float] | None = None,
+    seed: int = 0,
+    noise: bool = True,
+    sample: float = SAMPLE,
+) -> Log:
+    """Simulate the model's machine under its PID controller and measure it with its sensors.
+
+    The machine is that of [simulation] where the model has one, else the model as identified, its effects included;
+    ``command`` is a built-in one or a file, which lasts as long as it is unless ``duration`` [s] is shorter.
+    ``hide`` adds effects as {"effect.parameter": value}, or {"effect": value} where it has one parameter. RK4 with
+    steps of at most ``sample`` seconds, stick-slip and delays resolved inside a step. Raises Failure without parameter
+    values or controller, for a hidden effect that is none, and when the robot falls.
+    """
+    machine = machine_values(model, in_full(hide or {}))
+    module = model_kernels.library_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
+    unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
+    if unknown:
+        raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
+    if module.INPUTS and module.CONTROLLED[0] < 0:
+        raise Failure(f"{model.plant} must say what is controlled to simulate a closed loop: controlled in its file.")
+    if model.controller is None and model.table.input:
+        raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
+    duration = length(command) if duration is None else duration
+    if not (duration > 0 and np.isfinite(duration)):
+        raise Failure(f"The duration must be a positive time in s, not {duration}.")
+    t = np.arange(round(duration / sample) + 1) * sample
+    angle, rate = reference(command, t)
+    begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
+    empty = Log("", t, t, begin[None, : module.NQ] @ module.READS[:, : module.NQ].T, tuple(module.OUTPUTS))
+    parameters = vector(module, machine, empty)
+    step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
+    normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
+    states, measured, voltage = module.closed_loop(
+        t,
+        angle,
+        rate,
+        np.array(model.controller.gains if model.controller else (0.0, 0.0, 0.0), dtype=float),
+        begin,
+        parameters,
+        normal,
+        quantum,
+        step,
+    )
+    if (lost := leaves_range(module, states)) is not None:
+        raise Fallen(
+            f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
+        )
+    commanded = angle if model.table.reference else None
+    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, falls=model.table.falls)
+
+
+def leaves_range(module: ModuleType, states: np.ndarray) -> int | None:
+    """The first sample at which a simulation (N, NX) has left the plant's range; None where it stays."""
+    kept = np.isfinite(states).all(axis=1)
+    if module.FALLS >= 0:
+        kept &= np.abs(states @ module.READS[module.FALLS]) <= np.pi / 2
+    return None if kept.all() else int(np.argmin(kept))
+
+
+def sensor_errors(
+    model: Model, outputs: Sequence[str], samples: int, seed: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Noise (samples, channels) and quantisation (channels,) of the sensors; none without a seed."""
+    if seed is None:
+        return np.zeros((samples, len(outputs))), np.zeros(len(outputs))
+    quantum = np.array([model.sensors.step_of(n) or 0.0 for n in outputs])
+    return np.random.default_rng(seed).normal(size=(samples, len(outputs))) * noise_levels(model, outputs), quantum
+
+
+def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
+    """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
+    own = model.simulation or {}
+    levels = [
+        own.get(NOISE_KEYS.get(n, "")) or model.sensors.noise_of(n) or NOISE.get(n, default_noise(model, n))
+        for n in outputs
+    ]
+    return np.array(levels, dtype=float)
+
+
+def default_noise(model: Model, channel: str) -> float:
+    """Noise of a channel of which nothing is known: none where it is quantised, else a small one for its unit."""
+    return 0.0 if model.sensors.step_of(channel) else USUAL_NOISE.get(model.table.units[channel], 0.0)
