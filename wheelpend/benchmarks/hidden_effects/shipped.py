@@ -1,4 +1,4 @@
-"""``python -m wheelpend.benchmarks.hidden_effects.shipped``: the engine's logs in data/ made again, with their truth."""
+"""``python -m wheelpend.benchmarks.hidden_effects.shipped`` makes the engine's logs in data/ again, truth included."""
 
 from __future__ import annotations
 
