@@ -101,7 +101,7 @@ def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
 @lru_cache(maxsize=256)
 def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
     plant, rows, *_ = _ground(plant_name, assumptions)
-    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant.nameplate):
+    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant.plant_signature):
         return ()
     if isinstance(effect.enters, Deformation):
         try:

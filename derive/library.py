@@ -23,7 +23,7 @@ def library_model(plant: str, assumptions: dict, own: Sequence[str] = (), free: 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
     settled = plants.settle(plant, assumptions)
-    fitting = effects.possible_on(plants.build(plant, settled).nameplate, own)
+    fitting = effects.possible_on(plants.build(plant, settled).plant_signature, own)
     possible = [e for e in fitting if (not e.frees or e.frees in free) and derivable(plant, settled, e)]
     found = relations(plant, settled, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
@@ -37,7 +37,7 @@ def derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
     settled = plants.settle(plant, assumptions)
     machine = plants.build(plant, settled, freed((effect,)))
     try:
-        grouping, rows = group_and_deform(machine, settled, (effects.suited(effect, machine.nameplate),))
+        grouping, rows = group_and_deform(machine, settled, (effects.suited(effect, machine.plant_signature),))
         load_in(machine, grouping, machine.input)
     except NotExpressibleError:
         return False

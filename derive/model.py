@@ -59,7 +59,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     settled = plants.settle(plant_name, assumptions)
     chosen = in_library_order((*effect_names, *plants.brought(plant_name, settled)))
     plant = plants.build(plant_name, settled, freed(chosen))
-    chosen = tuple(library.suited(e, plant.nameplate) for e in chosen)
+    chosen = tuple(library.suited(e, plant.plant_signature) for e in chosen)
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
@@ -207,7 +207,7 @@ def x_unit(plant: Plant, name: str, grouping: Grouping) -> str:
     found = [(c, e) for c, e in zip(plant.coordinates, column, strict=True) if e != 0]
     moving = [(c, e) for c, e in found if e.has(*(k.ddq for k in plant.coordinates))]
     row, entry = (moving or found)[0]
-    force = plant.nameplate.force_unit(row.unit)
+    force = plant.plant_signature.force_unit(row.unit)
     along = next((c.unit for c in plant.coordinates if entry.has(c.ddq)), "")
     if along:
         return library.joined(force, f"s²/{along}")

@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from derive.late import sp
-from derive.nameplate import Axis, Gauge, Nameplate, Parameter, Place
+from derive.plant_signature import Axis, Gauge, Nameplate, Parameter, Place
 
 
 class Coordinate(NamedTuple):
@@ -128,7 +128,7 @@ class Plant:
         return (self.input, *self.further)
 
     @cached_property
-    def nameplate(self) -> Nameplate:
+    def plant_signature(self) -> Nameplate:
         """What it has, in names, units and numbers; ports and channels are linear in the coordinates."""
         return Nameplate(
             name=self.name,

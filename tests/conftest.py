@@ -24,9 +24,9 @@ def simulated(command: str = "aggressive", seed: int = 0, duration: float = 20.0
 
 @pytest.fixture(scope="session")
 def library():
-    return kernels.library("wheel_pendulum", {})
+    return kernels.library_module("wheel_pendulum", {})
 
 
 @pytest.fixture(scope="session")
 def lean():
-    return kernels.lean("wheel_pendulum", {}, ())
+    return kernels.model_module("wheel_pendulum", {}, ())

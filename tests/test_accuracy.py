@@ -7,12 +7,12 @@ import pytest
 from tests.conftest import simulated
 from tests.test_kernels import X
 from wheelpend.estimation import least_squares
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.segments import Part
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import segment_bounds, shoot
 from wheelpend.estimation.states import initial_states
 from wheelpend.logs.log import Log
-from wheelpend.parallel import company
+from wheelpend.parallel import thread_budget
 
 PARAMETERS = np.array(list(X.values()))
 MACHINES = 70  # more than one crowd
@@ -76,7 +76,7 @@ def test_many_machines_side_by_side_go_as_each_alone(lean):
 def test_the_gram_of_blocks_is_that_of_the_rows(lean):
     log = simulated(duration=3.0)
     states = least_squares.measured_states(lean, log)
-    parameters, own = vector(lean, X, log), (0.14, 0.18, True)
+    parameters, own = kernel_parameters(lean, X, log), (0.14, 0.18, True)
     sides, phi = lean.filter_regressor(log.t, states, log.voltage, parameters, *own, states[0])
     rows = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, 8)
     gram, memory = np.zeros((8, 8)), lean.filter_memory()
@@ -91,20 +91,22 @@ def test_the_gram_of_blocks_is_that_of_the_rows(lean):
 @pytest.mark.parametrize("tau", [(0.14, 0.18), (0.5, 0.7)])
 def test_a_log_in_pieces_gives_what_the_whole_gives(lean, monkeypatch, tau):
     log = simulated(duration=20.0)
-    parameters = vector(lean, X, log)
-    whole = least_squares.filtered(lean, log, parameters, tau)
-    monkeypatch.setattr(least_squares, "PIECE", 2000)
-    pieces = least_squares.filtered(lean, log, parameters, tau)
+    parameters = kernel_parameters(lean, X, log)
+    whole = least_squares.filtered_least_squares(lean, log, parameters, tau)
+    monkeypatch.setattr(least_squares, "CHUNK_SAMPLES", 2000)
+    pieces = least_squares.filtered_least_squares(lean, log, parameters, tau)
     assert pieces.estimate == pytest.approx(whole.estimate, rel=1e-7)
     assert pieces.sigma == pytest.approx(whole.sigma, rel=1e-3)
-    monkeypatch.setattr(least_squares, "SAFE", 0.0)
-    assert least_squares.filtered(lean, log, parameters, tau).estimate == pytest.approx(whole.estimate, rel=1e-9)
+    monkeypatch.setattr(least_squares, "MAX_NORMAL_EQUATIONS_CONDITION", 0.0)
+    assert least_squares.filtered_least_squares(lean, log, parameters, tau).estimate == pytest.approx(
+        whole.estimate, rel=1e-9
+    )
 
 
 def test_the_same_call_gives_the_same_bits(lean):
     log: Log = simulated(duration=3.0)
-    part = Part(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
-    states, parameters = initial_states(lean, part), vector(lean, X, log)
+    part = Segments(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
+    states, parameters = initial_states(lean, part), kernel_parameters(lean, X, log)
     one, two = (shoot(lean, part, states, parameters, range(7)) for _ in range(2))
     assert one.gram.tobytes() == two.gram.tobytes()
     assert one.residual.tobytes() == two.residual.tobytes()
@@ -113,14 +115,14 @@ def test_the_same_call_gives_the_same_bits(lean):
 
 def test_threads_share_segments_without_a_trace(lean, monkeypatch):
     log = simulated(duration=3.0)
-    part = Part(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
-    states, parameters = initial_states(lean, part), vector(lean, X, log)
+    part = Segments(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
+    states, parameters = initial_states(lean, part), kernel_parameters(lean, X, log)
     monkeypatch.setattr("wheelpend.parallel.threads", lambda: 2)
     shared = shoot(lean, part, states, parameters, range(7))
-    with company.joined(), company.joined():
-        assert company.share() == 1
+    with thread_budget.joined(), thread_budget.joined():
+        assert thread_budget.share() == 1
         alone = shoot(lean, part, states, parameters, range(7))
-    assert company.share() == 2
+    assert thread_budget.share() == 2
     assert shared.gram.tobytes() == alone.gram.tobytes()
     assert shared.residual.tobytes() == alone.residual.tobytes()
 

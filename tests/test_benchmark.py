@@ -13,13 +13,13 @@ import derive
 from derive.effects.row import Effect, EffectParameter, Force
 from wheelpend import Failure
 from wheelpend.benchmarks.hidden_effects import Outcome, plan, run, summarise, try_case
-from wheelpend.benchmarks.hidden_effects.cases import Case, draw, robot
-from wheelpend.benchmarks.hidden_effects.page import page
-from wheelpend.benchmarks.hidden_effects.study import outcome_of
-from wheelpend.benchmarks.hidden_effects.trial import standing
+from wheelpend.benchmarks.hidden_effects.cases import Case, benchmark_plant, draw_effect
+from wheelpend.benchmarks.hidden_effects.page import page_text
+from wheelpend.benchmarks.hidden_effects.runner import outcome_of
+from wheelpend.benchmarks.hidden_effects.trial import make_standing_log
 from wheelpend.model.record import Model
-from wheelpend.parallel import as_they_end
-from wheelpend.serialise import plain
+from wheelpend.parallel import results_as_completed
+from wheelpend.serialise import plain_data
 
 FOUND = Outcome(
     "a", "single", "simulator", 1.0, ("slope",), False, None, "effect_missing", ("slope",), ((),), "nothing_missing",
@@ -82,7 +82,7 @@ def test_friction_that_sticks_is_counted_apart_from_the_rest():
 
 
 def test_jobs_under_way_when_the_time_is_over_are_waited_for_and_no_other_begins():
-    done = list(as_they_end([partial(sleep, 0.1)] * 50, seconds=0.05))
+    done = list(results_as_completed([partial(sleep, 0.1)] * 50, seconds=0.05))
     assert 1 <= len(done) <= 8
 
 
@@ -92,12 +92,12 @@ def test_intervals_are_those_of_clopper_and_pearson():
 
 
 def test_the_page_says_what_was_not_tried():
-    text = page(summarise([FOUND, CLEAN, replace(CLEAN, key="f", failure="It fell.")]), 740)
+    text = page_text(summarise([FOUND, CLEAN, replace(CLEAN, key="f", failure="It fell.")]), 740)
     assert "3 of 740 logs" in text and "not tried" in text and "It fell." in text and "| slope | 1 of 1" in text
 
 
 def test_outcomes_survive_being_written_down():
-    assert outcome_of(plain(FOUND)) == FOUND
+    assert outcome_of(plain_data(FOUND)) == FOUND
 
 
 def test_the_plan_is_the_same_each_time_and_its_beginning_holds_every_kind():
@@ -111,7 +111,7 @@ def test_the_plan_is_the_same_each_time_and_its_beginning_holds_every_kind():
 
 def test_every_effect_that_a_log_can_show_is_hidden_alone():
     alone = {c.effects[0] for c in plan() if c.kind == "single"}
-    assert alone == {e.name for e in derive.effects.possible_on(robot())} - {
+    assert alone == {e.name for e in derive.effects.possible_on(benchmark_plant())} - {
         "viscous_drive"
     }  # which is part of X6 and X7
 
@@ -130,15 +130,15 @@ def test_what_happens_at_a_moment_happens_inside_the_log_whatever_its_size():
         "external_push", "body", "", "", (*times, EffectParameter("torque", "V", typical=0.5)), Force("", len)
     )
     for seed, size in enumerate((0.1, 1.0, 3.0)):
-        (_, start), (_, end), (_, torque) = draw(push, size, np.random.default_rng(seed))
+        (_, start), (_, end), (_, torque) = draw_effect(push, size, np.random.default_rng(seed))
         assert 4.0 <= start < end <= 14.0 and abs(torque) == pytest.approx(0.5 * size, rel=0.26)
 
 
 def test_a_log_in_which_the_robot_would_fall_is_made_with_less_and_says_so():
     case = Case("single", (("coulomb_drive.torque", 6.0), ("voltage_saturation.limit", 3.0)), 1)
-    assert case.smaller().hide == (("coulomb_drive.torque", 4.2), ("voltage_saturation.limit", 4.28571))
-    made, log = standing(replace(case, hide=case.hide[1:]), Model.default())
-    assert made.hide[0][1] > 3.0 and len(log) == 20001 and made == standing(made, Model.default())[0]
+    assert case.with_smaller_effects().hide == (("coulomb_drive.torque", 4.2), ("voltage_saturation.limit", 4.28571))
+    made, log = make_standing_log(replace(case, hide=case.hide[1:]), Model.default())
+    assert made.hide[0][1] > 3.0 and len(log) == 20001 and made == make_standing_log(made, Model.default())[0]
 
 
 SAMPLE = (

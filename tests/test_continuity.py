@@ -6,10 +6,10 @@ from scipy.io import savemat
 
 from wheelpend import Failure, Model
 from wheelpend.inspection.inspect import inspect_file
-from wheelpend.inspection.standstill import motionless
+from wheelpend.inspection.standstill import standstill_times
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.read import load_log, save_log
-from wheelpend.logs.unwrap import continued
+from wheelpend.logs.unwrap import make_continuous
 
 T = np.arange(4000) * 0.002
 TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)
@@ -17,7 +17,7 @@ TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)
 
 def test_a_wrapped_angle_is_made_continuous():
     wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
-    found, remarks = continued("theta_1", wrapped, T, "rad")
+    found, remarks = make_continuous("theta_1", wrapped, T, "rad")
     np.testing.assert_allclose(np.diff(found), np.diff(TURNING), atol=1e-9)
     assert "was wrapped" in remarks[0]
 
@@ -26,7 +26,7 @@ def test_an_encoder_that_starts_again_goes_on_where_it_was():
     reset = TURNING.copy()
     reset[1500:] -= reset[1500]
     reset[2900:] -= reset[2900]
-    found, remarks = continued("theta_w", reset, T, "rad")
+    found, remarks = make_continuous("theta_w", reset, T, "rad")
     np.testing.assert_allclose(found, TURNING, atol=0.1)  # a step's own motion is lost at each start
     assert "2 times, first 3" in remarks[0]
 
@@ -41,7 +41,7 @@ def test_what_is_continuous_stays_as_it_is(name):
         "dropout": np.where(np.arange(4000) == 700, 0.0, 3.0 + np.sin(3 * T)),
         "fast start": np.tanh(T) * 5.0,
     }
-    found, remarks = continued("x", signals[name], T, "m")
+    found, remarks = make_continuous("x", signals[name], T, "m")
     assert found is signals[name] and remarks == []
 
 
@@ -50,7 +50,7 @@ def test_a_gap_does_not_hide_a_wrap():
     for first in range(300, 3600, 170):
         cut = wrapped.copy()
         cut[first : first + 100] = np.nan
-        assert "was wrapped" in continued("theta_1", cut, T, "rad")[1][0]
+        assert "was wrapped" in make_continuous("theta_1", cut, T, "rad")[1][0]
 
 
 SQUARE = np.where(np.sin(4 * T) > 0, 0.1, 0.0) + 1e-5 * np.sin(50 * T)
@@ -70,21 +70,21 @@ SWING = np.where(T < 5, 0.7 * np.sin(3 * T), 0.0) + 1e-4 * np.sin(40 * T)
 def test_motion_and_dropouts_are_no_encoder_that_starts_again(motion, lost):
     values = motion.copy()
     values[lost] = np.nan
-    found, remarks = continued("x", values, T, "m")
+    found, remarks = make_continuous("x", values, T, "m")
     assert found is values and remarks == []
 
 
 def test_missing_samples_do_not_hide_a_wrap():
     wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
     wrapped[::7] = np.nan
-    found, _ = continued("theta_1", wrapped, T, "rad")
+    found, _ = make_continuous("theta_1", wrapped, T, "rad")
     good = np.isfinite(found)
     assert np.abs(found[good] - TURNING[good] - (found[good] - TURNING[good])[0]).max() < 1e-9
 
 
 def test_a_place_stands_still_where_it_moves_less_than_its_noise():
     place = np.concatenate([np.linspace(0, 1, 500), np.full(300, 1.0), np.linspace(1, 2, 500)])
-    found = motionless(np.arange(1300) * 0.001, place + np.random.default_rng(1).normal(0, 1e-4, 1300), 1e-3)
+    found = standstill_times(np.arange(1300) * 0.001, place + np.random.default_rng(1).normal(0, 1e-4, 1300), 1e-3)
     assert len(found) == 1 and found[0] == pytest.approx((0.5, 0.8), abs=0.01)
 
 

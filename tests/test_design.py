@@ -12,17 +12,17 @@ import derive
 from tests.conftest import simulated
 from wheelpend import Failure, Model, save_log, simulate
 from wheelpend.cli.main import app
-from wheelpend.diagnosis.evidence import Tried
-from wheelpend.estimation.continuation import fit_parts
+from wheelpend.diagnosis.evidence import CandidateFit
+from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
 from wheelpend.experiments import reversals
-from wheelpend.experiments.advice import CLEAR, advice, recommend, sentence
+from wheelpend.experiments.advice import CLEAR_SEPARATION_SIGMA, advice, recommend, recommendation_text
 from wheelpend.experiments.closed_loop import Limits, balancing_gains
 from wheelpend.experiments.design import design
-from wheelpend.experiments.excitation import builtins
-from wheelpend.experiments.pose import opening
-from wheelpend.experiments.question import of_fit
-from wheelpend.experiments.search import best_of
+from wheelpend.experiments.excitation import builtin_excitations
+from wheelpend.experiments.pose import pose_problem
+from wheelpend.experiments.question import question_of_fit
+from wheelpend.experiments.search import best_trajectory
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference, save_trajectory
 
@@ -47,9 +47,12 @@ def fits(command, seed, effects=PAIR, scale=0.05):
     model = Model.default()
     hidden = {f"{effects[0]}.scale": scale} if scale else {}
     log = simulate(model, command=command, duration=SECONDS, sample=0.002, hide=hidden, seed=seed)
-    study, start = prepare(model, [log], use_all=True), machine_values(model, {})
-    names = [[*study.base, *([f"{e}.scale"] if e else [])] for e in effects]
-    return [fit_parts(study, study.training, {**start, **dict.fromkeys(n, 0.0), **start}, n, rounds=40) for n in names]
+    problem, start = prepare(model, [log], use_all=True), machine_values(model, {})
+    names = [[*problem.base, *([f"{e}.scale"] if e else [])] for e in effects]
+    return [
+        fit_segments(problem, problem.training, {**start, **dict.fromkeys(n, 0.0), **start}, n, rounds=40)
+        for n in names
+    ]
 
 
 def apart(command, seed):
@@ -61,12 +64,12 @@ def apart(command, seed):
 @lru_cache
 def candidate(effect, rivals, command="aggressive", **hidden):
     """A log of 6 s, and the first candidate with its equivalents as a diagnosis would have them."""
-    study = prepare(Model.default(), [simulated(command, seed=3, duration=6.0, **hidden)], use_all=True)
+    problem = prepare(Model.default(), [simulated(command, seed=3, duration=6.0, **hidden)], use_all=True)
     name = derive.effects.find(effect).full_names[0]
     start = {**machine_values(Model.default(), {}), name: 0.0}
-    fitted = fit_parts(study, study.training, start, [*study.base, name], rounds=40)
+    fitted = fit_segments(problem, problem.training, start, [*problem.base, name], rounds=40)
     sizes = {name.partition(".")[2]: fitted.of_log(0)[name]}
-    return study, Tried(effect, "", sizes, {}, {}, 0.0, "5/5", fitted.error, rivals, True, fitted)
+    return problem, CandidateFit(effect, "", sizes, {}, {}, 0.0, "5/5", fitted.error, rivals, True, fitted)
 
 
 def misaligned():
@@ -109,19 +112,19 @@ def test_a_designed_command_keeps_its_limits_also_on_a_machine_that_differs_from
 
 
 def test_a_command_that_is_too_large_is_made_smaller_until_it_keeps_the_limits():
-    question = opening(Model.default(), (), PAIR, 4.0, 0.002, lambda text: None).question
-    simple = next(b for b in builtins() if b.builtin == "simple")
+    question = pose_problem(Model.default(), (), PAIR, 4.0, 0.002, lambda text: None).question
+    simple = next(b for b in builtin_excitations() if b.builtin == "simple")
     played = question.loop.play_within(simple, Limits(0.1, 24.0))
     assert 0.05 < played.peak_pitch <= 0.1 and played.factor < 0.5
-    assert best_of([simple], question.loop, Limits(1e-4, 24.0), lambda played: 1.0) is None  # noise tilts it so
+    assert best_trajectory([simple], question.loop, Limits(1e-4, 24.0), lambda played: 1.0) is None  # noise tilts it so
 
 
 def test_the_model_can_be_balanced_by_gains_of_its_own(library):
     values = machine_values(Model.default(), {})
     gains = balancing_gains(library, values, 0.001)
-    question = opening(Model.default(), (), PAIR, 10.0, 0.002, lambda text: None).question
+    question = pose_problem(Model.default(), (), PAIR, 10.0, 0.002, lambda text: None).question
     loop = replace(question.loop, gains=gains)
-    assert all(loop.play(b).peak_pitch < 0.5 for b in builtins())
+    assert all(loop.play(b).peak_pitch < 0.5 for b in builtin_excitations())
     assert np.all(gains < 0.0)  # a positive voltage tilts the body back
 
 
@@ -129,14 +132,16 @@ def test_the_model_can_be_balanced_by_gains_of_its_own(library):
 
 
 def test_what_a_turned_part_does_to_every_effect_follows_from_its_law():
-    turns = {t.part: {e for e in derive.effects.LIBRARY if reversals.turns(t, e)} for t in reversals.TURNS}
+    turns = {
+        t.part: {e for e in derive.effects.LIBRARY if reversals.changes_sign(t, e)} for t in reversals.PART_REVERSALS
+    }
     assert turns["robot"] == {"slope"}
     assert {"imu_bias", "gyro_bias"} == turns["sensor"]
     assert {"voltage_offset", "voltage_asymmetry"} == turns["leads"]
 
 
 def test_a_phase_is_another_one_after_a_turn():
-    assert {reversals.sign(t, "wheel_runout.sine") for t in reversals.TURNS} == {0}
+    assert {reversals.sign_after_reversal(t, "wheel_runout.sine") for t in reversals.PART_REVERSALS} == {0}
 
 
 def test_twins_are_separated_by_turning_the_part_that_one_of_them_belongs_to():
@@ -149,28 +154,30 @@ def test_twins_are_separated_by_turning_the_part_that_one_of_them_belongs_to():
 
 def test_turning_the_sensor_separates_by_twice_the_size_over_the_error_of_both_logs():
     """A bias changes its sign: the two logs' estimates are 2 b apart, each with its own error."""
-    question = of_fit(*misaligned())
+    question = question_of_fit(*misaligned())
     best = recommend(question)[0]
     own = question.errors(None)["com_offset.angle"]
-    later = replace(question, pieces=()).errors(question.told_by(question.loop.play(best.played.excitation)))
+    later = replace(question, pieces=()).errors(question.information_of(question.loop.play(best.played.excitation)))
     expected = 2 * 0.02 / np.hypot(own, later["com_offset.angle"])
     assert best.turn.part == "sensor" and best.separation == pytest.approx(expected, rel=0.2)
 
 
 def test_an_absolute_pitch_separates_what_no_command_does_and_a_finer_gyro_does_not():
-    question = of_fit(*misaligned())
-    played = question.loop.play(builtins()[0])
-    sigma = float(question.study.noise[0].sigma[1])
-    assert question.separation(question.told_by(played)) < 1.0
-    assert question.separation(question.told_by(played, finer={"dtheta_p": 0.1})) < 1.0
-    assert question.separation(question.told_by(played, truth={"theta_p": sigma})) > 10.0 * CLEAR
+    question = question_of_fit(*misaligned())
+    played = question.loop.play(builtin_excitations()[0])
+    sigma = float(question.problem.noise[0].sigma[1])
+    assert question.separation(question.information_of(played)) < 1.0
+    assert question.separation(question.information_of(played, finer={"dtheta_p": 0.1})) < 1.0
+    assert (
+        question.separation(question.information_of(played, truth={"theta_p": sigma})) > 10.0 * CLEAR_SEPARATION_SIGMA
+    )
 
 
 def test_without_a_controller_the_experiment_is_rehearsed_with_one_made_for_the_model():
-    study, first = misaligned()
-    text = study.model.text
+    problem, first = misaligned()
+    text = problem.model.text
     start, end = text.index("[controller]"), text.index("[columns]")
-    said = advice(replace(study, model=Model.parse(text[:start] + text[end:])), first)
+    said = advice(replace(problem, model=Model.parse(text[:start] + text[end:])), first)
     assert "Turn the pitch sensor round" in said and "rehearsed with a PID" in said
     assert 1 <= said.count(". ") + 1 <= 3
 
@@ -181,9 +188,9 @@ def test_where_a_command_separates_it_is_recommended_with_its_figure():
 
 
 def test_what_is_too_small_for_every_record_is_given_the_time_that_it_would_take():
-    question = of_fit(*candidate("coulomb_drive", ("rolling_resistance",), coulomb_drive__torque=0.2))
+    question = question_of_fit(*candidate("coulomb_drive", ("rolling_resistance",), coulomb_drive__torque=0.2))
     best = recommend(question)[0]
-    said = sentence(question, [best._replace(separation=0.4 * CLEAR)])
+    said = recommendation_text(question, [best._replace(separation=0.4 * CLEAR_SEPARATION_SIGMA)])
     assert "No record of 20 s separates coulomb_drive from rolling_resistance by 5" in said and "About 2 min of" in said
 
 
@@ -193,17 +200,17 @@ def test_a_second_sensor_is_asked_for_where_no_command_is_enough():
 
 
 def test_a_record_with_fewer_samples_tells_less():
-    question = of_fit(*misaligned())
-    played = question.loop.play(builtins()[0])
+    question = question_of_fit(*misaligned())
+    played = question.loop.play(builtin_excitations()[0])
     coarse = replace(question, density=0.1)
-    assert coarse.told_by(played) == pytest.approx(0.1 * question.told_by(played))
+    assert coarse.information_of(played) == pytest.approx(0.1 * question.information_of(played))
 
 
 def test_no_experiment_is_asked_for_where_the_logs_tell_already():
-    study, first = candidate("gyro_scale", ("pitch_scale",), gyro_scale__scale=0.1)
+    problem, first = candidate("gyro_scale", ("pitch_scale",), gyro_scale__scale=0.1)
     _, other = candidate("pitch_scale", ("gyro_scale",), gyro_scale__scale=0.1)
-    assert "No further record is needed" in advice(study, first, [other])
-    assert "No further record is needed" not in advice(study, other, [first])
+    assert "No further record is needed" in advice(problem, first, [other])
+    assert "No further record is needed" not in advice(problem, other, [first])
 
 
 def test_without_between_what_a_diagnosis_leaves_ambiguous_is_the_aim_unless_no_command_can_decide_it():

@@ -10,7 +10,7 @@ import pytest
 import derive
 from tests.conftest import simulated
 from wheelpend import Model, diagnose, explain, identify
-from wheelpend.benchmarks.hidden_effects.cases import robot
+from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant
 from wheelpend.kernels import load as kernels
 
 HIDDEN = {
@@ -70,8 +70,8 @@ def hidden_log(effect, seed=3):
 
 
 def test_every_effect_of_the_library_is_tried_here():
-    absorbed = {n.partition(".")[0] for n in kernels.library("wheel_pendulum", {}).ABSORBED}
-    assert set(HIDDEN) == {e.name for e in derive.effects.possible_on(robot())} - absorbed - {
+    absorbed = {n.partition(".")[0] for n in kernels.library_module("wheel_pendulum", {}).ABSORBED}
+    assert set(HIDDEN) == {e.name for e in derive.effects.possible_on(benchmark_plant())} - absorbed - {
         "encoder_scale",
         "backlash",
     }
@@ -218,6 +218,6 @@ def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(
 
 
 def test_where_every_effect_is_left_out_the_rest_is_unexplained():
-    every = [e.name for e in derive.effects.possible_on(robot())]
+    every = [e.name for e in derive.effects.possible_on(benchmark_plant())]
     found = diagnose(Model.default(), [hidden_log("coulomb_drive")], without=every)
     assert found.verdict == "unexplained" and not found.candidates and set(found.not_judged) == set(every)

@@ -8,20 +8,28 @@ import pytest
 from scipy.linalg import expm
 
 from wheelpend import Model, explain, identify, load_log
-from wheelpend.benchmarks.hidden_effects.engine import SAMPLE, TRUTH, Robot, engine_log, engine_run
-from wheelpend.benchmarks.hidden_effects.laws import Laws
-from wheelpend.benchmarks.hidden_effects.scene import BODY, BODY_INERTIA, HEIGHT, RADIUS, STEP, WHEEL_INERTIA
-from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED, text_of
+from wheelpend.benchmarks.hidden_effects.engine import Robot, engine_log, engine_run
+from wheelpend.benchmarks.hidden_effects.laws import SAMPLE_INTERVAL_S, ForceLaws
+from wheelpend.benchmarks.hidden_effects.scene import (
+    BODY_INERTIA_KG_M2,
+    BODY_MASS_KG,
+    COM_HEIGHT_M,
+    MAX_ENGINE_STEP_S,
+    TRUE_PARAMETERS,
+    WHEEL_INERTIA_KG_M2,
+    WHEEL_RADIUS_M,
+)
+from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED_LOGS, log_csv_text
 from wheelpend.cli.demo import data_folder
 
 mujoco = pytest.importorskip("mujoco")
 X, PITCH, DRIVE, ROTOR = 0, 1, 2, 3
-X1, X2, X6 = TRUTH["X1"], TRUTH["X2"], TRUTH["X6"]
+X1, X2, X6 = TRUE_PARAMETERS["X1"], TRUE_PARAMETERS["X2"], TRUE_PARAMETERS["X6"]
 
 
 def held(hide, *joints, samples=1000):
     """A robot whose given joints have too much inertia to move."""
-    robot = Robot(hide, 2 * STEP, samples)
+    robot = Robot(hide, 2 * MAX_ENGINE_STEP_S, samples)
     robot.model.dof_armature[list(joints)] = 1e9
     mujoco.mj_setConst(robot.model, mujoco.MjData(robot.model))
     return robot
@@ -31,14 +39,14 @@ def under(robot, voltage, samples):
     """Positions and rates at every sample under a constant voltage."""
     past = []
     for k in range(samples):
-        robot.move(k * SAMPLE, np.full(k + 1, voltage))
+        robot.move(k * SAMPLE_INTERVAL_S, np.full(k + 1, voltage))
         past.append((robot.data.qpos.copy(), robot.data.qvel.copy()))
     return tuple(map(np.array, zip(*past, strict=True)))
 
 
 def test_inside_the_gap_the_motor_turns_only_the_rotor():
-    _, rates = under(Robot({"backlash.gap": 0.1}, 2 * STEP, 100), 1.0, 20)
-    t = np.arange(1, 21) * SAMPLE
+    _, rates = under(Robot({"backlash.gap": 0.1}, 2 * MAX_ENGINE_STEP_S, 100), 1.0, 20)
+    t = np.arange(1, 21) * SAMPLE_INTERVAL_S
     assert rates[:, ROTOR] == pytest.approx((1 - np.exp(-X6 / X2 * t)) / X6, rel=0.02)
     assert np.abs(rates[:, DRIVE]).max() < 0.05 * rates[-1, ROTOR]  # the body's reaction alone
 
@@ -62,14 +70,14 @@ def test_an_elastic_shaft_swings_as_the_linear_equations_say():
         [np.zeros((2, 2)), np.eye(2)],
         [-inertia @ spring * stiffness, -inertia @ (spring * damping + np.diag([X6, 0.0]))],
     ])  # fmt: skip
-    exact = [expm(matrix * t) @ [0.01, 0, 0, 0] for t in np.arange(1, 201) * SAMPLE]
+    exact = [expm(matrix * t) @ [0.01, 0, 0, 0] for t in np.arange(1, 201) * SAMPLE_INTERVAL_S]
     assert angles[:, ROTOR] == pytest.approx(np.array(exact)[:, 0], abs=2e-5)
     assert angles[:, DRIVE] == pytest.approx(np.array(exact)[:, 1], abs=2e-5)
 
 
 def test_presliding_friction_winds_up_and_reverses_as_dahl_says():
     limit, stiffness = 0.3, 30.0
-    laws = Laws({"presliding_drive.torque": limit, "presliding_drive.stiffness": stiffness}, 1e-4)
+    laws = ForceLaws({"presliding_drive.torque": limit, "presliding_drive.stiffness": stiffness}, 1e-4)
     onward = np.array([laws.presliding(0.5) for _ in range(2000)])
     angle = (np.arange(2000) + 0.5) * 0.5e-4
     assert onward == pytest.approx(limit * (1 - np.exp(-stiffness * angle / limit)), abs=1e-4)
@@ -101,7 +109,7 @@ def test_the_pendulum_has_the_frequency_and_damping_that_were_asked_for():
     robot = held(hide, X, PITCH, samples=2000)
     robot.data.qpos[3] = 0.02
     angles, _ = under(robot, 0.0, 1500)
-    t, swing = np.arange(1, 1501) * SAMPLE, frequency * np.sqrt(1 - ratio**2)
+    t, swing = np.arange(1, 1501) * SAMPLE_INTERVAL_S, frequency * np.sqrt(1 - ratio**2)
     shape = np.cos(swing * t) + ratio * frequency / swing * np.sin(swing * t)
     assert angles[:, 3] == pytest.approx(0.02 * np.exp(-ratio * frequency * t) * shape, abs=2e-5)
 
@@ -111,7 +119,7 @@ def test_wheels_that_stand_slip_at_the_speed_at_which_traction_balances_a_push()
     hide = {"wheel_slip.stiffness": stiffness, "wheel_slip.limit": limit, "external_push.torque": push,
             "external_push.start": 0.0, "external_push.end": 9.0}  # fmt: skip
     _, rates = under(held(hide, PITCH, DRIVE), 0.0, 300)
-    assert rates[-1, X] / RADIUS == pytest.approx(limit / stiffness * np.arctanh(push / limit), rel=1e-4)
+    assert rates[-1, X] / WHEEL_RADIUS_M == pytest.approx(limit / stiffness * np.arctanh(push / limit), rel=1e-4)
 
 
 def test_a_push_sets_the_robot_rolling_and_then_leaves_it_alone():
@@ -124,18 +132,20 @@ def test_a_push_sets_the_robot_rolling_and_then_leaves_it_alone():
 
 
 def test_a_payload_is_a_mass_at_the_centre_of_mass_from_its_moment_on():
-    robot = Robot({"payload_step.time": 0.003, "payload_step.ratio": 0.25}, 2 * STEP, 100)
+    robot = Robot({"payload_step.time": 0.003, "payload_step.ratio": 0.25}, 2 * MAX_ENGINE_STEP_S, 100)
     turned = []
     for k in range(5):
-        robot.move(k * SAMPLE, np.zeros(k + 1))
+        robot.move(k * SAMPLE_INTERVAL_S, np.zeros(k + 1))
         column = np.zeros(3)
         mujoco.mj_forward(robot.model, robot.data)
         mujoco.mj_mulM(robot.model, robot.data, column, np.array([0.0, 1.0, 0.0]))
         turned.append(column[:2])
-    upright = np.array([BODY * HEIGHT, BODY * HEIGHT**2 + BODY_INERTIA])  # of x and pitch when the body turns
-    laden = np.array([1.25 * BODY * HEIGHT, 1.25 * BODY * HEIGHT**2 + BODY_INERTIA])
-    assert np.array(turned[:3]) - [0.0, 2 * WHEEL_INERTIA] == pytest.approx(np.tile(upright, (3, 1)))
-    assert np.array(turned[3:]) - [0.0, 2 * WHEEL_INERTIA] == pytest.approx(np.tile(laden, (2, 1)))
+    upright = np.array(
+        [BODY_MASS_KG * COM_HEIGHT_M, BODY_MASS_KG * COM_HEIGHT_M**2 + BODY_INERTIA_KG_M2]
+    )  # of x and pitch when the body turns
+    laden = np.array([1.25 * BODY_MASS_KG * COM_HEIGHT_M, 1.25 * BODY_MASS_KG * COM_HEIGHT_M**2 + BODY_INERTIA_KG_M2])
+    assert np.array(turned[:3]) - [0.0, 2 * WHEEL_INERTIA_KG_M2] == pytest.approx(np.tile(upright, (3, 1)))
+    assert np.array(turned[3:]) - [0.0, 2 * WHEEL_INERTIA_KG_M2] == pytest.approx(np.tile(laden, (2, 1)))
 
 
 def test_a_late_sensor_shows_the_motion_of_a_moment_ago():
@@ -169,13 +179,13 @@ def test_an_effect_of_no_size_leaves_no_trace(effect):
 
 def test_springs_and_pendulums_without_damping_keep_the_energy():
     hide = {"drive_compliance.stiffness": 40.0, "slosh.mass_ratio": 0.2, "slosh.height": 0.8, "slosh.frequency": 6.0}
-    robot = Robot(hide, 2 * STEP, 1000)
+    robot = Robot(hide, 2 * MAX_ENGINE_STEP_S, 1000)
     robot.model.dof_damping[:] = 0.0
     robot.model.opt.enableflags |= mujoco.mjtEnableBit.mjENBL_ENERGY
-    robot.data.qpos[:] = RADIUS * 0.12, 0.1, 0.02, 0.0, 0.3
+    robot.data.qpos[:] = WHEEL_RADIUS_M * 0.12, 0.1, 0.02, 0.0, 0.3
     kept = []
     for k in range(500):
-        robot.move(k * SAMPLE, np.zeros(k + 1))
+        robot.move(k * SAMPLE_INTERVAL_S, np.zeros(k + 1))
         mujoco.mj_forward(robot.model, robot.data)
         kept.append(robot.data.energy.copy())
     total, moving = np.sum(kept, axis=1), np.array(kept)[:, 1]
@@ -187,7 +197,7 @@ def test_a_delay_of_part_of_a_step_acts_on_average_when_it_should():
     robot = held(hide, PITCH)
     commands = np.array([0.0, *np.ones(4)])
     for k in range(5):
-        robot.move(k * SAMPLE, commands[: k + 1])
+        robot.move(k * SAMPLE_INTERVAL_S, commands[: k + 1])
     acted = 0.005 - 0.00237
     assert robot.data.qvel[DRIVE] == pytest.approx((1 - np.exp(-X6 / (X1 + X2) * acted)) / X6, rel=1e-3)
 
@@ -196,28 +206,30 @@ SLOW = pytest.mark.skipif(not os.environ.get("WHEELPEND_SLOW"), reason="set WHEE
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=() if n == "engine_inductance" else SLOW) for n in sorted(SHIPPED)]
+    "name", [pytest.param(n, marks=() if n == "engine_inductance" else SLOW) for n in sorted(SHIPPED_LOGS)]
 )
 def test_explain_finds_what_is_hidden_in_a_shipped_log_of_the_engine(name):
     told = explain(Model.default(), [data_folder() / f"{name}.csv"])
-    assert set(told.effects) == {n.partition(".")[0] for n in SHIPPED[name]} and told.verdict == "nothing_missing"
+    assert set(told.effects) == {n.partition(".")[0] for n in SHIPPED_LOGS[name]} and told.verdict == "nothing_missing"
     assert told.error < 1.03 * told.noise_floor
-    for full, value in SHIPPED[name].items():
+    for full, value in SHIPPED_LOGS[name].items():
         row = told.parameters[full]
         assert abs(row["value"] - value) < 4.5 * row["sigma"]
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", SHIPPED_LOGS)
 def test_a_shipped_log_can_be_read_and_its_truth_lies_beside_it(name):
     log = load_log(data_folder() / f"{name}.csv")
     assert len(log) == 10001 and log.warnings == () and np.isfinite(log.measured).all()
     truth = json.loads((data_folder() / f"{name}_truth.json").read_text(encoding="utf-8"))
-    assert truth["effects"] == SHIPPED[name] and truth["parameters"]["X5"] == pytest.approx(TRUTH["X5"], rel=1e-5)
+    assert truth["effects"] == SHIPPED_LOGS[name] and truth["parameters"]["X5"] == pytest.approx(
+        TRUE_PARAMETERS["X5"], rel=1e-5
+    )
 
 
 def test_a_log_is_shipped_as_the_engine_measured_it(tmp_path):
     log = engine_run({}, duration=0.2, seed=3).log
-    (tmp_path / "log.csv").write_text(text_of(log), encoding="utf-8")
+    (tmp_path / "log.csv").write_text(log_csv_text(log), encoding="utf-8")
     again = load_log(tmp_path / "log.csv")
     assert again.measured == pytest.approx(log.measured, abs=6e-6) and again.voltage == pytest.approx(
         log.voltage, abs=6e-4

@@ -6,7 +6,7 @@ import pytest
 import derive
 from tests.conftest import simulated
 from wheelpend import Model, add
-from wheelpend.benchmarks.hidden_effects.cases import robot
+from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant
 from wheelpend.errors import Failure
 from wheelpend.kernels import load as kernels
 from wheelpend.simulation.hidden import machine_values
@@ -84,7 +84,7 @@ LIMITS = {
 
 
 @pytest.mark.parametrize(
-    "effect", sorted({e.name for e in derive.effects.possible_on(robot())} - {"viscous_drive"} - LIMITS)
+    "effect", sorted({e.name for e in derive.effects.possible_on(benchmark_plant())} - {"viscous_drive"} - LIMITS)
 )
 def test_an_absent_effect_changes_nothing_whatever_its_shape(library, effect):
     row = derive.effects.find(effect)
@@ -99,5 +99,5 @@ def test_every_relation_is_the_same_whatever_the_order_of_the_effects():
 
 
 def test_the_library_of_another_assumption_has_relations_of_its_own():
-    assert set(kernels.library("wheel_pendulum", {"ground_friction_reaction": "none"}).ABSORBED) == {
+    assert set(kernels.library_module("wheel_pendulum", {"ground_friction_reaction": "none"}).ABSORBED) == {
         "viscous_drive.coefficient", "ground_viscous.coefficient"}  # fmt: skip

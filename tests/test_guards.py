@@ -13,7 +13,7 @@ from tests.conftest import simulated
 from tests.test_kernels import X
 from wheelpend import Model, diagnose, identify, simulate
 from wheelpend.diagnosis import pair_search
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.kernels import load as kernels
@@ -47,7 +47,7 @@ def samples(monkeypatch):
     """How many samples are simulated for fits, module by module, from here on."""
     counted: dict[str, int] = {}
     beside: dict[str, ModuleType] = {}  # copies: no kernel may be compiled against a counter
-    load = kernels.load
+    load = kernels.load_module
 
     def counting(text, name):
         module = load(text, name)
@@ -62,7 +62,7 @@ def samples(monkeypatch):
         beside[name].shoot = counted_shoot
         return beside[name]
 
-    monkeypatch.setattr(kernels, "load", counting)
+    monkeypatch.setattr(kernels, "load_module", counting)
     return counted
 
 
@@ -151,7 +151,7 @@ def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
 
     monkeypatch.setattr("wheelpend.estimation.states.shoot", watched)
     monkeypatch.setattr("wheelpend.estimation.gauss_newton.shoot", watched)
-    monkeypatch.setattr("wheelpend.estimation.gauss_newton.MEMORY", 1000)
+    monkeypatch.setattr("wheelpend.estimation.gauss_newton.MAX_COLOUR_TEST_SAMPLES", 1000)
     identify(Model.default(), [log])
     assert 0 < max(kept) < len(log) // 2
 
@@ -172,17 +172,19 @@ def test_a_search_among_pairs_takes_less_time_than_a_few_refits_from_the_rows():
             others = np.delete(rows, held, axis=0).reshape(-1, 34)
             np.linalg.lstsq(others[:, :9], others[:, -1], rcond=None)
 
-    assert quickest(lambda: pair_search.search(grams, 7, groups)) < 2.0 * quickest(refit)  # of 351 models
+    assert quickest(lambda: pair_search.search_pairs(grams, 7, groups)) < 2.0 * quickest(refit)  # of 351 models
 
 
 def test_the_kernels_of_the_library_do_not_change_when_an_effect_is_added():
     model = Model.default()
-    assert model_kernels.library_of(model) is model_kernels.library_of(model.with_effects(["coulomb_drive", "cogging"]))
+    assert model_kernels.library_module_of(model) is model_kernels.library_module_of(
+        model.with_effects(["coulomb_drive", "cogging"])
+    )
 
 
 def test_sensitivities_to_everything_cost_few_simulations(library):
     log = simulated(duration=2.0)
-    parameters = vector(library, X, log)
+    parameters = kernel_parameters(library, X, log)
     columns = np.arange(library.FITTED)
 
     def alone():

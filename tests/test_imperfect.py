@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wheelpend import Model, diagnose
-from wheelpend.benchmarks.hidden_effects.imperfect import complete_log
+from wheelpend.benchmarks.hidden_effects.nonideal_sensors import complete_log
 from wheelpend.logs.log import Log
 
 HIDE = {"coulomb_drive.torque": 0.3}

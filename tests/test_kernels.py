@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import derive
 from tests.conftest import simulated
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.model import model_kernels
 
 X = dict(zip([f"X{k}" for k in range(1, 8)], (0.0436, 0.0178, 0.1149, 0.8719, 4.6701, 0.7268, 0.7256), strict=True))
@@ -62,7 +62,7 @@ def test_the_simulation_agrees_with_an_adaptive_integrator_on_equations_typed_by
 def test_a_lagging_input_agrees_with_an_adaptive_integrator_however_short_the_lag(library, lean, lag):
     t, start = np.arange(200) * 1e-3, np.array([0.1, 0.05, 1.0, -0.3])
     command = np.repeat(np.random.default_rng(0).normal(size=20) * 5, 10)
-    parameters = vector(library, {**X, "winding_inductance.time_constant": lag}, simulated(duration=3.0))
+    parameters = kernel_parameters(library, {**X, "winding_inductance.time_constant": lag}, simulated(duration=3.0))
     plain, state, reference = np.array(list(X.values())), np.r_[start, command[0]], [start]
     for voltage in command[:-1]:
 
@@ -78,7 +78,7 @@ def test_a_lagging_input_agrees_with_an_adaptive_integrator_however_short_the_la
 def test_a_short_lag_and_a_short_delay_have_the_same_sensitivity(library):
     log = simulated(duration=3.0)
     columns = np.array([library.LAG, library.DELAY])
-    parameters = vector(library, {**X, **CONSTANTS}, log)
+    parameters = kernel_parameters(library, {**X, **CONSTANTS}, log)
     found = library.sensitivities(
         log.t[:400], log.voltage[:400], np.array([0.0, 0.05, 0.5, 0.0]), parameters, columns, 1e-3
     )[2]
@@ -87,7 +87,7 @@ def test_a_short_lag_and_a_short_delay_have_the_same_sensitivity(library):
 
 def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_delays(library):
     log = simulated(duration=3.0, noise=False, **{k.replace(".", "__"): v for k, v in HIDDEN.items()})
-    parameters, cut = vector(library, {**X, **CONSTANTS, **HIDDEN}, log), slice(0, 700)
+    parameters, cut = kernel_parameters(library, {**X, **CONSTANTS, **HIDDEN}, log), slice(0, 700)
     start, columns = np.array([0.0, 0.01, 0.1, 0.05]), np.arange(library.FITTED)
 
     def readings(changed, state=start):
@@ -106,7 +106,7 @@ def test_sensitivities_agree_with_finite_differences_through_stick_slip_and_dela
 
 def test_the_same_call_gives_the_same_bits_and_any_number_of_columns_the_same_derivatives(library):
     log = simulated(duration=3.0)
-    parameters, start = vector(library, {**X, **CONSTANTS, **HIDDEN}, log), np.array([0.0, 0.01, 0.1, 0.05])
+    parameters, start = kernel_parameters(library, {**X, **CONSTANTS, **HIDDEN}, log), np.array([0.0, 0.01, 0.1, 0.05])
     columns = np.tile(np.arange(library.FITTED), 2)  # more than there are parameters, in no multiple of the lanes
 
     def derivatives(columns):
@@ -122,7 +122,7 @@ def test_the_same_call_gives_the_same_bits_and_any_number_of_columns_the_same_de
 
 def test_both_surfaces_at_rest_hold_the_machine_still(library):
     held = {"coulomb_drive.torque": 5.0, "rolling_resistance.torque": 5.0}
-    parameters = vector(library, {**X, **CONSTANTS, **held}, simulated(duration=3.0))
+    parameters = kernel_parameters(library, {**X, **CONSTANTS, **held}, simulated(duration=3.0))
     t, start = np.arange(101) * 1e-3, np.array([0.0, 0.05, 0.0, 0.0])
     assert np.abs(library.acceleration(0.0, start, 2.0, parameters)).max() < 1e-12
     assert np.abs(library.simulate(t, np.full_like(t, 2.0), start, parameters, 0.001) - start).max() < 1e-12
@@ -132,7 +132,7 @@ def test_vanishing_dry_friction_is_none(library):
     t, start = np.arange(501) * 1e-3, np.array([0.0, 0.05, 0.4, -0.3])
     voltage = np.sin(20 * t)
     smooth, rough = (
-        vector(library, {**X, **CONSTANTS, "coulomb_drive.torque": torque}, simulated(duration=3.0))
+        kernel_parameters(library, {**X, **CONSTANTS, "coulomb_drive.torque": torque}, simulated(duration=3.0))
         for torque in (0, 1e-13)
     )
     difference = library.simulate(t, voltage, start, smooth, 1e-3) - library.simulate(t, voltage, start, rough, 1e-3)
@@ -140,7 +140,7 @@ def test_vanishing_dry_friction_is_none(library):
 
 
 def test_dry_friction_holds_the_gearbox_completely_still(library):
-    parameters = vector(library, {**X, **CONSTANTS, "coulomb_drive.torque": 5.0}, simulated(duration=3.0))
+    parameters = kernel_parameters(library, {**X, **CONSTANTS, "coulomb_drive.torque": 5.0}, simulated(duration=3.0))
     t = np.arange(301) * 1e-3
     states = library.simulate(t, np.full_like(t, 0.5), np.array([0.0, 0.05, 0.0, 0.0]), parameters, 0.001)
     assert np.abs(states[:, 2] - states[:, 3]).max() < 1e-9
@@ -155,7 +155,11 @@ def test_friction_and_drag_never_add_energy(library, effect):
     values = {**X, **CONSTANTS, "X6": 0.0, "X7": 0.0, **sizes}
     t = np.arange(1501) * 1e-3
     states = library.simulate(
-        t, np.zeros_like(t), np.array([0.0, 0.1, 2.0, -1.0]), vector(library, values, simulated(duration=3.0)), 0.001
+        t,
+        np.zeros_like(t),
+        np.array([0.0, 0.1, 2.0, -1.0]),
+        kernel_parameters(library, values, simulated(duration=3.0)),
+        0.001,
     )
     stored = values["presliding_drive.torque"] ** 2 / values["presliding_drive.stiffness"] if effect.carries else 0.0
     assert np.diff(energy(states, values)).max() < 1e-9 + stored / 2  # a contact that winds up gives that back
@@ -189,7 +193,7 @@ def test_the_acceleration_satisfies_the_regressor(lean):
 def test_the_lean_kernel_and_the_library_simulate_the_same(lean, library):
     log = simulated(duration=3.0)
     lean_states = lean.simulate(log.t, log.voltage, np.zeros(4), np.array(list(X.values())), 0.001)
-    full = library.simulate(log.t, log.voltage, np.zeros(4), vector(library, {**X, **CONSTANTS}, log), 0.001)
+    full = library.simulate(log.t, log.voltage, np.zeros(4), kernel_parameters(library, {**X, **CONSTANTS}, log), 0.001)
     assert np.abs(lean_states - full).max() < 1e-9
 
 
@@ -202,5 +206,5 @@ def test_a_workspaces_edited_code_is_never_executed(tmp_path):
     code.write_text("raise SystemExit('executed')\n")
     with pytest.raises(Failure, match="wheelpend generate"):
         model_kernels.load_kernels(tmp_path)
-    workspace.generate_into(tmp_path / "generated", model)
+    workspace.write_generated_code(tmp_path / "generated", model)
     assert model_kernels.load_kernels(tmp_path).ROWS == ("wheel", "body")

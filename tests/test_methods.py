@@ -10,11 +10,11 @@ from tests.conftest import simulated
 from tests.test_kernels import X
 from wheelpend import Failure, Model, identify, simulate
 from wheelpend.cli.main import app
-from wheelpend.estimation.least_squares import filtered, measured_states
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.least_squares import filtered_least_squares, measured_states
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.identification.energy import energy_limit
-from wheelpend.identification.recursive import recursive
-from wheelpend.identification.time_constants import candidates, draw
+from wheelpend.identification.recursive import recursive_least_squares
+from wheelpend.identification.time_constants import save_error_maps, time_constant_pairs
 from wheelpend.logs.read import save_log
 
 TRUE = np.array(list(X.values()))
@@ -36,7 +36,7 @@ def quiet(share, **options):
 
 
 def known(module, log):
-    return vector(module, X, log)
+    return kernel_parameters(module, X, log)
 
 
 # ---- instrumental variables
@@ -89,8 +89,8 @@ def test_instruments_refuse_gains_under_which_the_robot_falls():
 def test_recursion_ends_where_least_squares_over_the_whole_log_does(lean, first_order):
     log, tau = simulated(), (0.5, 1.0)
     start = measured_states(lean, log)[0]
-    batch = filtered(lean, log, known(lean, log), tau, first_order_hold=first_order, start=start)
-    found = recursive(lean, log, known(lean, log), tau, first_order_hold=first_order)
+    batch = filtered_least_squares(lean, log, known(lean, log), tau, first_order_hold=first_order, start=start)
+    found = recursive_least_squares(lean, log, known(lean, log), tau, first_order_hold=first_order)
     assert np.allclose(found.fit.estimate, batch.estimate, rtol=1e-6, atol=0)
     assert found.track[-1].t == log.t[-1] and [*found.track[-1].parameters.values()] == [*found.fit.estimate]
 
@@ -98,7 +98,7 @@ def test_recursion_ends_where_least_squares_over_the_whole_log_does(lean, first_
 def test_a_forgetting_factor_follows_a_parameter_that_changes(lean):
     log = simulated(noise=False, command="simple")
     weak = replace(log, voltage=np.where(log.t < 10, log.voltage, 2 * log.voltage))  # every X doubles at half time
-    found = [recursive(lean, weak, known(lean, log), (0.1, 0.1), forgetting=f, first_order_hold=True).fit
+    found = [recursive_least_squares(lean, weak, known(lean, log), (0.1, 0.1), forgetting=f, first_order_hold=True).fit
              for f in (1.0, 0.999)]  # fmt: skip
     errors = [abs(f.values["X6"] / (2 * X["X6"]) - 1) for f in found]
     assert errors[1] < 0.02 < errors[0]
@@ -167,8 +167,8 @@ def test_the_guide_says_what_more_seeds_confirm(tmp_path):
     found = 100 * (np.mean([values(o) for o in others], axis=0) / TRUE - 1)
     row = result.guide.pair(result.tau)
     assert abs(found[3] - row.bias_percent["X4"]) < 3 and abs(found[4] - row.bias_percent["X5"]) < 3
-    assert [r.tau1 for r in result.guide.diagonal] == sorted({t for pair in candidates(log) for t in pair})
-    draw(result.guide, tmp_path / "map.png")
+    assert [r.tau1 for r in result.guide.diagonal] == sorted({t for pair in time_constant_pairs(log) for t in pair})
+    save_error_maps(result.guide, tmp_path / "map.png")
     assert (tmp_path / "map.png").read_bytes().startswith(b"\x89PNG")
 
 

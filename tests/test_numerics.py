@@ -23,15 +23,15 @@ def test_sums_of_exponentials(count):
 
 def test_smoothing_and_thinning():
     walk = np.cumsum(np.random.default_rng(0).normal(size=(2000, 2)), axis=0)
-    smooth = numerics.gaussian(walk[:, 0], 5.3)
+    smooth = numerics.gaussian_smoothed(walk[:, 0], 5.3)
     np.testing.assert_allclose(smooth, ndimage.gaussian_filter1d(walk[:, 0], 5.3, mode="nearest"), atol=1e-10)
-    thin, expected = numerics.thinned(walk, 4), signal.decimate(walk, 4, axis=0)
+    thin, expected = numerics.decimated(walk, 4), signal.decimate(walk, 4, axis=0)
     assert thin.shape == expected.shape and np.abs(thin - expected)[20:-20].max() < 1e-3 * walk.std()
 
 
 def test_two_lags_in_a_row():
     wave = np.exp(1j * np.linspace(0.0, 90.0, 777))
-    response = profiled_starts.response_of(777, 0.002, (0.01, 0.013))
+    response = profiled_starts.lag_frequency_response(777, 0.002, (0.01, 0.013))
     found, expected = np.fft.ifft(np.fft.fft(wave, len(response)) * response)[:777], wave
     for tau in (0.01, 0.013):
         keep = math.exp(-0.002 / tau)
@@ -43,8 +43,8 @@ def test_two_lags_in_a_row():
 def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(samples, before):
     rng, dt, taus, blocks = np.random.default_rng(1), 0.01, (0.03, 0.05), 10
     angle = np.cumsum(rng.normal(size=before + samples))
-    record = profiled_starts.Record(
-        rng.normal(size=samples), angle, before, profiled_starts.response_of(len(angle), dt, taus)
+    record = profiled_starts.RippleResidual(
+        rng.normal(size=samples), angle, before, profiled_starts.lag_frequency_response(len(angle), dt, taus)
     )
     wave, seen = np.exp(3j * angle), np.exp(3j * angle)
     for tau in taus:
@@ -57,5 +57,7 @@ def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(sampl
 
 
 def test_a_log_of_fewer_samples_than_blocks_weighs_nothing():
-    record = profiled_starts.Record(np.ones(7), np.arange(7.0), 0, profiled_starts.response_of(7, 0.01, (0.03, 0.05)))
+    record = profiled_starts.RippleResidual(
+        np.ones(7), np.arange(7.0), 0, profiled_starts.lag_frequency_response(7, 0.01, (0.03, 0.05))
+    )
     assert [len(w) for _, w in record.weights(10)] == [0] * 10

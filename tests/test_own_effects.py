@@ -5,9 +5,9 @@ import pytest
 
 from derive import plants
 from wheelpend import Failure, Model, explain, simulate
-from wheelpend.model.user_effects import rows_of
+from wheelpend.model.user_effects import effects_from_text
 
-PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
+PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).plant_signature
 BRUSHES = """
 [worn_brushes]
 family = "drive"
@@ -76,7 +76,7 @@ def test_the_kernel_of_an_own_law_has_its_value(workspace):
     model = workspace.with_effects(["worn_brushes"])
     from wheelpend.kernels import load as kernels
 
-    module = kernels.lean(model.plant, model.assumptions, model.effects)
+    module = kernels.model_module(model.plant, model.assumptions, model.effects)
     known = {**model.simulation, "worn_brushes.torque": 0.5, "worn_brushes.width": 3.0}
     with_it = np.array([known.get(n, 1.0) for n in module.PARAMETERS])
     without = with_it.copy()
@@ -89,8 +89,8 @@ def test_the_kernel_of_an_own_law_has_its_value(workspace):
 def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
     from wheelpend.model import model_kernels
 
-    assert "worn_brushes.torque" in model_kernels.library_of(workspace).PARAMETERS
-    assert "worn_brushes.torque" not in model_kernels.library_of(Model.default()).PARAMETERS
+    assert "worn_brushes.torque" in model_kernels.library_module_of(workspace).PARAMETERS
+    assert "worn_brushes.torque" not in model_kernels.library_module_of(Model.default()).PARAMETERS
 
 
 @pytest.mark.parametrize(("text", "why"), [
@@ -115,7 +115,7 @@ def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
 ])  # fmt: skip
 def test_what_cannot_be_an_effect_is_refused_with_a_reason(text, why):
     with pytest.raises(Failure, match=why):
-        rows_of(text, PLANT)
+        effects_from_text(text, PLANT)
 
 
 def test_a_broken_file_says_where_it_is(tmp_path):

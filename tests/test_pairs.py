@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from wheelpend.diagnosis.pair_search import search
+from wheelpend.diagnosis.pair_search import search_pairs
 
 ROWS, BASE, FOLDS = 600, 3, 5
 GROUPS = [[3], [4, 5], [6], [7], [8, 9]]
@@ -36,7 +36,7 @@ def left_by(matrix, target, columns):
 
 def test_every_single_and_every_pair_leaves_what_fits_to_the_rows_leave(data):
     matrix, target = data
-    found = search(folds_of(matrix, target), BASE, GROUPS)
+    found = search_pairs(folds_of(matrix, target), BASE, GROUPS)
     own = list(range(BASE))
     assert found.base == pytest.approx(left_by(matrix, target, own), rel=1e-7)
     for a, one in enumerate(GROUPS):
@@ -46,11 +46,11 @@ def test_every_single_and_every_pair_leaves_what_fits_to_the_rows_leave(data):
 
 
 def test_the_pair_that_is_there_is_the_best(data):
-    assert set(search(folds_of(*data), BASE, GROUPS).best_pair()) == {1, 2}
+    assert set(search_pairs(folds_of(*data), BASE, GROUPS).best_pair()) == {1, 2}
 
 
 def test_a_column_that_the_base_explains_lowers_nothing(data):
     matrix, target = data
     doubled = np.column_stack([matrix, matrix[:, 0] + matrix[:, 1]])
-    found = search(folds_of(doubled, target), BASE, [*GROUPS, [10]])
+    found = search_pairs(folds_of(doubled, target), BASE, [*GROUPS, [10]])
     assert found.singles[-1] == pytest.approx(found.base, rel=1e-9)

@@ -17,7 +17,7 @@ from wheelpend.estimation.state_reconstruction import measured_states, states_fr
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
-from wheelpend.model.user_effects import rows_of
+from wheelpend.model.user_effects import effects_from_text
 from wheelpend.model.user_plants import load_plant
 
 G = 9.81
@@ -45,7 +45,7 @@ def test_two_links_swing_as_the_textbooks_double_pendulum_does():
     m1, m2, l1, l2 = 1.2, 0.7, 0.9, 0.5
     gravity = (m1 + m2) * l1 * G  # forces are counted in units of what holds the level first link
     values = {"X1": (m1 + m2) * l1**2, "X2": m2 * l1 * l2, "X3": m2 * l2**2, "X4": m2 * l2 * G}
-    module = kernels.lean("pendulum", {"links": 2}, ())
+    module = kernels.model_module("pendulum", {"links": 2}, ())
     parameters = np.array([values[n] / gravity for n in module.PARAMETERS])
     t, start = np.arange(0.0, 3.0, 1e-3), np.array([1.2, -0.6, 0.3, 0.0])
     ours = module.simulate(t, np.zeros_like(t), start, parameters, 5e-4)
@@ -63,7 +63,7 @@ def cart_and_pole(state, force, M, m, l, J, K):
 def test_cart_and_pole_accelerate_as_newton_says():
     M, m, l, J, K, gain = 0.8, 0.2, 0.4, 0.01, 3.0, 2.0
     values = {"X1": (M + m) / gain, "X2": m * l / gain, "X3": (J + m * l**2) / gain, "X4": m * G * l / gain, "X5": K}
-    module = kernels.lean("cart_pole", {}, ())
+    module = kernels.model_module("cart_pole", {}, ())
     parameters = np.array([values[n] for n in module.PARAMETERS])
     for state in np.random.default_rng(1).normal(size=(20, 4)):
         expected = cart_and_pole(state, gain * 1.7, M, m, l, J, gain * K)
@@ -71,7 +71,7 @@ def test_cart_and_pole_accelerate_as_newton_says():
 
 
 def test_a_freely_swinging_pendulum_keeps_its_energy_until_friction_takes_it():
-    module = kernels.library("pendulum", {})
+    module = kernels.library_module("pendulum", {})
     t = np.arange(0.0, 20.0, 1e-3)
     bare = np.array([{"X1": 0.07}.get(n, a) for n, a in zip(module.PARAMETERS, module.ABSENT, strict=True)])
     rubbing = bare.copy()
@@ -91,7 +91,7 @@ def test_every_plant_has_a_library_that_the_templates_can_write(plant, assumptio
 
 @pytest.mark.parametrize(("plant", "assumptions"), EVERY)
 def test_states_come_back_from_ideal_readings(plant, assumptions):
-    module = kernels.lean(plant, assumptions, ())
+    module = kernels.model_module(plant, assumptions, ())
     states = np.random.default_rng(3).normal(size=(8, module.NX))
     values = states @ module.READS.T
     slopes = states[:, module.NQ :] @ module.READS[:, : module.NQ].T
@@ -99,13 +99,13 @@ def test_states_come_back_from_ideal_readings(plant, assumptions):
 
 
 def test_a_gyro_that_is_missing_is_replaced_by_the_slope_of_the_pitch():
-    module = kernels.lean("wheel_pendulum", {}, ())
+    module = kernels.model_module("wheel_pendulum", {}, ())
     found = states_from(module, np.array([[0.1, 0.2, np.nan]]), np.array([[1.0, 2.0, np.nan]]))
     np.testing.assert_allclose(found, [[0.1, 0.2, 1.0, 2.0]])
 
 
 def test_rates_that_no_sensor_reads_are_differences_of_what_one_does():
-    module = kernels.lean("pendulum", {"links": 2}, ())
+    module = kernels.model_module("pendulum", {"links": 2}, ())
     t = np.arange(200) * 0.01
     measured = np.column_stack([np.sin(t), np.cos(t) - np.sin(t)])  # the second encoder reads against the first link
     states = measured_states(module, Log("x", t, np.zeros(200), measured, module.OUTPUTS))
@@ -114,7 +114,7 @@ def test_rates_that_no_sensor_reads_are_differences_of_what_one_does():
 
 
 def test_a_law_has_the_units_and_numbers_of_the_part_on_which_it_acts():
-    slide, robot, free = (derive.plants.build(n, derive.plants.settle(n, {})).nameplate
+    slide, robot, free = (derive.plants.build(n, derive.plants.settle(n, {})).plant_signature
                           for n in ("slide", "wheel_pendulum", "pendulum"))  # fmt: skip
     row = derive.effects.find("presliding_drive")
     assert [p.unit for p in suited(row, robot).parameters] == ["V", "V/rad"]
@@ -127,7 +127,7 @@ def test_a_law_has_the_units_and_numbers_of_the_part_on_which_it_acts():
 
 def test_effects_act_on_parts_and_not_on_plants():
     def fitting(name, **assumptions):
-        plant = derive.plants.build(name, derive.plants.settle(name, assumptions)).nameplate
+        plant = derive.plants.build(name, derive.plants.settle(name, assumptions)).plant_signature
         return {e.name for e in derive.effects.possible_on(plant)}
 
     assert "voltage_offset" not in fitting("pendulum") and "voltage_offset" in fitting("pendulum", driven=True)
@@ -196,7 +196,7 @@ def test_ripples_along_a_length_are_looked_for_in_its_own_measure():
 
 
 def test_an_effect_of_ones_own_keeps_its_numbers_on_a_carriage():
-    slide = derive.plants.build("slide", {}).nameplate
+    slide = derive.plants.build("slide", {}).plant_signature
     text = """[stiction_hump]
 family = "drive"
 sentence = "A hump."
@@ -206,7 +206,7 @@ law = "size*tanh(speed/width)"
 size = { unit = "V", typical = 0.3 }
 width = { unit = "m/s", typical = 0.04, starts = [0.01, 0.04], minimum = 0.001 }
 """
-    (row,) = rows_of(text, slide)
+    (row,) = effects_from_text(text, slide)
     derive.effects.register([row])
     assert derive.effects.suited(row, slide) is row
     derive.effects.OWN.pop(row.name)

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wheelpend.diagnosis.evidence import Tried
+from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Explanation, Step
-from wheelpend.diagnosis.missing_force.estimate import Place, find_missing_force
+from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, estimate_missing_force
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
@@ -19,16 +19,16 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import parameter_table
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
-from wheelpend.reports.page.equations import terms
-from wheelpend.reports.page.figures import comparisons, shown_samples
-from wheelpend.reports.page.force_figures import binned, bins_of, expected_force, law_along
+from wheelpend.reports.page.equations import equation_terms
+from wheelpend.reports.page.figures import residual_comparisons, thinned_samples
+from wheelpend.reports.page.force_figures import bin_means, law_over_state, missing_force_if_true, quantile_bins
 from wheelpend.reports.page.page import write_report
-from wheelpend.reports.page.sentences import number, probability, uncertain
+from wheelpend.reports.page.sentences import estimate_text, number_text, p_value_text
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 DEGREE = np.pi / 180
@@ -38,7 +38,7 @@ HOSTILE = "<script>alert('log')</script>.csv"
 
 def robot(torque: float) -> Log:
     """Noisy closed-loop log of 6 s with dry friction in the drive, under a hostile name."""
-    module = kernels.library("wheel_pendulum", {})
+    module = kernels.library_module("wheel_pendulum", {})
     t = np.arange(3_001) * 2e-3
     reference = DEGREE * (3 * np.sin(7 * t) + 6 * (np.cos(4 * t) - np.sin(t)) + 10 * np.cos(3 * t) * np.sin(5 * t) ** 2)
     values = ROBOT | {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
@@ -55,26 +55,26 @@ def robot(torque: float) -> Log:
 @pytest.fixture(scope="module")
 def explanation() -> Explanation:
     """A ladder of one step, its two models fitted from the truth and nothing screened."""
-    study = prepare(Model.default(), [robot(0.3)])
-    old, new = (fit_from_the_truth(study, effects) for effects in ([], ["coulomb_drive"]))
-    errors = [held_residuals(study, fitted)[0] for fitted in (old, new)]
+    problem = prepare(Model.default(), [robot(0.3)])
+    old, new = (fit_from_the_truth(problem, effects) for effects in ([], ["coulomb_drive"]))
+    errors = [validation_residuals(problem, fitted)[0] for fitted in (old, new)]
     torque, sigma, unit = {"torque": new.values[TORQUE]}, {"torque": new.sigma(TORQUE)}, {"torque": "V"}
-    tried = Tried("coulomb_drive", "drive", torque, sigma, unit, 0.0, "5/5", errors[1], (), True, new)
-    missing = find_missing_force(study, old)
-    where = (Place("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
-    first = Diagnosis("effect_missing", 0.5, errors[0], study.floor, {}, (tried,), None, {}, where, {}, (), old,
-                      study, missing)  # fmt: skip
+    tried = CandidateFit("coulomb_drive", "drive", torque, sigma, unit, 0.0, "5/5", errors[1], (), True, new)
+    missing = estimate_missing_force(problem, old)
+    where = (ForceConcentration("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
+    first = Diagnosis("effect_missing", 0.5, errors[0], problem.floor, {}, (tried,), None, {}, where, {}, (), old,
+                      problem, missing)  # fmt: skip
     last = replace(first, verdict="nothing_missing", candidates=(), detectable={"slope": {"angle": 0.01}}, fit=new)
-    step = Step("coulomb_drive", torque, sigma, unit, 0.0, (), *errors, {n: new.values[n] for n in study.base})
-    model = study.model.with_effects(["coulomb_drive"])
-    changed = replace(study, model=model)
-    return Explanation("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], study.floor, 0.5,
+    step = Step("coulomb_drive", torque, sigma, unit, 0.0, (), *errors, {n: new.values[n] for n in problem.base})
+    model = problem.model.with_effects(["coulomb_drive"])
+    changed = replace(problem, model=model)
+    return Explanation("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], problem.floor, 0.5,
                        parameter_table(changed, new), None, (), model, first, last, new, changed)  # fmt: skip
 
 
-def fit_from_the_truth(study: Study, effects: list[str]) -> Fit:
-    start = {**study.model.constants, **ROBOT, TORQUE: 0.3 if effects else 0.0}
-    return fit_model(study, start, free_names(study, effects), horizons=(1.0,))
+def fit_from_the_truth(problem: EstimationProblem, effects: list[str]) -> Fit:
+    start = {**problem.model.constants, **ROBOT, TORQUE: 0.3 if effects else 0.0}
+    return fit_model(problem, start, free_names(problem, effects), horizons=(1.0,))
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,7 @@ def test_the_page_is_small_beside_plotly(page: str):
 
 
 def test_the_held_out_residuals_are_those_of_the_ladder(explanation: Explanation):
-    (shown,) = comparisons(explanation)
+    (shown,) = residual_comparisons(explanation)
     before, after = (np.sqrt(np.nanmean(r**2)) for r in (shown.before, shown.after))
     assert before == pytest.approx(explanation.base_error, rel=0.05)
     assert after == pytest.approx(explanation.error, rel=0.05)
@@ -139,23 +139,23 @@ def test_the_held_out_residuals_are_those_of_the_ladder(explanation: Explanation
 
 def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(explanation: Explanation):
     tried, slip = explanation.first.candidates[0], np.array([-1.0, 0.0, 1.0])
-    laws = [law_along(explanation.study, tried, row, "dtheta_w - dtheta_p")(slip) for row in (0, 1)]
+    laws = [law_over_state(explanation.problem, tried, row, "dtheta_w - dtheta_p")(slip) for row in (0, 1)]
     torque = tried.coefficients["torque"]
     assert laws[0] == pytest.approx([torque, 0.0, -torque])
     assert laws[1] == pytest.approx([-torque, 0.0, torque])
-    assert law_along(explanation.study, tried, 0, "theta_p") is None
+    assert law_over_state(explanation.problem, tried, 0, "theta_p") is None
 
 
 def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation: Explanation):
     first, row = explanation.first, 0
-    slip, expected = first.missing.variables["dtheta_w - dtheta_p"], expected_force(first, first.candidates[0])
-    means = [binned(slip, force[:, row], bins_of(slip))[:, 1] for force in (expected, first.missing.force)]
+    slip, expected = first.missing.variables["dtheta_w - dtheta_p"], missing_force_if_true(first, first.candidates[0])
+    means = [bin_means(slip, force[:, row], quantile_bins(slip))[:, 1] for force in (expected, first.missing.force)]
     assert np.corrcoef(*means)[0, 1] > 0.8
 
 
 def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Explanation):
-    part = explanation.study.training[0]
-    chosen = shown_samples(part)
+    part = explanation.problem.training[0]
+    chosen = thinned_samples(part)
     assert len(chosen) <= 3000
     assert (chosen == -1).sum() == len(part.bounds)
 
@@ -164,7 +164,7 @@ def test_a_model_that_misses_nothing_has_a_page(explanation: Explanation, tmp_pa
     quiet = replace(explanation.first, verdict="nothing_missing", candidates=(), where=(), missing=None,
                     detectable={"slope": {"angle": 0.01}})  # fmt: skip
     bare = replace(explanation, verdict="nothing_missing", steps=(), effects=(), nominal_error=None, first=quiet,
-                   last=quiet, fit=quiet.fit, study=quiet.study)  # fmt: skip
+                   last=quiet, fit=quiet.fit, problem=quiet.problem)  # fmt: skip
     page = write_report(bare, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "Nothing is missing in this model" in page
     assert "Where the model failed" not in page
@@ -193,12 +193,12 @@ def test_a_folder_that_is_not_there_is_named(explanation: Explanation, tmp_path:
 def test_a_sensor_effect_and_a_delay_show_in_the_equations():
     import derive
 
-    found = terms(derive.compose("wheel_pendulum", {}, ["imu_bias", "actuator_delay"]))
+    found = equation_terms(derive.compose("wheel_pendulum", {}, ["imu_bias", "actuator_delay"]))
     assert "+ imu_bias.bias" in found["sensor theta_p ="]
     assert "actuator_delay.delay" in found["command:"][0]
 
 
 def test_numbers_are_written_for_people():
-    assert (number(-0.000012345), number(None), number(float("inf"))) == ("−1.234×10⁻⁵", "–", "–")
-    assert uncertain(0.30012, 0.00043) == "0.30012 ± 0.00043"
-    assert (probability(0.0), probability(3e-5), probability(None)) == ("< 10⁻¹²", "3×10⁻⁵", "–")
+    assert (number_text(-0.000012345), number_text(None), number_text(float("inf"))) == ("−1.234×10⁻⁵", "–", "–")
+    assert estimate_text(0.30012, 0.00043) == "0.30012 ± 0.00043"
+    assert (p_value_text(0.0), p_value_text(3e-5), p_value_text(None)) == ("< 10⁻¹²", "3×10⁻⁵", "–")

@@ -10,11 +10,11 @@ import pytest
 from wheelpend import Failure, Model
 from wheelpend.paper import numbers
 from wheelpend.reproduction import run
-from wheelpend.reproduction.estimators import METHODS
-from wheelpend.reproduction.experiment import Setup, play, robot_of
-from wheelpend.reproduction.tables import cells, printed_error, rehearsed
-from wheelpend.reproduction.trials import PREDICTED, Trial, run_trial
-from wheelpend.reproduction.wording import error_table, number
+from wheelpend.reproduction.estimators import METHOD_ESTIMATORS
+from wheelpend.reproduction.experiment import Setup, load_robot, play
+from wheelpend.reproduction.results_text import error_table, number_text
+from wheelpend.reproduction.tables import cells, prediction_errors, printed_error
+from wheelpend.reproduction.trials import PREDICTION_SETUP, Trial, run_trial
 from wheelpend.serialise import dumps, to_json
 from wheelpend.simulation.simulate import simulate
 
@@ -23,7 +23,7 @@ BULK = ("X1", "X2", "X3", "X4", "X5", "X7")  # X6 is printed with an error of it
 
 @pytest.fixture(scope="module")
 def robot():
-    return robot_of(Model.default().text)
+    return load_robot(Model.default().text)
 
 
 @pytest.fixture(scope="module")
@@ -75,8 +75,13 @@ def test_shooting_scatters_as_the_bound_says(aggressive):
 
 
 def test_the_papers_estimates_give_its_prediction_errors_under_the_aggressive_command(robot):
-    printed = {c: np.array([v[k] for v in numbers.RMSE.values()]) for k, c in enumerate(("simple", "aggressive"))}
-    assert all(np.all(np.abs(found / printed[c] - 1.0) < 0.25) for c, found in rehearsed(robot, PREDICTED).items())
+    printed = {
+        c: np.array([v[k] for v in numbers.PREDICTION_RMSE.values()]) for k, c in enumerate(("simple", "aggressive"))
+    }
+    assert all(
+        np.all(np.abs(found / printed[c] - 1.0) < 0.25)
+        for c, found in prediction_errors(robot, PREDICTION_SETUP).items()
+    )
 
 
 def test_the_experiment_is_that_of_simulate(robot):
@@ -88,13 +93,13 @@ def test_the_experiment_is_that_of_simulate(robot):
 def test_regressions_find_the_truth_in_noiseless_data(robot):
     log = play(robot, Setup()).log
     for name in ("filtered_rest", "iv"):
-        assert np.abs(robot.percent(METHODS[name](robot, log))).max() < 1.0, name
+        assert np.abs(robot.percent_error(METHOD_ESTIMATORS[name](robot, log))).max() < 1.0, name
 
 
 def test_a_wheel_speed_half_a_sample_late_at_the_start_ruins_the_filters_even_without_noise(robot):
     log = play(robot, Setup()).log
-    assert np.abs(robot.percent(METHODS["filtered_still"](robot, log))).max() < 1.0
-    assert np.abs(robot.percent(METHODS["filtered_foh"](robot, log))).max() > 10.0
+    assert np.abs(robot.percent_error(METHOD_ESTIMATORS["filtered_still"](robot, log))).max() < 1.0
+    assert np.abs(robot.percent_error(METHOD_ESTIMATORS["filtered_foh"](robot, log))).max() > 10.0
 
 
 def test_everything_is_written_and_the_page_needs_no_network(tmp_path):
@@ -127,7 +132,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 
 
 def test_numbers_read_well():
-    assert [number(x) for x in (0.0, 12.34, -0.0001234, 1.26e-6, 3.4e8, None)] == [
+    assert [number_text(x) for x in (0.0, 12.34, -0.0001234, 1.26e-6, 3.4e8, None)] == [
         "0", "12", "−0.00012", "1.3·10⁻⁶", "3.4·10⁸", "–",
     ]  # fmt: skip
 

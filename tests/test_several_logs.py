@@ -8,9 +8,9 @@ import pytest
 
 from wheelpend import Model, add, compare, diagnose, explain, identify, simulate
 from wheelpend.estimation.data import prepare
-from wheelpend.estimation.parameters import layout
-from wheelpend.estimation.tied_amplitudes import Phases
-from wheelpend.estimation.validation import calibrated
+from wheelpend.estimation.parameters import parameter_layout
+from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
+from wheelpend.estimation.validation import calibrated_values
 from wheelpend.serialise import to_json
 
 PHASES = (0.3, 2.4, -1.5)
@@ -75,8 +75,8 @@ def test_the_amplitude_of_a_ripple_is_the_machine_s_and_its_phase_the_log_s(runo
 
 
 def test_a_held_out_log_turns_the_phase_of_a_ripple_and_leaves_its_amplitude(runout):
-    fitted, held = runout.candidates[0].fit, runout.study.held[0]
-    values = calibrated(runout.study, held.calibration, fitted.of_log(0), list(fitted.values))
+    fitted, held = runout.candidates[0].fit, runout.problem.validation[0]
+    values = calibrated_values(runout.problem, held.calibration, fitted.of_log(0), list(fitted.values))
     a, b = values["wheel_runout.sine"], values["wheel_runout.cosine"]
     known = fitted.of_log(0)
     assert np.hypot(a, b) == pytest.approx(np.hypot(known["wheel_runout.sine"], known["wheel_runout.cosine"]))
@@ -98,17 +98,17 @@ def test_two_logs_are_identified_with_one_machine_and_two_biases():
 
 
 def test_pairs_that_are_tied_move_with_equal_amplitudes_only():
-    plan = layout(["X1", "e.sine", "e.cosine"], ["e.sine", "e.cosine"], 3)
-    tied = Phases.of(plan.labels, [("e.sine", "e.cosine")])
-    theta = tied.onto(np.array([5.0, 1.0, 0.0, 0.0, 2.0, -1.0, 1.0]))
+    plan = parameter_layout(["X1", "e.sine", "e.cosine"], ["e.sine", "e.cosine"], 3)
+    tied = TiedAmplitudes.of(plan.labels, [("e.sine", "e.cosine")])
+    theta = tied.with_equal_amplitudes(np.array([5.0, 1.0, 0.0, 0.0, 2.0, -1.0, 1.0]))
     lengths = [np.hypot(*theta[p]) for p in tied.pairs[0]]
     assert lengths == pytest.approx([lengths[0]] * 3)
     small = 1e-6 * np.random.default_rng(0).normal(size=tied.basis(theta).shape[1])
-    assert tied.moved(theta, small) - theta == pytest.approx(tied.basis(theta) @ small, abs=1e-11)
+    assert tied.after_step(theta, small) - theta == pytest.approx(tied.basis(theta) @ small, abs=1e-11)
 
 
 def test_a_held_out_log_has_a_first_third_of_its_own():
     first, second, third = logs("slope__angle", (0.02, -0.015, 0.01))
-    study = prepare(Model.default(), [first, second], [third])
-    assert study.held[0].calibration.bounds.max() <= study.held[0].part.bounds.min()
-    assert study.held[0].calibration.bounds.max() == pytest.approx(len(third) / 3, abs=250)
+    problem = prepare(Model.default(), [first, second], [third])
+    assert problem.validation[0].calibration.bounds.max() <= problem.validation[0].part.bounds.min()
+    assert problem.validation[0].calibration.bounds.max() == pytest.approx(len(third) / 3, abs=250)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from wheelpend.benchmarks.speed import reference, regression, simulation
-from wheelpend.benchmarks.speed.environment import OURS, peer
-from wheelpend.benchmarks.speed.page import BEGIN, END, text, write
-from wheelpend.benchmarks.speed.record import Absent, Goal, Measured, Row, Times, told
-from wheelpend.benchmarks.speed.rows import all_rows, measure, named
+from wheelpend.benchmarks.speed.environment import OWN_ENVIRONMENT_PATH, peer
+from wheelpend.benchmarks.speed.page import BEGIN_MARK, END_MARK, table_text, write
+from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row, Times, time_text
+from wheelpend.benchmarks.speed.rows import all_rows, measure, select_rows
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.benchmarks.speed.timing import best_in_turn
 from wheelpend.errors import Failure
@@ -18,7 +18,7 @@ TWICE = Row("twice", "adding up", "C", Goal("at least", 2.0), lambda s: Times(50
 
 
 def not_here(setting):
-    raise Absent("no such package")
+    raise NotMeasurableError("no such package")
 
 
 NOT_HERE = TWICE._replace(name="other", reference="other", measure=not_here)
@@ -33,7 +33,7 @@ def setting():
 def c():
     try:
         return reference.load()
-    except Absent as reason:
+    except NotMeasurableError as reason:
         pytest.skip(str(reason))
 
 
@@ -42,8 +42,8 @@ def c():
 
 def test_the_loop_in_c_is_the_generated_closed_loop(setting, c):
     loop = setting.loop(2.0)
-    states, _, voltage = simulation.ours(setting, loop)()
-    work, record = simulation.in_c(loop)
+    states, _, voltage = simulation.generated_closed_loop(setting, loop)()
+    work, record = simulation.c_closed_loop(loop)
     work()
     np.testing.assert_allclose(np.column_stack([states, voltage]), record[:, :, 0], rtol=0, atol=1e-9 * record.max())
 
@@ -53,20 +53,20 @@ def test_a_batch_in_c_is_one_robot_after_the_other(setting, c):
     batch = simulation.Batch(loop, 3)
     batch.in_c()()
     own = loop._replace(state=batch.begin[1], parameters=batch.parameters[1])
-    states = simulation.ours(setting, own)()[0]
-    np.testing.assert_allclose(batch.record[:, :-1, 1], states[:: simulation.EVERY], atol=1e-12)
+    states = simulation.generated_closed_loop(setting, own)()[0]
+    np.testing.assert_allclose(batch.record[:, :-1, 1], states[:: simulation.RECORD_INTERVAL_SAMPLES], atol=1e-12)
     np.testing.assert_allclose(batch.states[1], states[-1], atol=1e-12)
 
 
 def test_the_filters_in_c_give_the_gram_matrix_of_the_generated_ones(setting, c):
     log = regression.measurement(setting, 5000)
     tau, phi = setting.lean.filter_regressor(
-        log.t, log.states, log.voltage, setting.parameters, *regression.TAU, True, log.states[0]
+        log.t, log.states, log.voltage, setting.parameters, *regression.FILTER_TIME_CONSTANTS_S, True, log.states[0]
     )
     matrix = np.concatenate([phi, tau[:, :, None]], axis=2).reshape(-1, 8)
     gram, work = regression.gram_in_c(log)
     work()
-    regression.agree("filters", matrix.T @ matrix, gram)
+    regression.require_agreement("filters", matrix.T @ matrix, gram)
 
 
 def test_recursive_least_squares_in_c_is_the_generated_update(setting, c):
@@ -80,8 +80,8 @@ def test_recursive_least_squares_in_c_is_the_generated_update(setting, c):
 
 def test_the_peers_lambdified_loop_is_the_generated_closed_loop(setting):
     loop = setting.loop(0.1)
-    with peer(OURS, "lambdify", **loop._asdict()) as (contender, result):
-        np.testing.assert_allclose(result, simulation.ours(setting, loop)()[0][-1], atol=1e-12)
+    with peer(OWN_ENVIRONMENT_PATH, "lambdify", **loop._asdict()) as (contender, result):
+        np.testing.assert_allclose(result, simulation.generated_closed_loop(setting, loop)()[0][-1], atol=1e-12)
         assert contender() > 0.0
 
 
@@ -89,21 +89,26 @@ def test_the_peers_filters_give_the_gram_matrix_of_c(setting, c):
     log = regression.measurement(setting, 5000)
     gram, work = regression.gram_in_c(log)
     work()
-    problem = {"states": log.states, "voltage": log.voltage, "h": np.array(1e-3), "tau": np.array(regression.TAU)}
-    with peer(OURS, "scipy", **problem) as (_, result):
-        regression.agree("filters", result.reshape(8, 8), gram)
+    problem = {
+        "states": log.states,
+        "voltage": log.voltage,
+        "h": np.array(1e-3),
+        "tau": np.array(regression.FILTER_TIME_CONSTANTS_S),
+    }
+    with peer(OWN_ENVIRONMENT_PATH, "scipy", **problem) as (_, result):
+        regression.require_agreement("filters", result.reshape(8, 8), gram)
 
 
 def test_what_differs_is_not_timed():
     with pytest.raises(Failure, match=r"differ by 0\.5"):
-        reference.agree("sums", np.array([1.5]), np.array([1.0]), np.array([1.0]))
+        reference.require_agreement("sums", np.array([1.5]), np.array([1.0]), np.array([1.0]))
 
 
 # ---- what is absent
 
 
 def test_a_missing_environment_is_a_reason_and_no_error(setting):
-    with pytest.raises(Absent, match="make bench"), peer(Path("nowhere"), "casadi"):
+    with pytest.raises(NotMeasurableError, match="make bench"), peer(Path("nowhere"), "casadi"):
         pass
 
 
@@ -112,21 +117,21 @@ def test_a_package_that_cannot_be_imported_is_a_reason_and_no_error(tmp_path):
     python.parent.mkdir()
     python.write_text('#!/bin/sh\necho \'{"failure": "No module named casadi"}\'\n')
     python.chmod(0o755)
-    with pytest.raises(Absent, match="No module named casadi"), peer(tmp_path, "casadi"):
+    with pytest.raises(NotMeasurableError, match="No module named casadi"), peer(tmp_path, "casadi"):
         pass
 
 
 def test_a_row_that_is_absent_leaves_the_others(setting):
     found = measure([NOT_HERE, TWICE], setting, lambda line: None)
     assert [r.met for r in found] == [None, True]
-    assert "Absent: other, because no such package." in text(found)
+    assert "Absent: other, because no such package." in table_text(found)
 
 
 # ---- the table
 
 
 def test_a_row_tells_both_times_their_ratio_and_whether_that_is_enough():
-    table = text([Measured(TWICE, Times(50e-9, 110e-9)), Measured(TWICE, Times(0.5, 0.6))]).splitlines()
+    table = table_text([Measured(TWICE, Times(50e-9, 110e-9)), Measured(TWICE, Times(0.5, 0.6))]).splitlines()
     assert [c.strip() for c in table[0].strip("|").split("|")] == ["work", "ours", "reference", "ratio", "goal", "met"]
     cells = [c.strip() for c in table[2].strip("|").split("|")]
     assert cells == ["adding up", "50 ns/sample", "110 ns/sample, C", "2.2", "at least 2", "yes"]
@@ -153,12 +158,12 @@ def test_goals_are_told_as_they_are_meant():
 
 
 def test_times_are_told_in_a_unit_that_suits_them():
-    assert [told(x) for x in (2.5e-9, 33.33e-6, 0.1234, 250.0)] == ["2.5 ns", "33.3 µs", "123 ms", "250 s"]
+    assert [time_text(x) for x in (2.5e-9, 33.33e-6, 0.1234, 250.0)] == ["2.5 ns", "33.3 µs", "123 ms", "250 s"]
 
 
 def test_the_table_takes_its_place_in_a_page(tmp_path):
     page = tmp_path / "page.md"
-    page.write_text(f"before\n\n{BEGIN}\nold\n{END}\n\nafter\n")
+    page.write_text(f"before\n\n{BEGIN_MARK}\nold\n{END_MARK}\n\nafter\n")
     write(page, [Measured(TWICE, Times(1.0, 3.0))])
     found = page.read_text()
     assert found.startswith("before") and found.endswith("after\n")
@@ -186,4 +191,4 @@ def test_every_row_has_a_name_of_its_own():
 
 def test_an_unknown_row_is_answered_with_the_known_ones():
     with pytest.raises(Failure, match="casadi"):
-        named(["casady"])
+        select_rows(["casady"])

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from tests.conftest import simulated
 from tests.test_kernels import CONSTANTS, energy
 from tests.test_kernels import X as ROUNDED
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 
@@ -36,7 +36,7 @@ INSIDE = {
 @lru_cache
 def freed(*names):
     """The library with this free inside the machine."""
-    return kernels.library("wheel_pendulum", {}, (), names)
+    return kernels.library_module("wheel_pendulum", {}, (), names)
 
 
 @lru_cache
@@ -49,7 +49,7 @@ def steps(count=400):
 def run(module, values, log=None, start=START, step=1e-4):
     """States at the samples of a log."""
     log = log or steps()
-    return module.simulate(log.t, log.voltage, start, vector(module, {**KNOWN, **values}, log), step)
+    return module.simulate(log.t, log.voltage, start, kernel_parameters(module, {**KNOWN, **values}, log), step)
 
 
 def integrate(motion, extra, log=None):
@@ -140,7 +140,7 @@ def test_what_swings_undamped_in_the_body_keeps_the_energy():
 
 def test_late_sensors_report_what_was_true(library):
     log, lag = steps(), 0.0043
-    parameters = vector(library, {**KNOWN, "imu_lag.delay": lag}, log)
+    parameters = kernel_parameters(library, {**KNOWN, "imu_lag.delay": lag}, log)
     _, late, _ = library.sensitivities(log.t, log.voltage, START, parameters, np.empty(0, np.int64), 1e-3)
     fine = np.arange(int(0.3995e4)) * 1e-4
     dense = run(
@@ -167,7 +167,7 @@ def test_a_payload_changes_the_equivalent_parameters_at_its_moment(library):
 def test_sensitivities_of_effects_with_states_are_the_derivatives(free):
     module, log = freed(*free), steps(600)
     hidden = {**EVERYWHERE, **(INSIDE[free[0]] if free else {})}
-    parameters = vector(module, {**KNOWN, **hidden}, log)
+    parameters = kernel_parameters(module, {**KNOWN, **hidden}, log)
     names = ["X2", *hidden] if not free else ["X2", *INSIDE[free[0]]]
     columns = np.array([module.PARAMETERS.index(n) for n in names])
 
@@ -184,29 +184,33 @@ def test_sensitivities_of_effects_with_states_are_the_derivatives(free):
 
 
 def test_a_segment_begins_with_what_the_one_before_hands_on():
-    from wheelpend.estimation.prediction import part_error
-    from wheelpend.estimation.segments import Part
+    from wheelpend.estimation.prediction import segments_rms_error
+    from wheelpend.estimation.segments import Segments
     from wheelpend.estimation.states import fit_states, initial_states
 
     log = simulated(duration=6.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
     module = freed("twist")
     values = {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}
     bounds = np.array([[k, k + 500] for k in range(0, 6000, 500)])
-    part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), bounds)
-    _, shot = fit_states(module, part, initial_states(module, part), vector(module, values, log), 1e-3)
-    assert part_error(part, shot) == pytest.approx(1.0, abs=0.05)
+    part = Segments(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), bounds)
+    _, shot = fit_states(module, part, initial_states(module, part), kernel_parameters(module, values, log), 1e-3)
+    assert segments_rms_error(part, shot) == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_free_play_is_refitted_from_nearby():
     from wheelpend import Model
-    from wheelpend.estimation.continuation import fit_parts
+    from wheelpend.estimation.continuation import fit_segments
     from wheelpend.estimation.data import prepare
-    from wheelpend.estimation.problem import steadied
+    from wheelpend.estimation.problem import with_stable_step
 
-    study = prepare(Model.default(), [simulated(seed=3, duration=8.0, backlash__gap=0.03)]).able("backlash")
+    problem = prepare(Model.default(), [simulated(seed=3, duration=8.0, backlash__gap=0.03)]).with_candidates(
+        "backlash"
+    )
     near = {n: 1.03 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
-    study = steadied(study, near)
-    fitted = fit_parts(study, study.training, {**near, "backlash.gap": 0.025}, [*study.base, "backlash.gap"], rounds=40)
+    problem = with_stable_step(problem, near)
+    fitted = fit_segments(
+        problem, problem.training, {**near, "backlash.gap": 0.025}, [*problem.base, "backlash.gap"], rounds=40
+    )
     assert fitted.values["backlash.gap"] == pytest.approx(0.03, abs=3e-4)
     assert fitted.error < 1.1
 
@@ -214,34 +218,36 @@ def test_a_free_play_is_refitted_from_nearby():
 @pytest.mark.skipif(not os.environ.get("WHEELPEND_SLOW"), reason="takes half a minute: set WHEELPEND_SLOW=1")
 def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
     from wheelpend import Model
-    from wheelpend.diagnosis.backlash_start import start_with_contacts
-    from wheelpend.estimation.continuation import fit_parts
-    from wheelpend.estimation.data import prepare, shortened
-    from wheelpend.estimation.problem import steadied
+    from wheelpend.diagnosis.backlash_start import find_backlash_start
+    from wheelpend.estimation.continuation import fit_segments
+    from wheelpend.estimation.data import prepare, shortened_segments
+    from wheelpend.estimation.problem import with_stable_step
 
-    study = prepare(Model.default(), [simulated(seed=3, backlash__gap=0.01)]).able("backlash")
+    problem = prepare(Model.default(), [simulated(seed=3, backlash__gap=0.01)]).with_candidates("backlash")
     far = {n: 0.9 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
-    free = [*study.base, "backlash.gap"]
-    near = start_with_contacts(study, far, ({},), free, "backlash.gap")
+    free = [*problem.base, "backlash.gap"]
+    near = find_backlash_start(problem, far, ({},), free, "backlash.gap")
     assert near["backlash.gap"] == pytest.approx(0.01, rel=0.1)
-    study = steadied(study, near)
-    begun = fit_parts(study, shortened(study, 0.3 * study.horizon, most=80), near, free)
-    fitted = fit_parts(study, study.training, begun.values, free)
+    problem = with_stable_step(problem, near)
+    begun = fit_segments(problem, shortened_segments(problem, 0.3 * problem.horizon, max_segments=80), near, free)
+    fitted = fit_segments(problem, problem.training, begun.values, free)
     assert fitted.values["backlash.gap"] == pytest.approx(0.01, rel=0.02)
     assert fitted.error < 1.1
 
 
 def test_a_segment_alone_is_begun_where_least_squares_puts_it():
-    from wheelpend.estimation.segments import Part
+    from wheelpend.estimation.segments import Segments
     from wheelpend.estimation.shooting import shoot
-    from wheelpend.estimation.states import in_turn, initial_states
+    from wheelpend.estimation.states import initial_states, sequential_states
 
     log = simulated(duration=3.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
     module = freed("twist")
-    parameters = vector(module, {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}, log)
-    part = Part(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), np.array([[0, 400]]))
+    parameters = kernel_parameters(
+        module, {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}, log
+    )
+    part = Segments(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), np.array([[0, 400]]))
     begun = initial_states(module, part)
-    found = in_turn(module, part, begun, parameters, 1e-3, 8)
+    found = sequential_states(module, part, begun, parameters, 1e-3, 8)
 
     def residual(state):
         shot = shoot(module, part, state[None], parameters, max_step=1e-3)
@@ -252,11 +258,11 @@ def test_a_segment_alone_is_begun_where_least_squares_puts_it():
 
 
 def test_first_guesses_come_from_a_parabola_or_what_the_points_allow():
-    from wheelpend.estimation.states import polynomials
+    from wheelpend.estimation.states import parabola_values_and_slopes
 
     t = np.array([0.0, 0.011, 0.019, 0.031])
     parabola, gap = 3.0 - 2.0 * t + 7.0 * t**2, np.nan
     signals = np.array([parabola, [1.0, gap, gap, 1.62], [gap, 4.0, gap, gap], [gap] * 4])
-    found = polynomials(np.tile(t, (4, 1)), signals)
+    found = parabola_values_and_slopes(np.tile(t, (4, 1)), signals)
     assert found[:3] == pytest.approx(np.array([[3.0, -2.0], [1.0, 20.0], [4.0, 0.0]]))
     assert np.isnan(found[3]).all()

@@ -8,10 +8,17 @@ from scipy.signal import lfilter
 
 from tests.conftest import simulated
 from wheelpend import Log
-from wheelpend.benchmarks.hidden_effects.alarms import Alarm, Chance, alarm_table, chance_table, chances, try_log
-from wheelpend.benchmarks.hidden_effects.imperfect import coloured, complete_log, student
-from wheelpend.diagnosis.evidence import confirmation
-from wheelpend.estimation.covariance import block_of, has_colour, jackknife
+from wheelpend.benchmarks.hidden_effects.alarms import (
+    EffectPValue,
+    FalseAlarmTrial,
+    alarm_table,
+    diagnose_log,
+    effect_p_values,
+    p_value_table,
+)
+from wheelpend.benchmarks.hidden_effects.nonideal_sensors import coloured, complete_log, student
+from wheelpend.diagnosis.evidence import confirmation_p_value
+from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
 from wheelpend.estimation.data import noise_of
 from wheelpend.logs.noise import sensor_noise
 
@@ -31,8 +38,8 @@ def slopes_and_covariances(share, logs=200, segments=26, samples=50):
     information = (x**2).sum(axis=1)
     slopes = (x * noise).sum(axis=(1, 2)) / information.sum()
     scores = (x * (noise - slopes[:, None, None] * x)).sum(axis=2)
-    plain, block = np.array([[1.0 / information.sum()]]), block_of([segments])
-    robust = [jackknife(plain, information[:, None, None], s[:, None], block)[0, 0] for s in scores]
+    plain, block = np.array([[1.0 / information.sum()]]), block_numbers([segments])
+    robust = [jackknife_covariance(plain, information[:, None, None], s[:, None], block)[0, 0] for s in scores]
     return slopes, plain[0, 0], np.array(robust)
 
 
@@ -44,7 +51,7 @@ def test_blocks_tell_the_scatter_of_an_estimate_whatever_the_colour_of_the_noise
 
 
 def test_a_block_holds_several_segments_of_one_log():
-    block = block_of([26, 13])
+    block = block_numbers([26, 13])
     assert np.bincount(block).min() >= 2
     assert not set(block[:26]) & set(block[26:])
     assert (np.diff(block) >= 0).all()
@@ -52,15 +59,17 @@ def test_a_block_holds_several_segments_of_one_log():
 
 def test_colour_is_seen_where_there_is_some_and_hardly_ever_where_there_is_none():
     bounds = np.array([[k, k + 250] for k in range(0, 3000, 250)])
-    white = [has_colour(autoregressive((3, 3000), 0.0, seed).T, bounds) for seed in range(40)]
+    white = [is_autocorrelated(autoregressive((3, 3000), 0.0, seed).T, bounds) for seed in range(40)]
     assert sum(white) <= 1
-    assert all(has_colour(autoregressive((3, 3000), 0.3, seed).T, bounds) for seed in range(10))
+    assert all(is_autocorrelated(autoregressive((3, 3000), 0.3, seed).T, bounds) for seed in range(10))
 
 
 def held_out(residual, change):
     part = SimpleNamespace(values=residual.size)
-    study = SimpleNamespace(held=[SimpleNamespace(part=part)], training=[SimpleNamespace(values=2 * residual.size)])
-    return confirmation(study, [residual], [residual - change])
+    problem = SimpleNamespace(
+        validation=[SimpleNamespace(part=part)], training=[SimpleNamespace(values=2 * residual.size)]
+    )
+    return confirmation_p_value(problem, [residual], [residual - change])
 
 
 def test_held_out_data_confirm_an_effect_that_is_there_and_no_other():
@@ -96,13 +105,13 @@ def test_an_encoder_coarser_than_stated_is_believed():
 
 @pytest.mark.parametrize("kind", ["pitch coloured, 10 ms", "pitch wanders, 0.5 s", "coarse encoder", "outliers"])
 def test_sensors_that_are_not_ideal_raise_no_alarm(kind):
-    found = try_log(kind, 7003)
+    found = diagnose_log(kind, 7003)
     assert (found.verdict, found.named) == ("nothing_missing", ())
     assert np.abs(found.deviations).max() < 4
 
 
 def test_where_absence_is_a_corner_the_count_of_starts_is_cautious():
-    found = chances("white", 7001, ("voltage_dead_zone", "actuator_delay"))
+    found = effect_p_values("white", 7001, ("voltage_dead_zone", "actuator_delay"))
     assert {c.effect for c in found} == {"voltage_dead_zone", "actuator_delay"}
     assert all(c.trials > 1 and c.p_value * c.trials > 0.05 for c in found)
 
@@ -112,6 +121,6 @@ def test_noise_of_a_colour_keeps_its_size():
 
 
 def test_tables_count_alarms_and_chances():
-    alarm = Alarm("white", 1, "nothing_missing", (), 1.0, 1.0, (0.5, -2.5))
+    alarm = FalseAlarmTrial("white", 1, "nothing_missing", (), 1.0, 1.0, (0.5, -2.5))
     assert "0 of 1" in alarm_table([alarm]) and "1 of 2" in alarm_table([alarm])
-    assert "1 of 2" in chance_table([Chance("white", "slope", 0.01, 5), Chance("white", "slope", 0.5, 5)])
+    assert "1 of 2" in p_value_table([EffectPValue("white", "slope", 0.01, 5), EffectPValue("white", "slope", 0.5, 5)])

@@ -7,7 +7,7 @@ import sympy as sp
 from derive.functions import symbol
 from derive.model import compose
 from wheelpend import Model, compare, diagnose, identify
-from wheelpend.inspection.inspect import inspect_for
+from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
@@ -52,7 +52,7 @@ def parameters(module, values=X):
 
 
 def test_a_robot_that_coasts_without_friction_keeps_its_energy_while_it_turns():
-    module = kernels.lean("wheel_pendulum", TURNING, ())
+    module = kernels.model_module("wheel_pendulum", TURNING, ())
     free = parameters(module, {**X, "X6": 0.0, "X7": 0.0, "X10": 0.0})
     t = np.arange(0.0, 2.0, 1e-3)
     states = module.simulate(t, np.zeros((len(t), 2)), np.array([0.0, 0.3, 0.0, 1.0, -0.5, 2.0]), free, 5e-4)
@@ -66,7 +66,7 @@ def test_a_robot_that_coasts_without_friction_keeps_its_energy_while_it_turns():
 
 def recorded(seed: int = 1, seconds: float = 12.0, **effects: float) -> Log:
     """A log of a robot that a controller holds upright and a second one turns, with sensor noise."""
-    module = kernels.library("wheel_pendulum", TURNING)
+    module = kernels.library_module("wheel_pendulum", TURNING)
     values = parameters(module)
     for name, value in effects.items():
         values[module.PARAMETERS.index(name.replace("__", "."))] = value
@@ -109,7 +109,7 @@ def test_scrubbing_tyres_are_what_a_robot_that_turns_is_missing():
 
 def test_a_log_with_two_voltages_comes_back_as_it_was_saved(log, tmp_path):
     table = Model.parse(TEXT).table
-    assert table.needed == ("t", "v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi")
+    assert table.required == ("t", "v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi")
     save_log(tmp_path / "log.csv", log.part(0, 500), table=table)
     read = load_log(tmp_path / "log.csv", table=table)
     np.testing.assert_allclose(read.voltage, log.voltage[:500])
@@ -118,12 +118,12 @@ def test_a_log_with_two_voltages_comes_back_as_it_was_saved(log, tmp_path):
 
 def test_a_log_with_two_voltages_is_looked_over_and_compared(log, tmp_path):
     model = Model.parse(TEXT)
-    found = inspect_for(model, log)
+    found = inspect_for_model(model, log)
     assert set(found.channels) == {"v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi"}
     judged = compare(identify(model, [log]).model, [log])
     assert judged.error == pytest.approx(1.0, abs=0.05) and "dpsi" in judged.fit_percent
 
 
 def test_a_difference_of_inertias_may_be_negative():
-    module = kernels.library("wheel_pendulum", TURNING)
-    assert module.SIGNED == ("X9",) and kernels.library("wheel_pendulum", {}).SIGNED == ()
+    module = kernels.library_module("wheel_pendulum", TURNING)
+    assert module.SIGNED == ("X9",) and kernels.library_module("wheel_pendulum", {}).SIGNED == ()

@@ -9,24 +9,24 @@ from derive import plants
 from tests.conftest import simulated
 from wheelpend import Failure, Model, simulate
 from wheelpend.diagnosis.missing_force.law_search import find_law
-from wheelpend.diagnosis.missing_force.law_terms import Range, terms, unit
-from wheelpend.diagnosis.missing_force.repeatability import DRIVE, repeats_of
-from wheelpend.diagnosis.score_test import Screen
-from wheelpend.diagnosis.verdict import conclude, located
+from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
+from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, explained_forces
+from wheelpend.diagnosis.score_test import ScoreTest
+from wheelpend.diagnosis.verdict import conclude, with_missing_force
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.starts import best_start
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
-from wheelpend.model.units import quantities_of
-from wheelpend.model.user_effects import read_own, rows_of, write_own
-from wheelpend.reports.page.page import repeating
+from wheelpend.model.units import plant_units_of
+from wheelpend.model.user_effects import effects_from_text, read_user_effects, write_user_effects
+from wheelpend.reports.page.page import most_repeatable_figure
 from wheelpend.reports.page.rows import law_table
-from wheelpend.reports.text.unexplained import repeat_sentences
+from wheelpend.reports.text.unexplained import repeatability_sentences
 from wheelpend.serialise import to_json
 
-PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).nameplate
+PLANT = plants.build("wheel_pendulum", plants.settle("wheel_pendulum", {})).plant_signature
 CUBIC = """# what the bearing does
 [cubic_drag]
 family = "body"
@@ -38,8 +38,8 @@ parameters.c = { unit = "V s³/rad³", typical = 1.0 }
 
 
 def fitted(log, model=None):
-    study, start = best_start(prepare(model or Model.default(), [log]))
-    return study, fit_model(study, start, free_names(study, study.model.effects))
+    problem, start = best_start(prepare(model or Model.default(), [log]))
+    return problem, fit_model(problem, start, free_names(problem, problem.model.effects))
 
 
 def pushed_at_random(seed, correlated):
@@ -54,33 +54,33 @@ def pushed_at_random(seed, correlated):
 
 @pytest.mark.parametrize("correlated", [0.02, 0.3])
 def test_a_random_force_does_not_repeat(correlated):
-    for found in repeats_of(*fitted(pushed_at_random(2, correlated))):
+    for found in explained_forces(*fitted(pushed_at_random(2, correlated))):
         assert found.repeatable < 0.05
         assert found.depends_on == ()
 
 
 def test_where_only_noise_is_left_nothing_is_missing_that_could_repeat():
-    assert repeats_of(*fitted(simulated(seed=3, duration=9.0))) == ()
+    assert explained_forces(*fitted(simulated(seed=3, duration=9.0))) == ()
 
 
 @pytest.fixture(scope="module")
 def dry():
     """A diagnosis of dry friction by a library without effects."""
-    study, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
-    error, residuals = held_residuals(study, base)
-    return located(conclude(study, base, error, residuals, [], Screen((), {}), None))
+    problem, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
+    error, residuals = validation_residuals(problem, base)
+    return with_missing_force(conclude(problem, base, error, residuals, [], ScoreTest((), {}), None))
 
 
 def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):
     found = dry.repeats[0]
-    assert (found.row, found.depends_on[0]) == (DRIVE, "dtheta_w - dtheta_p")
+    assert (found.row, found.depends_on[0]) == (DRIVE_ROW, "dtheta_w - dtheta_p")
     assert found.repeatable > 0.95
     curve = found.curves[0]
     before, after = curve.force[curve.x < -0.2][-1], curve.force[curve.x > 0.2][0]
     assert after - before == pytest.approx(0.6, abs=0.1)
     assert np.all(curve.sigma > 0.0) and np.all(curve.sigma < 0.3)
-    assert repeating((found,), quantities_of(Model.default())) is not None
-    assert repeat_sentences((found,))[0].startswith("99 % of what the model leaves over repeats with dtheta_w")
+    assert most_repeatable_figure((found,), plant_units_of(Model.default())) is not None
+    assert repeatability_sentences((found,))[0].startswith("99 % of what the model leaves over repeats with dtheta_w")
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,9 @@ def cubic(tmp_path_factory):
     (folder / "effects.toml").write_text(CUBIC, encoding="utf-8")
     own = Model.default().save(folder)
     with pytest.MonkeyPatch.context() as patch:  # fewer kernels to compile than the whole library with the effect
-        patch.setattr(kernels, "library_of", lambda m, effects=(): kernels.probing(m.plant, m.assumptions, m.own))
+        patch.setattr(
+            kernels, "library_of", lambda m, effects=(): kernels.free_force_module(m.plant, m.assumptions, m.own)
+        )
         log = simulate(own, hide={"cubic_drag.c": 3.0}, seed=1, duration=9.0)
     return own, find_law(*fitted(log))
 
@@ -109,39 +111,39 @@ def test_a_law_that_the_library_lacks_is_found_and_predicts_at_the_noise(cubic):
 
 def test_an_accepted_law_is_a_row_of_effects_toml_and_comments_stay(cubic):
     model, law = cubic
-    path = write_own(model.workspace, law.called("stiff_bearing").tables(), PLANT)
+    path = write_user_effects(model.workspace, law.with_name("stiff_bearing").tables(), PLANT)
     text = path.read_text(encoding="utf-8")
     assert text.startswith("# what the bearing does\n[cubic_drag]")
-    names = [row.name for row in read_own(model.workspace, PLANT)]
+    names = [row.name for row in read_user_effects(model.workspace, PLANT)]
     assert names == ["cubic_drag", "stiff_bearing"]
     with pytest.raises(Failure, match=r"stiff_bearing is in .*effects\.toml already"):
-        write_own(model.workspace, law.called("stiff_bearing").tables(), PLANT)
+        write_user_effects(model.workspace, law.with_name("stiff_bearing").tables(), PLANT)
     assert path.read_text(encoding="utf-8") == text
 
 
 @pytest.mark.parametrize("name", ["coulomb_drive", "Big", "missing_thing", "x y"])
 def test_a_law_is_not_accepted_under_a_name_that_cannot_be(cubic, name, tmp_path):
     with pytest.raises(Failure, match="name"):
-        write_own(tmp_path, cubic[1].called(name).tables(), PLANT)
+        write_user_effects(tmp_path, cubic[1].with_name(name).tables(), PLANT)
     assert not list(tmp_path.iterdir())
 
 
 def test_every_term_is_a_law_of_the_grammar_and_its_unit_makes_it_a_force():
-    covered = Range({}, {}, {"dtheta_w - dtheta_p": (1.0,), "dtheta_w": (1.0,), "dtheta_p": (1.0,)})
-    found = terms(PLANT, covered)
+    covered = CoveredRange({}, {}, {"dtheta_w - dtheta_p": (1.0,), "dtheta_w": (1.0,), "dtheta_p": (1.0,)})
+    found = term_library(PLANT, covered)
     for number, term in enumerate(found):
         sizes = "".join(f"\nparameters.{n} = {{ unit = '{u}', typical = 0.1 }}" for n, u in term.sizes)
         shapes = "".join(f"\nparameters.{s.name} = {{ unit = '{s.unit}', typical = {s.value}, starts = [{s.value}] }}"
                          for s in term.shapes)  # fmt: skip
         head = f"[t{number}]\nfamily = 'body'\nsentence = ''\non = '{term.port}'\nlaw = '{term.text}'"
-        assert rows_of(head + sizes + shapes, PLANT)
+        assert effects_from_text(head + sizes + shapes, PLANT)
     assert len(found) > 80
-    assert unit({"rad": 3, "s": -3}) == "V s³/rad³"
-    assert unit({"V": 1}) == "1"
-    assert unit({"rad": 1, "s": 1}) == "V/(s rad)"
+    assert coefficient_unit({"rad": 3, "s": -3}) == "V s³/rad³"
+    assert coefficient_unit({"V": 1}) == "1"
+    assert coefficient_unit({"rad": 1, "s": 1}) == "V/(s rad)"
 
 
 def test_a_diagnosis_that_explains_nothing_says_where_and_what_repeats(dry):
     assert dry.verdict == "unexplained"
     assert dry.where
-    assert to_json(dry)["missing"][0]["row"] == DRIVE
+    assert to_json(dry)["missing"][0]["row"] == DRIVE_ROW

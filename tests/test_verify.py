@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import sympy as sp
 
-from wheelpend.paper.differences import vanishes
-from wheelpend.paper.equations import PRINTED
+from wheelpend.paper.differences import is_zero
+from wheelpend.paper.equations import PRINTED_EQUATIONS
 from wheelpend.paper.letters import (  # fmt: skip
     J_b,
     J_m,
@@ -35,10 +35,10 @@ from wheelpend.paper.letters import (  # fmt: skip
     tau2,
     w,
 )
-from wheelpend.paper.page import page
-from wheelpend.paper.relations import RELATIONS
-from wheelpend.paper.verification import STATUSES, verify
-from wheelpend.paper.wording import show_verification
+from wheelpend.paper.page import page_text
+from wheelpend.paper.relations import EQUATION_RELATIONS
+from wheelpend.paper.verification import FINDING_STATUSES, verify
+from wheelpend.paper.verification_text import print_verification
 from wheelpend.serialise import dumps, to_json
 
 X2, X5, X7 = (sp.Symbol(f"X{k}", real=True) for k in (2, 5, 7))
@@ -48,9 +48,9 @@ CORRECT = {
     ("9", "T_L"): f_m * (dw - dp),
     ("13", "F_θp"): -alpha * V + 2 * (beta + f_w) * dw - 2 * beta * dp,
     ("18", "X2"): 2 * epsilon**2 * J_m / alpha,
-    ("20", "V_in"): PRINTED["20"]["V_in"] + 2 * X5 * sp.sin(p),
+    ("20", "V_in"): PRINTED_EQUATIONS["20"]["V_in"] + 2 * X5 * sp.sin(p),
     ("34", SECOND_TERM): (s + 1 / tau1) * (-nu2 * phi2_s - phi2_0) / (tau1 * tau2 * (s + 1 / tau1) * (s + 1 / tau2)),
-    ("41", nfc("Ÿ1,2(t)")): PRINTED["41"][nfc("Ÿ1,2(t)")].subs(sp.Symbol("φ1(t)", real=True),
+    ("41", nfc("Ÿ1,2(t)")): PRINTED_EQUATIONS["41"][nfc("Ÿ1,2(t)")].subs(sp.Symbol("φ1(t)", real=True),
                                                                    sp.Symbol("φ1(t)", real=True) / tau1),
 }  # fmt: skip
 DAMAGE = [  # equation, component, what is put in place of what
@@ -105,7 +105,7 @@ def paper():
 
 
 def printed_with(number, name, expression):
-    return {**PRINTED, number: {**PRINTED[number], name: expression}}
+    return {**PRINTED_EQUATIONS, number: {**PRINTED_EQUATIONS[number], name: expression}}
 
 
 def misprints(verification):
@@ -119,7 +119,7 @@ def finding(verification, number, status):
 
 def test_every_numbered_equation_has_a_finding(paper):
     assert list(dict.fromkeys(c.number for c in paper.equations)) == [str(k) for k in range(1, 44)]
-    assert {c.status for c in paper.equations} == set(STATUSES)
+    assert {c.status for c in paper.equations} == set(FINDING_STATUSES)
 
 
 def test_the_misprints_are_these_and_no_others(paper):
@@ -147,15 +147,15 @@ def test_a_corrected_misprint_is_found_no_more(number, name):
 
 @pytest.mark.parametrize(("number", "name", "old", "new"), DAMAGE)
 def test_damage_is_reported_at_exactly_its_equation(number, name, old, new):
-    damaged = verify(printed_with(number, name, PRINTED[number][name].subs(old, new)))
+    damaged = verify(printed_with(number, name, PRINTED_EQUATIONS[number][name].subs(old, new)))
     assert misprints(damaged) == set(CORRECT) | {(number, name)}
     assert all(c.note for c in damaged.of("misprint"))
 
 
 def test_the_corrected_equations_hang_together():
-    corrected = {n: {k: CORRECT.get((n, k), e) for k, e in PRINTED[n].items()} for n in PRINTED}
-    for relation in RELATIONS:
-        assert all(vanishes(r) for r in relation.residuals(corrected).values()), relation.sentence
+    corrected = {n: {k: CORRECT.get((n, k), e) for k, e in PRINTED_EQUATIONS[n].items()} for n in PRINTED_EQUATIONS}
+    for relation in EQUATION_RELATIONS:
+        assert all(is_zero(r) for r in relation.residuals(corrected).values()), relation.sentence
 
 
 def test_the_lagrangian_lacks_a_constant_only(paper):
@@ -229,11 +229,11 @@ def test_the_result_is_plain_json(paper):
 
 def test_the_page_is_what_the_code_makes(paper):
     stored = Path(__file__).parents[1] / "docs" / "paper.md"
-    assert stored.read_text(encoding="utf-8") == page(paper), "run `wheelpend verify --page docs/paper.md`"
+    assert stored.read_text(encoding="utf-8") == page_text(paper), "run `wheelpend verify --page docs/paper.md`"
 
 
 def test_the_terminal_shows_every_misprint_with_its_correction(paper, capsys):
-    show_verification(paper)
+    print_verification(paper)
     printed = capsys.readouterr().out
     for checked in paper.of("misprint"):
         assert checked.printed in printed and checked.derived in printed

@@ -9,7 +9,7 @@ from pathlib import Path
 from wheelpend.diagnosis import explain as ladder
 from wheelpend.diagnosis import stepwise
 from wheelpend.diagnosis.explain import Explanation
-from wheelpend.diagnosis.stepwise import MOST_EFFECTS
+from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.experiments.advice import with_advice
 from wheelpend.logs.log import Log
@@ -38,7 +38,7 @@ def explain(
     logs: Sequence[str | Path | Log],
     holdout: Sequence[str | Path | Log] = (),
     *,
-    max_effects: int = MOST_EFFECTS,
+    max_effects: int = MAX_ADDED_EFFECTS,
     without: Sequence[str] = (),
     law: bool = False,
     progress: Callable[[str], None] = lambda text: None,

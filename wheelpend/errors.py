@@ -10,7 +10,7 @@ class Failure(ValueError):
     """The data or the model cannot be used; the message says what must hold, what came and what to do."""
 
 
-class Fallen(Failure):
+class OutOfRange(Failure):
     """The simulated robot does not stay up."""
 
 

@@ -12,7 +12,7 @@ def null_space(matrix: np.ndarray) -> np.ndarray:
     return rows[rank:].T
 
 
-def thinned(rows: np.ndarray, thin: int) -> np.ndarray:
+def decimated(rows: np.ndarray, thin: int) -> np.ndarray:
     """Every so-manieth row of signals (N, k), behind a low-pass without phase that keeps what is above from folding.
 
     A Chebyshev filter of 8th order forth and back, as in scipy.signal.decimate.
@@ -26,7 +26,7 @@ def thinned(rows: np.ndarray, thin: int) -> np.ndarray:
     return smooth[len(rows) - 1 : 2 * len(rows) - 1 : thin]
 
 
-def gaussian(signal: np.ndarray, width: float) -> np.ndarray:
+def gaussian_smoothed(signal: np.ndarray, width: float) -> np.ndarray:
     """A signal (N,) behind a Gaussian whose standard deviation is so many samples; its ends go on as they are."""
     reach = int(4.0 * width + 0.5)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)

@@ -14,21 +14,23 @@ from time import monotonic
 from typing import TypeVar
 
 T = TypeVar("T")
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-OURS = "WHEELPEND_THREADS"  # 1 where this process shall use no threads of its own
+BLAS_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+SINGLE_THREAD_VARIABLE = "WHEELPEND_THREADS"  # 1 where this process shall use no threads of its own
 
 
 def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], None]) -> list[T]:
     """Results of jobs that can be pickled, in order; ``progress`` gets how many are done and the seconds left."""
     found: dict[int, T] = {}
     begin = monotonic()
-    for number, result in as_they_end(jobs):
+    for number, result in results_as_completed(jobs):
         found[number] = result
         progress(len(found), (monotonic() - begin) / len(found) * (len(jobs) - len(found)))
     return [found[number] for number in range(len(jobs))]
 
 
-def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) -> Generator[tuple[int, T], None, None]:
+def results_as_completed(
+    jobs: Sequence[Callable[[], T]], seconds: float = float("inf")
+) -> Generator[tuple[int, T], None, None]:
     """Number and result of each job as it ends; after so many seconds none begins, and those begun are waited for.
 
     Where the caller is interrupted or wants no more, the workers are ended at once.
@@ -40,12 +42,12 @@ def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) 
     spawn, others = get_context("spawn"), set(active_children())
     with single_threaded(), ProcessPoolExecutor(workers, mp_context=spawn, initializer=end_with_parent) as pool:
         try:
-            running = begun(pool, islice(waiting, workers))
+            running = submit_jobs(pool, islice(waiting, workers))
             while running:
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     number = running.pop(future)
                     if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
-                        running.update(begun(pool, islice(waiting, 1)))
+                        running.update(submit_jobs(pool, islice(waiting, 1)))
                     yield number, future.result()
         except BaseException:
             for worker in set(active_children()) - others:
@@ -53,7 +55,7 @@ def as_they_end(jobs: Sequence[Callable[[], T]], seconds: float = float("inf")) 
             raise
 
 
-def begun(pool: ProcessPoolExecutor, jobs: Iterable[tuple[int, Callable[[], T]]]) -> dict[Future[T], int]:
+def submit_jobs(pool: ProcessPoolExecutor, jobs: Iterable[tuple[int, Callable[[], T]]]) -> dict[Future[T], int]:
     """Submit numbered jobs. A worker that starts meanwhile never hears Ctrl-C: who asked for it ends it."""
     if current_thread() is not main_thread():  # where no signal arrives, nor may be set aside
         return {pool.submit(job): number for number, job in jobs}
@@ -83,37 +85,37 @@ def cores() -> int:
 
 def threads() -> int:
     """How many threads this process may use: one where every core has a process of its own."""
-    return 1 if os.environ.get(OURS) == "1" else cores()
+    return 1 if os.environ.get(SINGLE_THREAD_VARIABLE) == "1" else cores()
 
 
-class Company:
+class ThreadBudget:
     """Threads that each do a work of their own: the cores are theirs, and a work that is left alone gets them all."""
 
     def __init__(self) -> None:
-        self._members, self._lock = 0, Lock()
+        self._running_jobs, self._lock = 0, Lock()
 
     @contextmanager
     def joined(self) -> Iterator[None]:
         """Have a work of one's own while inside."""
-        self._change(1)
+        self._change_running_jobs(1)
         try:
             yield
         finally:
-            self._change(-1)
+            self._change_running_jobs(-1)
 
     def share(self) -> int:
         """Threads among which a work may be divided now."""
-        return max(1, threads() // max(1, self._members))
+        return max(1, threads() // max(1, self._running_jobs))
 
-    def _change(self, by: int) -> None:
+    def _change_running_jobs(self, by: int) -> None:
         with self._lock:
-            self._members += by
+            self._running_jobs += by
 
 
-company = Company()
+thread_budget = ThreadBudget()
 
 
-class Together(ThreadPoolExecutor):
+class KernelPool(ThreadPoolExecutor):
     """Works in threads, as many as this process may use: the kernels release the interpreter's lock."""
 
     def __init__(self) -> None:
@@ -121,19 +123,19 @@ class Together(ThreadPoolExecutor):
 
     def submit(self, work, /, *args, **kwargs):
         """Begin a work as soon as a thread is free for it."""
-        return super().submit(in_company, work, *args, **kwargs)
+        return super().submit(run_in_thread_budget, work, *args, **kwargs)
 
 
-def in_company(work: Callable[..., T], *args, **kwargs) -> T:
+def run_in_thread_budget(job: Callable[..., T], *args, **kwargs) -> T:
     """Do a work as one of the company."""
-    with company.joined():
-        return work(*args, **kwargs)
+    with thread_budget.joined():
+        return job(*args, **kwargs)
 
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
     """Processes started inside use one thread, for linear algebra too: the cores are taken by the jobs."""
-    before = {name: os.environ.get(name) for name in (*THREADS, OURS)}
+    before = {name: os.environ.get(name) for name in (*BLAS_THREAD_VARIABLES, SINGLE_THREAD_VARIABLE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:
         yield

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from scipy.stats import binomtest
 
 
-class Rate(NamedTuple):
+class Proportion(NamedTuple):
     """So many of so many."""
 
     hits: int
@@ -28,7 +28,7 @@ class Rate(NamedTuple):
         return float(found.low), float(found.high)
 
 
-def rate(hits: Iterable[bool]) -> Rate:
+def proportion_of(hits: Iterable[bool]) -> Proportion:
     """Count."""
     found = [bool(h) for h in hits]
-    return Rate(sum(found), len(found))
+    return Proportion(sum(found), len(found))

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-RENAMED = {"low": "from", "high": "to", "repeats": "missing"}
+JSON_KEY_OF_FIELD = {"low": "from", "high": "to", "repeats": "missing"}
 
 
 def to_json(result: Any) -> dict:
     """A result record as plain JSON data with schema 1; fields hidden from the record's text are left out."""
-    return {"schema": 1, **plain(result)}
+    return {"schema": 1, **plain_data(result)}
 
 
 def dumps(data: dict) -> str:
@@ -22,18 +22,20 @@ def dumps(data: dict) -> str:
     return json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
 
 
-def plain(value: Any) -> Any:
+def plain_data(value: Any) -> Any:
     """Reduce a value to dicts, lists, numbers, strings, booleans and null."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {RENAMED.get(f.name, f.name): plain(getattr(value, f.name)) for f in fields(value) if f.repr}
+        return {
+            JSON_KEY_OF_FIELD.get(f.name, f.name): plain_data(getattr(value, f.name)) for f in fields(value) if f.repr
+        }
     if hasattr(value, "_fields"):
-        return {RENAMED.get(n, n): plain(v) for n, v in zip(value._fields, value, strict=True)}
+        return {JSON_KEY_OF_FIELD.get(n, n): plain_data(v) for n, v in zip(value._fields, value, strict=True)}
     if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {str(k): plain_data(v) for k, v in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(v) for v in value]
+        return [plain_data(v) for v in value]
     if isinstance(value, np.ndarray):
-        return plain(value.tolist())
+        return plain_data(value.tolist())
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):

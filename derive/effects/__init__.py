@@ -26,7 +26,7 @@ from derive.effects.row import (
     Values,
 )
 from derive.effects.suit import fits, joined, possible
-from derive.nameplate import Nameplate
+from derive.plant_signature import Nameplate
 
 LIBRARY: dict[str, Effect] = {
     row.name: row

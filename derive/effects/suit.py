@@ -26,7 +26,7 @@ from derive.effects.row import (
     SensorMap,
     Values,
 )
-from derive.nameplate import Nameplate
+from derive.plant_signature import Nameplate
 
 ANGLE = re.compile(r"rad([²³]?)")
 POWERS = {"": 1, "²": 2, "³": 3}

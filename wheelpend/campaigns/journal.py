@@ -12,22 +12,22 @@ from typing import Any
 
 import derive
 import wheelpend
-from wheelpend.campaigns.one_log import Answer, Estimate, Named, Setting, Source
+from wheelpend.campaigns.one_log import CampaignSetting, Estimate, LogResult, LogSource, NamedEffect
 from wheelpend.files import write_text
 from wheelpend.kernels.cache import derivation_fingerprint
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
-from wheelpend.serialise import plain
+from wheelpend.serialise import plain_data
 
 
-class Kept:
+class PartialResults:
     """The file of a campaign's answers so far: its setting in the first line, then one answer a line.
 
     Answers of another setting, of other code or of a log that has changed since are not taken up. Nor are failures:
     what was wrong may be right by now. A file of another setting is put aside, not written over.
     """
 
-    def __init__(self, path: Path | None, setting: Setting, model: Model) -> None:
+    def __init__(self, path: Path | None, setting: CampaignSetting, model: Model) -> None:
         self.path, self.setting, self.other = path, fingerprint(setting, model), False
         self.lines = {row["key"]: row["answer"] for row in self._read()}
 
@@ -41,10 +41,10 @@ class Kept:
         self.other = len(rows) > 1 and rows[0] != {"setting": self.setting}
         return [] if self.other else rows[1:]
 
-    def known(self, source: Source) -> Answer | None:
+    def known(self, source: LogSource) -> LogResult | None:
         """The answer of a log that was asked before, or None."""
-        found = self.lines.get(key_of(source))
-        return answer_of(found) if found else None
+        found = self.lines.get(source_key(source))
+        return result_from_json(found) if found else None
 
     def begin(self) -> Path | None:
         """Write down what is known, and say where a file of another setting went.
@@ -60,12 +60,12 @@ class Kept:
         write_text(self.path, "".join(map(_line, rows)))
         return aside
 
-    def add(self, source: Source, found: Answer) -> None:
+    def add(self, source: LogSource, found: LogResult) -> None:
         """Write down one more answer."""
-        key = key_of(source)
+        key = source_key(source)
         if self.path is None or key is None or found.failure is not None:
             return
-        self.lines[key] = plain(found)
+        self.lines[key] = plain_data(found)
         with self.path.open("a", encoding="utf-8") as file:
             file.write(_line({"key": key, "answer": self.lines[key]}))
 
@@ -74,7 +74,7 @@ def _line(row: Mapping[str, Any]) -> str:
     return json.dumps(row, allow_nan=False) + "\n"
 
 
-def key_of(source: Source) -> str | None:
+def source_key(source: LogSource) -> str | None:
     """What a log is known by: its seed, or its file with size and time; None of one that is in no file."""
     if isinstance(source, Log):
         return None
@@ -87,19 +87,19 @@ def key_of(source: Source) -> str | None:
     return f"{source} {found.st_size} {found.st_mtime_ns}"
 
 
-def answer_of(data: Mapping[str, Any]) -> Answer:
+def result_from_json(data: Mapping[str, Any]) -> LogResult:
     """An answer from JSON, whose lists become tuples again."""
     again = {name: _tuples(value) for name, value in data.items()}
     again["parameters"] = {name: Estimate(**row) for name, row in data["parameters"].items()}
-    again["named"] = tuple(Named(n["effect"], tuple(n["equivalent_to"])) for n in data["named"])
-    return Answer(**again)
+    again["named"] = tuple(NamedEffect(n["effect"], tuple(n["equivalent_to"])) for n in data["named"])
+    return LogResult(**again)
 
 
 def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 
-def fingerprint(setting: Setting, model: Model) -> str:
+def fingerprint(setting: CampaignSetting, model: Model) -> str:
     """Hash of everything besides a log that decides what it answers: the model, the question, and the code."""
     own = sorted(repr(derive.effects.OWN[n]) for n in model.own)
     digest = hashlib.sha256(repr((setting, own, derive.plants.fingerprint(model.plant))).encode())
@@ -111,4 +111,4 @@ def fingerprint(setting: Setting, model: Model) -> str:
     return digest.hexdigest()[:16]
 
 
-__all__ = ["Kept"]
+__all__ = ["PartialResults"]

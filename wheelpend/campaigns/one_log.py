@@ -13,16 +13,16 @@ from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
 from wheelpend.identification.identify import identify
-from wheelpend.inspection.inspect import inspect_for
+from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.model.user_plants import load_plant
 from wheelpend.simulation.simulate import simulate
 
-Source = str | Path | Log | int  # a measured log, or the seed of a simulated one
+LogSource = str | Path | Log | int  # a measured log, or the seed of a simulated one
 
 
-class Played(NamedTuple):
+class SimulationSpec(NamedTuple):
     """The experiment that is simulated with every seed."""
 
     command: str
@@ -30,7 +30,7 @@ class Played(NamedTuple):
     hide: dict[str, float]  # by effect.parameter
 
 
-class Setting(NamedTuple):
+class CampaignSetting(NamedTuple):
     """What is asked of every log; can be handed to another process."""
 
     text: str  # of the model.toml
@@ -39,7 +39,7 @@ class Setting(NamedTuple):
     do: str
     method: str = "shooting"  # of identify
     tau: tuple[float, ...] | Literal["auto"] | None = None  # s, of identify
-    played: Played | None = None
+    played: SimulationSpec | None = None
 
 
 class Estimate(NamedTuple):
@@ -49,7 +49,7 @@ class Estimate(NamedTuple):
     sigma: float | None  # standard error
 
 
-class Named(NamedTuple):
+class NamedEffect(NamedTuple):
     """An effect that is said to be missing."""
 
     effect: str
@@ -57,14 +57,14 @@ class Named(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Answer:
+class LogResult:
     """What came of one log."""
 
     log: str  # its file, or the seed
     seed: int | None = None
     failure: str | None = None
     verdict: str | None = None  # of diagnose and explain
-    named: tuple[Named, ...] = ()  # the first effect of diagnose, those that explain added
+    named: tuple[NamedEffect, ...] = ()  # the first effect of diagnose, those that explain added
     effects: tuple[str, ...] = ()  # of the model that the parameters belong to
     error: float | None = None  # of the model as it is, refitted where parameters are fitted
     error_after: float | None = None  # with what was named
@@ -74,43 +74,43 @@ class Answer:
     warnings: tuple[str, ...] = ()
 
 
-def answer(setting: Setting, source: Source) -> Answer:
+def analyse_log(setting: CampaignSetting, source: LogSource) -> LogResult:
     """Ask one log; whatever goes wrong with it is its answer."""
-    begin = begun(source)
+    begin = empty_result(source)
     try:
-        model = model_of(setting.text, setting.path, setting.plant)
-        log, warnings = read(model, setting, source)
-        return ASK[setting.do](replace(begin, warnings=warnings), model, log, setting)
+        model = parsed_model(setting.text, setting.path, setting.plant)
+        log, warnings = load_or_simulate(model, setting, source)
+        return LOG_ANALYSES[setting.do](replace(begin, warnings=warnings), model, log, setting)
     except Exception as error:  # the other logs are still of use
         text = str(error) if isinstance(error, Failure) else f"{type(error).__name__}: {error}"
         return replace(begin, failure=text.removeprefix(f"{Path(begin.log).name}: "))
 
 
-def begun(source: Source) -> Answer:
+def empty_result(source: LogSource) -> LogResult:
     """The answer of a log that has not been asked yet."""
     if isinstance(source, int):
-        return Answer(f"seed {source}", source)
-    return Answer(source.name if isinstance(source, Log) else str(source))
+        return LogResult(f"seed {source}", source)
+    return LogResult(source.name if isinstance(source, Log) else str(source))
 
 
 @lru_cache(maxsize=1)
-def model_of(text: str, path: Path | None, plant: Path | None) -> Model:
+def parsed_model(text: str, path: Path | None, plant: Path | None) -> Model:
     """The model, opened once in every process."""
     if plant is not None:
         load_plant(plant)
     return Model.parse(text, path)
 
 
-def read(model: Model, setting: Setting, source: Source) -> tuple[Log, tuple[str, ...]]:
+def load_or_simulate(model: Model, setting: CampaignSetting, source: LogSource) -> tuple[Log, tuple[str, ...]]:
     """A log, and what is odd about a measured one."""
     if isinstance(source, int):
         assert setting.played is not None, "a seed belongs to something that is simulated"
-        return played(model, setting.played, source), ()
+        return simulate_log(model, setting.played, source), ()
     log = read_logs([source], model)[0]
-    return log, (*log.warnings, *(f.sentence for f in inspect_for(model, log).findings))
+    return log, (*log.warnings, *(f.sentence for f in inspect_for_model(model, log).findings))
 
 
-def played(model: Model, experiment: Played, seed: int) -> Log:
+def simulate_log(model: Model, experiment: SimulationSpec, seed: int) -> Log:
     """A simulated log."""
     return simulate(model, command=experiment.command, duration=experiment.duration, hide=experiment.hide, seed=seed)
 
@@ -118,7 +118,7 @@ def played(model: Model, experiment: Played, seed: int) -> Log:
 # ---- the questions
 
 
-def ask_identify(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+def identify_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
     """Parameters. Whether least squares is biased shows in the campaign: no log is rehearsed for it."""
     found = identify(model, [log], method=setting.method, tau=setting.tau, test_bias=False)
     further = (w for w in found.warnings if w.removeprefix(f"{log.name}: ") not in begin.warnings)
@@ -127,12 +127,12 @@ def ask_identify(begin: Answer, model: Model, log: Log, setting: Setting) -> Ans
         effects=model.effects,
         error=found.error,
         noise_floor=found.noise_floor,
-        parameters=told(found.parameters),
+        parameters=identifiable_estimates(found.parameters),
         warnings=(*begin.warnings, *further),
     )
 
 
-def ask_compare(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+def compare_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
     """How well the model predicts the log."""
     found = compare(model, [log])
     return replace(
@@ -144,14 +144,14 @@ def ask_compare(begin: Answer, model: Model, log: Log, setting: Setting) -> Answ
     )
 
 
-def ask_diagnose(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+def diagnose_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
     """What is missing, and the size of the first candidate."""
     found = diagnose(model, [log])
     first = found.named[:1]
     return replace(
         begin,
         verdict=found.verdict,
-        named=tuple(Named(t.effect, t.equivalent_to) for t in first),
+        named=tuple(NamedEffect(t.effect, t.equivalent_to) for t in first),
         effects=(*model.effects, *(t.effect for t in first)),
         error=found.error,
         error_after=first[0].error_after if first else None,
@@ -160,29 +160,29 @@ def ask_diagnose(begin: Answer, model: Model, log: Log, setting: Setting) -> Ans
     )
 
 
-def ask_explain(begin: Answer, model: Model, log: Log, setting: Setting) -> Answer:
+def explain_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
     """What is missing until nothing is, and the parameters of the model with it."""
     found = explain(model, [log])
     return replace(
         begin,
         verdict=found.verdict,
-        named=tuple(Named(s.effect, s.equivalent_to) for s in found.steps),
+        named=tuple(NamedEffect(s.effect, s.equivalent_to) for s in found.steps),
         effects=found.effects,
         error=found.base_error,
         error_after=found.error,
         noise_floor=found.noise_floor,
-        parameters=told(found.parameters),
+        parameters=identifiable_estimates(found.parameters),
     )
 
 
-def told(parameters: dict[str, dict]) -> dict[str, Estimate]:
+def identifiable_estimates(parameters: dict[str, dict]) -> dict[str, Estimate]:
     """The parameters that a log tells."""
     return {n: Estimate(row["value"], row["sigma"]) for n, row in parameters.items() if row["identifiable"]}
 
 
-ASK: dict[str, Callable[[Answer, Model, Log, Setting], Answer]] = {
-    "identify": ask_identify,
-    "compare": ask_compare,
-    "diagnose": ask_diagnose,
-    "explain": ask_explain,
+LOG_ANALYSES: dict[str, Callable[[LogResult, Model, Log, CampaignSetting], LogResult]] = {
+    "identify": identify_log,
+    "compare": compare_log,
+    "diagnose": diagnose_log,
+    "explain": explain_log,
 }

@@ -11,17 +11,25 @@ from pathlib import Path
 from time import monotonic
 from typing import Literal
 
-from wheelpend.campaigns.journal import Kept
-from wheelpend.campaigns.one_log import ASK, Answer, Played, Setting, Source, answer, played
+from wheelpend.campaigns.journal import PartialResults
+from wheelpend.campaigns.one_log import (
+    LOG_ANALYSES,
+    CampaignSetting,
+    LogResult,
+    LogSource,
+    SimulationSpec,
+    analyse_log,
+    simulate_log,
+)
 from wheelpend.campaigns.summary import Summary, summarise
-from wheelpend.errors import Failure, Fallen, did_you_mean
-from wheelpend.identification.identify import METHODS, check_tau
+from wheelpend.errors import Failure, OutOfRange, did_you_mean
+from wheelpend.identification.identify import METHOD_NAMES, check_tau
 from wheelpend.logs.log import Log
 from wheelpend.model import precompile
 from wheelpend.model.record import Model
-from wheelpend.model.user_plants import file_of
-from wheelpend.parallel import as_they_end
-from wheelpend.simulation.hidden import in_full
+from wheelpend.model.user_plants import plant_file
+from wheelpend.parallel import results_as_completed
+from wheelpend.simulation.hidden import with_full_parameter_names
 
 Progress = Callable[[str], None]
 
@@ -32,8 +40,8 @@ class Campaign:
 
     do: str
     method: str | None  # of identify
-    simulated: Played | None
-    logs: tuple[Answer, ...]
+    simulated: SimulationSpec | None
+    logs: tuple[LogResult, ...]
     summary: Summary
     model: Model = field(repr=False)
 
@@ -60,24 +68,26 @@ def campaign(
     are asked in processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``.
     Raises Failure for a question that no log could answer.
     """
-    simulated = Played(command, duration, in_full(hide or {})) if seeds else None
+    simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
     sources = check_sources(logs, seeds)
-    setting = Setting(model.text, model.path, file_of(model.plant), do, method, _times(tau), simulated)
-    check_question(setting)
-    kept = Kept(keep, setting, model)
+    setting = CampaignSetting(
+        model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
+    )
+    check_setting(setting)
+    kept = PartialResults(keep, setting, model)
     before = {k: known for k, source in enumerate(sources) if (known := kept.known(source))}
     left = {k: source for k, source in enumerate(sources) if k not in before}
     if left:
-        prepare(model, setting, sources, progress)
+        compile_and_try_first(model, setting, sources, progress)
         if aside := kept.begin():
             progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
-    found = ask(setting, left, before, kept, progress)
+    found = analyse_logs(setting, left, before, kept, progress)
     answers = tuple(found[k] for k in range(len(sources)))
     identified = method if do == "identify" else None
     return Campaign(do, identified, simulated, answers, summarise(model, simulated, answers), model)
 
 
-def check_sources(logs: Sequence[str | Path | Log], seeds: Collection[int]) -> list[Source]:
+def check_sources(logs: Sequence[str | Path | Log], seeds: Collection[int]) -> list[LogSource]:
     """The logs that are asked; raises Failure unless they are of one kind, and each there once."""
     if bool(logs) == bool(seeds):
         raise Failure("A campaign must have measured logs or the seeds of simulated ones, not "
@@ -88,51 +98,60 @@ def check_sources(logs: Sequence[str | Path | Log], seeds: Collection[int]) -> l
     return [*logs, *map(int, seeds)]
 
 
-def _times(tau: Sequence[float] | Literal["auto"] | None) -> tuple[float, ...] | Literal["auto"] | None:
+def _time_constants(tau: Sequence[float] | Literal["auto"] | None) -> tuple[float, ...] | Literal["auto"] | None:
     return tau if tau is None or tau == "auto" else tuple(map(float, tau))
 
 
-def check_question(setting: Setting) -> None:
+def check_setting(setting: CampaignSetting) -> None:
     """Raise Failure for a question that no log could answer."""
-    for what, name, known in (("question", setting.do, list(ASK)), ("method", setting.method, list(METHODS))):
+    for what, name, known in (
+        ("question", setting.do, list(LOG_ANALYSES)),
+        ("method", setting.method, list(METHOD_NAMES)),
+    ):
         if name not in known:
             raise Failure(f"No {what} named '{name}'. Known {what}s: {', '.join(known)}.{did_you_mean(name, known)}")
     check_tau(setting.method, setting.tau)
 
 
-def prepare(model: Model, setting: Setting, sources: Sequence[Source], progress: Progress) -> None:
+def compile_and_try_first(
+    model: Model, setting: CampaignSetting, sources: Sequence[LogSource], progress: Progress
+) -> None:
     """Compile once what every process will want, and see that there is something to simulate."""
-    modules = precompile.modules_of(model)
+    modules = precompile.module_loaders(model)
     if setting.do in ("identify", "compare"):
         modules = {name: load for name, load in modules.items() if name in ("library", "model")}
-    precompile.compile_some(modules, progress)
+    precompile.compile_modules(modules, progress)
     if setting.played is not None:
         progress("simulating the first log")
-        with suppress(Fallen):  # it may stand with other seeds
-            played(model, setting.played, next(s for s in sources if isinstance(s, int)))
+        with suppress(OutOfRange):  # it may stand with other seeds
+            simulate_log(model, setting.played, next(s for s in sources if isinstance(s, int)))
 
 
-def ask(
-    setting: Setting, asked: Mapping[int, Source], before: Mapping[int, Answer], kept: Kept, progress: Progress
-) -> dict[int, Answer]:
+def analyse_logs(
+    setting: CampaignSetting,
+    asked: Mapping[int, LogSource],
+    before: Mapping[int, LogResult],
+    kept: PartialResults,
+    progress: Progress,
+) -> dict[int, LogResult]:
     """Answers of logs by number, those from before included, on all cores; every answer is kept as it comes."""
     found, begin, whole = dict(before), monotonic(), len(before) + len(asked)
-    places, jobs = list(asked), [partial(answer, setting, source) for source in asked.values()]
+    places, jobs = list(asked), [partial(analyse_log, setting, source) for source in asked.values()]
     progress(f"{len(found)} of {whole} logs")
     try:
-        with closing(as_they_end(jobs)) as ended:
+        with closing(results_as_completed(jobs)) as ended:
             for place, told in ended:
                 number = places[place]
                 found[number] = told
                 kept.add(asked[number], told)
                 each = (monotonic() - begin) / (len(found) - len(before))
-                progress(f"{len(found)} of {whole} logs, about {in_words(each * (whole - len(found)))} left")
+                progress(f"{len(found)} of {whole} logs, about {duration_text(each * (whole - len(found)))} left")
     except BrokenExecutor:
         raise Failure("The processes of a campaign must live to its end, but one was ended from outside; was there too "
                       "little memory? The same command goes on from what came so far.") from None  # fmt: skip
     return found
 
 
-def in_words(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A time as one would say it."""
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

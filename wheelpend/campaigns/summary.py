@@ -10,15 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
-from wheelpend.campaigns.one_log import Answer, Played
-from wheelpend.estimation.criteria import EXPLAINED
+from wheelpend.campaigns.one_log import LogResult, SimulationSpec
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
-from wheelpend.proportion import Rate, rate
+from wheelpend.proportion import Proportion, proportion_of
 from wheelpend.simulation.hidden import machine_values
 
-INSIDE = 1.96  # standard errors: a 95 % interval
-DISAGREE = 0.01  # probability below which logs do not agree, over all parameters together
+INTERVAL_95_STANDARD_ERRORS = 1.96  # standard errors: a 95 % interval
+DISAGREEMENT_P_VALUE = 0.01  # probability below which logs do not agree, over all parameters together
 
 
 class Range(NamedTuple):
@@ -30,7 +30,7 @@ class Range(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Recovered:
+class ParameterRecovery:
     """A parameter of simulated logs beside the truth."""
 
     logs: int
@@ -40,10 +40,10 @@ class Recovered:
     bias_sigma: float | None  # its standard error
     spread: float | None  # standard deviation over the logs
     sigma: float | None  # mean of the standard errors
-    inside: Rate  # truth within the 95 % interval
+    inside: Proportion  # truth within the 95 % interval
 
 
-class Furthest(NamedTuple):
+class LargestDeviation(NamedTuple):
     """The log that is furthest off what the others say."""
 
     log: str
@@ -51,7 +51,7 @@ class Furthest(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Agreement:
+class ParameterAgreement:
     """A parameter of measured logs, or of simulated ones without a truth of it."""
 
     logs: int
@@ -62,7 +62,7 @@ class Agreement:
     chi_square: float  # of the logs about the mean
     degrees: int
     p_value: float | None  # how often chance alone spreads them as much
-    furthest: Furthest | None
+    furthest: LargestDeviation | None
 
 
 @dataclass(frozen=True)
@@ -74,26 +74,26 @@ class Summary:
     error: Range | None
     error_after: Range | None  # with what was named
     effects: tuple[str, ...]  # of the model that most logs end with, to which the parameters belong
-    parameters: dict[str, Recovered | Agreement]
+    parameters: dict[str, ParameterRecovery | ParameterAgreement]
     disagreeing: tuple[str, ...] = ()  # parameters that scatter more over the logs than their standard errors allow
     unexplained: tuple[str, ...] = ()  # logs whose error stays above the noise floor, the worst first
     verdicts: dict[str, int] = field(default_factory=dict)
     named: dict[str, int] = field(default_factory=dict)  # how many logs name an effect
     hidden: tuple[str, ...] = ()  # in the simulated machine and not in the model
-    found: dict[str, Rate] = field(default_factory=dict)  # by hidden effect: it is named, or declared equivalent
-    first_right: Rate | None = None  # the first that is named is hidden, or declares one that is
-    false_alarms: Rate | None = None  # nothing is hidden, and the verdict is another than nothing_missing
+    found: dict[str, Proportion] = field(default_factory=dict)  # by hidden effect: it is named, or declared equivalent
+    first_right: Proportion | None = None  # the first that is named is hidden, or declares one that is
+    false_alarms: Proportion | None = None  # nothing is hidden, and the verdict is another than nothing_missing
 
 
-def summarise(model: Model, simulated: Played | None, answers: Sequence[Answer]) -> Summary:
+def summarise(model: Model, simulated: SimulationSpec | None, answers: Sequence[LogResult]) -> Summary:
     """Summarise the answers; parameters over those that end with the model that most end with."""
     good = [a for a in answers if a.failure is None]
     ends = Counter(tuple(sorted(a.effects)) for a in good if a.parameters)
     effects = ends.most_common(1)[0][0] if ends else ()
     alike = [a for a in good if tuple(sorted(a.effects)) == effects]
-    truth, hidden = truth_of(model, simulated) if simulated else ({}, ())
+    truth, hidden = true_values(model, simulated) if simulated else ({}, ())
     names = dict.fromkeys(n for a in alike for n in a.parameters)
-    parameters = {n: row for n in names if (row := over_logs(n, alike, truth.get(n))) is not None}
+    parameters = {n: row for n in names if (row := summarise_parameter(n, alike, truth.get(n))) is not None}
     summary = Summary(
         logs=len(answers),
         failed=len(answers) - len(good),
@@ -101,20 +101,20 @@ def summarise(model: Model, simulated: Played | None, answers: Sequence[Answer])
         error_after=range_of(a.error_after for a in good),
         effects=effects,
         parameters=parameters,
-        disagreeing=disagreeing(parameters),
-        unexplained=unexplained(good),
-        verdicts=counted(a.verdict for a in good if a.verdict),
-        named=counted(n.effect for a in good for n in a.named),
+        disagreeing=disagreeing_parameters(parameters),
+        unexplained=logs_above_noise_floor(good),
+        verdicts=counts_by_frequency(a.verdict for a in good if a.verdict),
+        named=counts_by_frequency(n.effect for a in good for n in a.named),
         hidden=hidden,
     )
-    return beside_hidden(summary, good) if simulated and summary.verdicts else summary
+    return with_detection_rates(summary, good) if simulated and summary.verdicts else summary
 
 
-def truth_of(model: Model, simulated: Played) -> tuple[dict[str, float], tuple[str, ...]]:
+def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, float], tuple[str, ...]]:
     """What the simulated machine has: every parameter, and the effects that are hidden from the model."""
     machine = machine_values(model, simulated.hide)
     present = tuple(dict.fromkeys(n.partition(".")[0] for n in machine if "." in n))
-    module = model_kernels.library_of(model, present)
+    module = model_kernels.library_module_of(model, present)
     truth = {**dict(zip(module.PARAMETERS, module.ABSENT, strict=True)), **machine}
     known = {n: float(v) for n, v in truth.items() if np.isfinite(v)}
     return known, tuple(e for e in present if e not in model.effects)
@@ -126,50 +126,56 @@ def range_of(values: Iterable[float | None]) -> Range | None:
     return Range(float(np.mean(known)), min(known), max(known)) if known else None
 
 
-def unexplained(answers: Iterable[Answer]) -> tuple[str, ...]:
+def logs_above_noise_floor(answers: Iterable[LogResult]) -> tuple[str, ...]:
     """Logs whose error, with what was named, stays above the noise floor, the worst first."""
     left = ((a.error if a.error_after is None else a.error_after, a.noise_floor, a.log) for a in answers)
-    above = [(error, log) for error, floor, log in left if error and floor and error > EXPLAINED * floor]
+    above = [
+        (error, log) for error, floor, log in left if error and floor and error > MAX_EXPLAINED_ERROR_RATIO * floor
+    ]
     return tuple(log for _, log in sorted(above, reverse=True))
 
 
-def counted(names: Iterable[str]) -> dict[str, int]:
+def counts_by_frequency(names: Iterable[str]) -> dict[str, int]:
     """How often each comes, the most frequent first."""
     return dict(Counter(names).most_common())
 
 
-def over_logs(name: str, answers: Sequence[Answer], truth: float | None) -> Recovered | Agreement | None:
+def summarise_parameter(
+    name: str, answers: Sequence[LogResult], truth: float | None
+) -> ParameterRecovery | ParameterAgreement | None:
     """A parameter over the logs that tell it; None where none does."""
     told = [(a.log, a.parameters[name]) for a in answers if name in a.parameters]
     sure = [(log, e.value, e.sigma) for log, e in told if e.sigma is not None and e.sigma > 0.0]
     if truth is not None:
-        return recovered([e.value for _, e in told], [(value, sigma) for _, value, sigma in sure], truth)
-    return agreement([log for log, *_ in sure], np.array([pair for _, *pair in sure])) if sure else None
+        return parameter_recovery([e.value for _, e in told], [(value, sigma) for _, value, sigma in sure], truth)
+    return parameter_agreement([log for log, *_ in sure], np.array([pair for _, *pair in sure])) if sure else None
 
 
-def recovered(values: Sequence[float], sure: Sequence[tuple[float, float]], truth: float) -> Recovered:
+def parameter_recovery(
+    values: Sequence[float], estimates: Sequence[tuple[float, float]], truth: float
+) -> ParameterRecovery:
     """Estimates, and those of them that have standard errors, beside the truth."""
     count, mean = len(values), float(np.mean(values))
     spread = float(np.std(values, ddof=1)) if count > 1 else None
-    return Recovered(
+    return ParameterRecovery(
         logs=count,
         truth=truth,
         mean=mean,
         bias=mean - truth,
         bias_sigma=None if spread is None else spread / count**0.5,
         spread=spread,
-        sigma=float(np.mean([s for _, s in sure])) if sure else None,
-        inside=rate(abs(value - truth) < INSIDE * sigma for value, sigma in sure),
+        sigma=float(np.mean([s for _, s in estimates])) if estimates else None,
+        inside=proportion_of(abs(value - truth) < INTERVAL_95_STANDARD_ERRORS * sigma for value, sigma in estimates),
     )
 
 
-def agreement(logs: Sequence[str], estimates: np.ndarray) -> Agreement:
+def parameter_agreement(logs: Sequence[str], estimates: np.ndarray) -> ParameterAgreement:
     """Whether estimates and their standard errors (N, 2), one of each log, can be of one value."""
     values, sigmas = estimates.T
     weights = sigmas**-2.0
     mean, whole, degrees = float(np.average(values, weights=weights)), float(np.sum(weights)), len(logs) - 1
     chi_square = float(np.sum(weights * (values - mean) ** 2))
-    return Agreement(
+    return ParameterAgreement(
         logs=len(logs),
         mean=mean,
         mean_sigma=whole**-0.5,
@@ -178,34 +184,36 @@ def agreement(logs: Sequence[str], estimates: np.ndarray) -> Agreement:
         chi_square=chi_square,
         degrees=degrees,
         p_value=float(chdtrc(degrees, chi_square)) if degrees else None,
-        furthest=furthest(logs, values, weights) if degrees else None,
+        furthest=largest_deviation(logs, values, weights) if degrees else None,
     )
 
 
-def furthest(logs: Sequence[str], values: np.ndarray, weights: np.ndarray) -> Furthest:
+def largest_deviation(logs: Sequence[str], values: np.ndarray, weights: np.ndarray) -> LargestDeviation:
     """The log whose value (N,) is furthest off the weighted mean of the others."""
     others = weights.sum() - weights
     means = ((weights * values).sum() - weights * values) / others
     distances = np.abs(values - means) / np.sqrt(1.0 / weights + 1.0 / others)
     worst = int(np.argmax(distances))
-    return Furthest(logs[worst], float(distances[worst]))
+    return LargestDeviation(logs[worst], float(distances[worst]))
 
 
-def disagreeing(parameters: Mapping[str, Recovered | Agreement]) -> tuple[str, ...]:
+def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | ParameterAgreement]) -> tuple[str, ...]:
     """Parameters on which the logs do not agree: together they are named in DISAGREE of all campaigns by chance."""
-    rows = {n: row.p_value for n, row in parameters.items() if isinstance(row, Agreement)}
+    rows = {n: row.p_value for n, row in parameters.items() if isinstance(row, ParameterAgreement)}
     judged = {n: p for n, p in rows.items() if p is not None}
-    return tuple(n for n, p in judged.items() if p < DISAGREE / len(judged))
+    return tuple(n for n, p in judged.items() if p < DISAGREEMENT_P_VALUE / len(judged))
 
 
-def beside_hidden(summary: Summary, good: Sequence[Answer]) -> Summary:
+def with_detection_rates(summary: Summary, results: Sequence[LogResult]) -> Summary:
     """A summary with how the verdicts compare with what was hidden."""
     hidden = set(summary.hidden)
     if not hidden:
-        return replace(summary, false_alarms=rate(bool(a.named) or a.verdict != "nothing_missing" for a in good))
-    answers = [[{n.effect, *n.equivalent_to} for n in a.named] for a in good]
+        return replace(
+            summary, false_alarms=proportion_of(bool(a.named) or a.verdict != "nothing_missing" for a in results)
+        )
+    answers = [[{n.effect, *n.equivalent_to} for n in a.named] for a in results]
     return replace(
         summary,
-        first_right=rate(bool(told and told[0] & hidden) for told in answers),
-        found={e: rate(any(e in one for one in told) for told in answers) for e in summary.hidden},
+        first_right=proportion_of(bool(told and told[0] & hidden) for told in answers),
+        found={e: proportion_of(any(e in one for one in told) for told in answers) for e in summary.hidden},
     )

@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 import typer
 
 from wheelpend.campaigns.runner import Campaign, campaign
-from wheelpend.campaigns.text import csv_text, is_table, show_campaign
+from wheelpend.campaigns.text import csv_text, is_campaign_table, print_campaign
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.record import Model
-from wheelpend.reports.console import err, progress, show, warn
+from wheelpend.reports.console import err, print_result, print_warnings, progress
 from wheelpend.simulation.hidden import parse_hidden
 
-INTERRUPTED = 130  # exit code, as of a program that Ctrl-C ends
+INTERRUPTED_EXIT_CODE = 130  # exit code, as of a program that Ctrl-C ends
 
 
-class Simulated(NamedTuple):
+class SimulationRequest(NamedTuple):
     """Logs to simulate, as the command line has them."""
 
     seeds: int
@@ -28,42 +28,48 @@ class Simulated(NamedTuple):
     hide: list[str]
 
 
-def run(
-    model: Model, asked: Simulated | Sequence[Path], do: str, method: str, tau: Any, out: Path, json: str | None
+def run_campaign(
+    model: Model,
+    source: SimulationRequest | Sequence[Path],
+    do: str,
+    method: str,
+    tau: Any,
+    out: Path,
+    json: str | None,
 ) -> None:
     """Run a campaign, or go on with one, write its table and print its summary."""
     keep = out.with_name(f"{out.name}.partial")
     question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": keep}
     try:
         with progress("reading") as update:
-            if isinstance(asked, Simulated):
-                hidden = parse_hidden(asked.hide)
-                question |= {"command": asked.command, "duration": asked.duration, "hide": hidden}
-                result = campaign(model, seeds=range(asked.seeds), progress=update, **question)
+            if isinstance(source, SimulationRequest):
+                hidden = parse_hidden(source.hide)
+                question |= {"command": source.command, "duration": source.duration, "hide": hidden}
+                result = campaign(model, seeds=range(source.seeds), progress=update, **question)
             else:
-                result = campaign(model, measured(asked, out), progress=update, **question)
+                result = campaign(model, measured_logs(source, out), progress=update, **question)
     except KeyboardInterrupt:
         kept = f" What came so far is in {keep}: the same command goes on from there." if keep.exists() else ""
         err.print(f"Interrupted.{kept}", markup=False)
-        raise typer.Exit(INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED_EXIT_CODE) from None
     write_text(out, csv_text(result))
     keep.unlink(missing_ok=True)
-    refuse_nothing(result, out)
-    show(result, json, lambda: show_campaign(result, out))
+    check_some_log_usable(result, out)
+    print_result(result, json, lambda: print_campaign(result, out))
 
 
-def measured(logs: Sequence[Path], out: Path) -> list[Path]:
+def measured_logs(logs: Sequence[Path], out: Path) -> list[Path]:
     """The logs without what earlier campaigns wrote beside them; raises Failure where a log would be written over."""
-    tables = [log for log in logs if is_table(log)]
+    tables = [log for log in logs if is_campaign_table(log)]
     kept = [log for log in logs if log not in tables]
     if tables:
-        warn([f"{', '.join(map(str, tables))} is left out: it is what a campaign wrote."])
+        print_warnings([f"{', '.join(map(str, tables))} is left out: it is what a campaign wrote."])
     if out.resolve() in [log.resolve() for log in kept]:
         raise Failure(f"--out must be another file than the logs, but {out} is one of them. Name another.")
     return kept
 
 
-def refuse_nothing(result: Campaign, out: Path) -> None:
+def check_some_log_usable(result: Campaign, out: Path) -> None:
     """Raise Failure where no log could be used."""
     if result.summary.failed == result.summary.logs:
         first = result.logs[0]

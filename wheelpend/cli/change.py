@@ -10,11 +10,11 @@ import derive
 from wheelpend.diagnosis.change import Change, add
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.errors import Failure
-from wheelpend.estimation.problem import enlarged, refuse_meaningless
+from wheelpend.estimation.problem import extended_effects, require_testable
 from wheelpend.model import workspace
 from wheelpend.model.record import Model
-from wheelpend.reports.console import failures, progress, say, show, warn
-from wheelpend.serialise import plain
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
+from wheelpend.serialise import plain_data
 
 
 def change(
@@ -27,26 +27,32 @@ def change(
     remove: bool,
 ) -> None:
     """Add or remove an effect, refit where data are given, save the workspace and show what it did."""
-    with failures(json):
-        model = checked(open_model(), effect, remove)
+    with exit_on_failure(json):
+        model = checked_model(open_model(), effect, remove)
         if not data:
             if holdout:
                 raise Failure("--holdout judges a refit, so it needs --data as well.")
-            effects = [e for e in model.effects if e != effect] if remove else enlarged(model, effect)
-            workspace.save(model.with_effects(effects), entry(effect, remove, None, ()))
+            effects = [e for e in model.effects if e != effect] if remove else extended_effects(model, effect)
+            workspace.save(model.with_effects(effects), history_entry(effect, remove, None, ()))
             result: dict[str, Any] = {"schema": 1, "effect": effect, "effects": effects, "error_before": None,
                                       "error_after": None}  # fmt: skip
-            show(result, json, lambda: say(f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
-                                           "Give --data LOG to refit and see what it does to the error."))  # fmt: skip
+            print_result(
+                result,
+                json,
+                lambda: print_line(
+                    f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
+                    "Give --data LOG to refit and see what it does to the error."
+                ),
+            )
             return
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
-            workspace.save(changed.model, entry(effect, remove, changed, data))
-        warn(changed.study.warnings)
-        show(as_json(changed), json, lambda: tell(changed, effect, remove))
+            workspace.save(changed.model, history_entry(effect, remove, changed, data))
+        print_warnings(changed.problem.warnings)
+        print_result(change_json(changed), json, lambda: print_change(changed, effect, remove))
 
 
-def checked(model: Model, effect: str, remove: bool) -> Model:
+def checked_model(model: Model, effect: str, remove: bool) -> Model:
     """The model, if the effect can be added to it or removed from it."""
     try:
         row = derive.effects.find(effect)
@@ -59,51 +65,63 @@ def checked(model: Model, effect: str, remove: bool) -> Model:
     if not remove and effect in model.effects:
         raise Failure(f"{effect} is in the model already. `wheelpend identify LOG --save` refits it.")
     if not remove:
-        refuse_meaningless(row, model)
+        require_testable(row, model)
     return model
 
 
-def entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> dict[str, Any]:
+def history_entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> dict[str, Any]:
     """A line of the workspace's history."""
     step = changed.step if changed else None
     return {
         "change": f"{'remove' if remove else 'add'} {effect}",
-        "error_before": plain(step.error_before) if step else None,
-        "error_after": plain(step.error_after) if step else None,
+        "error_before": plain_data(step.error_before) if step else None,
+        "error_after": plain_data(step.error_after) if step else None,
         "logs": [str(p) for p in logs],
     }
 
 
-def as_json(changed: Change) -> dict[str, Any]:
+def change_json(changed: Change) -> dict[str, Any]:
     """The step with the model's parameters after it."""
     values = {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.parameters.items()}
     values |= {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.effect_values.items()}
-    step = {k: v for k, v in plain(changed.step).items() if k not in ("parameters", "p_value", "equivalent_to")}
-    return {"schema": 1, **step, "effects": list(changed.model.effects), "noise_floor": plain(changed.study.floor),
-            "horizon_s": changed.study.horizon, "parameters": plain(values)}  # fmt: skip
+    step = {k: v for k, v in plain_data(changed.step).items() if k not in ("parameters", "p_value", "equivalent_to")}
+    return {
+        "schema": 1,
+        **step,
+        "effects": list(changed.model.effects),
+        "noise_floor": plain_data(changed.problem.floor),
+        "horizon_s": changed.problem.horizon,
+        "parameters": plain_data(values),
+    }
 
 
-def tell(changed: Change, effect: str, remove: bool) -> None:
+def print_change(changed: Change, effect: str, remove: bool) -> None:
     """Say what the change did."""
-    from wheelpend.reports.numbers import size
-    from wheelpend.reports.text.diagnosis import show_each_log
+    from wheelpend.reports.numbers import effect_size_text
+    from wheelpend.reports.text.diagnosis import print_log_estimates
 
     step = changed.step
-    say(f"{'Removed' if remove else 'Added'} {effect}: held-out error {step.error_before:.4g} → {step.error_after:.4g} "
-        f"(noise floor {changed.study.floor:.4g}).")  # fmt: skip
+    print_line(
+        f"{'Removed' if remove else 'Added'} {effect}: held-out error {step.error_before:.4g} → {step.error_after:.4g} "
+        f"(noise floor {changed.problem.floor:.4g})."
+    )
     if not remove:
-        say(f"{effect}: {size(step.coefficients, step.sigma, step.unit, changed.model)}.")
-        show_each_log(step)
-    say(f"Saved {changed.model.path} and regenerated its kernels.")
+        print_line(f"{effect}: {effect_size_text(step.coefficients, step.sigma, step.unit, changed.model)}.")
+        print_log_estimates(step)
+    print_line(f"Saved {changed.model.path} and regenerated its kernels.")
 
 
-def record(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
+def save_explanation(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
     """Save an explanation's model and put its steps into the history."""
     model = result.model
     entries = [
-        {"change": f"add {s.effect}", "error_before": plain(s.error_before), "error_after": plain(s.error_after),
-         "logs": [str(p) for p in (*logs, *holdout)]}
+        {
+            "change": f"add {s.effect}",
+            "error_before": plain_data(s.error_before),
+            "error_after": plain_data(s.error_after),
+            "logs": [str(p) for p in (*logs, *holdout)],
+        }
         for s in result.steps
-    ]  # fmt: skip
+    ]
     workspace.save(model, entries)
-    say(f"Saved {model.path} and regenerated its kernels.")
+    print_line(f"Saved {model.path} and regenerated its kernels.")

@@ -10,58 +10,60 @@ from wheelpend.errors import Failure
 from wheelpend.model import workspace
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
-from wheelpend.reports.console import progress, say
+from wheelpend.reports.console import print_line, progress
 from wheelpend.reports.ladder import draw_ladder
 from wheelpend.reports.page.page import write_report
 from wheelpend.reports.text import comparison, diagnosis, explanation
 from wheelpend.version import version
 
-HERE = Path(__file__).resolve().parents[1]  # the package
-LOG, HOLDOUT = "demo.csv", "demo_holdout.csv"
+PACKAGE_FOLDER = Path(__file__).resolve().parents[1]  # the package
+DEMO_LOG, DEMO_HOLDOUT_LOG = "demo.csv", "demo_holdout.csv"
 
 
 def data_folder() -> Path:
     """Where the shipped logs are: in the package, or beside it in a clone."""
-    for folder in (HERE / "data", HERE.parent / "data"):
-        if (folder / LOG).exists():
+    for folder in (PACKAGE_FOLDER / "data", PACKAGE_FOLDER.parent / "data"):
+        if (folder / DEMO_LOG).exists():
             return folder
-    raise Failure(f"The shipped logs must lie in {HERE / 'data'}, but they are missing. Install wheelpend again.")
+    raise Failure(
+        f"The shipped logs must lie in {PACKAGE_FOLDER / 'data'}, but they are missing. Install wheelpend again."
+    )
 
 
 def fresh_workspace(folder: Path) -> Model:
     """A workspace with the paper's model; one that an earlier demo left is made anew, any other is refused."""
     marker = folder / ".demo"
     if marker.exists():
-        for name in ("model.toml", workspace.HISTORY):
+        for name in ("model.toml", workspace.HISTORY_FILE):
             (folder / name).unlink(missing_ok=True)
     model = workspace.create(folder)
     marker.write_text("Made by `wheelpend demo`, which makes it anew.\n", encoding="utf-8")
     return model
 
 
-def run(folder: Path) -> None:
+def run_demo(folder: Path) -> None:
     """Tell the story in a workspace of its own, and leave the report in it."""
     data = data_folder()
     model = fresh_workspace(folder)
-    log, holdout = data / LOG, data / HOLDOUT
+    log, holdout = data / DEMO_LOG, data / DEMO_HOLDOUT_LOG
     with progress("compiling") as update:
         compile_all(model, update)
 
-    say("\n1. A balancing robot was logged. How well does the textbook model predict it?\n")
+    print_line("\n1. A balancing robot was logged. How well does the textbook model predict it?\n")
     with progress("comparing") as update:
-        comparison.show_comparison(compare(model, [log], progress=update), model)
+        comparison.print_comparison(compare(model, [log], progress=update), model)
 
-    say("\n2. Which physical effect is missing? Every effect is tried, and judged on a log no fit sees.\n")
+    print_line("\n2. Which physical effect is missing? Every effect is tried, and judged on a log no fit sees.\n")
     with progress("diagnosing") as update:
         result = explain(model, [log], [holdout], progress=update)
-    diagnosis.show_diagnosis(result.first, model)
+    diagnosis.print_diagnosis(result.first, model)
 
-    say("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
-    explanation.show_explanation(result)
+    print_line("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
+    explanation.print_explanation(result)
 
-    from wheelpend.cli.change import record
+    from wheelpend.cli.change import save_explanation
 
-    record(result, [log], [holdout])
+    save_explanation(result, [log], [holdout])
     page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo")
     draw_ladder(result, folder / "error_ladder.svg")
-    say(f"\nThe report is {page}. Open it in a browser.")
+    print_line(f"\nThe report is {page}. Open it in a browser.")

@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.options import MODEL, Json, ModelFile, PlantFile, open_model, parse_tau
-from wheelpend.reports.console import failures, progress, say, show, warn
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, parse_tau
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
 
 
 @app.command()
@@ -26,7 +26,7 @@ def simulate(
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sensor noise.")] = 0,
     noise: Annotated[bool, typer.Option("--noise/--no-noise", help="Ideal sensors without --noise.")] = True,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
 ) -> None:
     """Write a closed-loop measurement file, with hidden effects on request."""
@@ -34,13 +34,13 @@ def simulate(
     from wheelpend.simulation.hidden import parse_hidden
     from wheelpend.simulation.simulate import simulate as run
 
-    with failures(), progress("simulating"):
+    with exit_on_failure(), progress("simulating"):
         opened, hidden = open_model(model, plant), parse_hidden(hide or [])
         made = run(opened, command=command, duration=duration, hide=hidden, seed=seed, noise=noise)
         save_log(output, made, table=opened.table)
         machine = "the machine of [simulation]" if opened.simulation else "the model as identified"
         extra = ", with " + ", ".join(f"{k} = {v:g}" for k, v in hidden.items()) if hidden else ""
-        say(f"Wrote {output}: {machine}{extra}.")
+        print_line(f"Wrote {output}: {machine}{extra}.")
 
 
 @app.command()
@@ -63,21 +63,21 @@ def design(
     sample: Annotated[
         float | None, typer.Option(metavar="S", help="Sample interval [s]; that of the log, or 0.001.")
     ] = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """A command that excites what the last log left open, within limits of pitch and voltage."""
-    from wheelpend.reports.text.design import run
+    from wheelpend.reports.text.design import write_design
 
     effects = tuple(e.strip() for e in between.split(",")) if between is not None else ()
-    with failures(json):
+    with exit_on_failure(json):
         with progress("reading") as update:
-            result = run(
+            result = write_design(
                 open_model(model, plant), logs or [], effects, output, pitch_limit=pitch_limit,
                 voltage_limit=voltage_limit, duration=duration, sample=sample, progress=update,
             )  # fmt: skip
-        show(result.to_json(), json, result.tell)
+        print_result(result.to_json(), json, result.print_summary)
 
 
 @app.command()
@@ -104,37 +104,39 @@ def campaign(
     out: Annotated[Path, typer.Option(metavar="FILE", help="CSV file to write, one line per log.")] = Path(
         "campaign.csv"
     ),
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """The same question to many logs on all cores, and whether they agree; goes on where it was interrupted."""
-    from wheelpend.cli.campaign import Simulated, run
+    from wheelpend.cli.campaign import SimulationRequest, run_campaign
 
     experiment = (seeds, command, duration, hide)
     if bool(logs) == simulate:
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
-    with failures(json):
-        asked = Simulated(seeds or 100, command or "aggressive", duration, hide or []) if simulate else logs or []
-        run(open_model(model, plant), asked, do, method, parse_tau(tau), out, json)
+    with exit_on_failure(json):
+        asked = (
+            SimulationRequest(seeds or 100, command or "aggressive", duration, hide or []) if simulate else logs or []
+        )
+        run_campaign(open_model(model, plant), asked, do, method, parse_tau(tau), out, json)
 
 
 @app.command(name="inspect")
 def inspect_(
     log: Annotated[Path, typer.Argument(help="Measurement file.")],
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
     from wheelpend.inspection.inspect import inspect_file
-    from wheelpend.reports.text.inspection import show_inspection
+    from wheelpend.reports.text.inspection import print_inspection
 
-    with failures(json):
+    with exit_on_failure(json):
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
-        warn(loaded.warnings)
-        show(result.to_json(), json, lambda: show_inspection(loaded, result))
+        print_warnings(loaded.warnings)
+        print_result(result.to_json(), json, lambda: print_inspection(loaded, result))

@@ -9,7 +9,7 @@ import typer
 
 from wheelpend.cli.app import app
 from wheelpend.cli.options import (
-    MODEL,
+    DEFAULT_MODEL_PATH,
     Accept,
     Data,
     Holdout,
@@ -19,20 +19,20 @@ from wheelpend.cli.options import (
     ModelFile,
     PlantFile,
     Without,
-    check_logs,
     open_model,
     parse_tau,
+    print_log_findings,
 )
-from wheelpend.reports.console import failures, progress, say, show, warn
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
 
 
 @app.command()
 def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and the report.")] = Path("demo")) -> None:
     """The whole story on the shipped log: compare, see where it fails, diagnose, add, watch the error fall."""
-    from wheelpend.cli.demo import run
+    from wheelpend.cli.demo import run_demo
 
-    with failures():
-        run(out)
+    with exit_on_failure():
+        run_demo(out)
 
 
 @app.command()
@@ -52,7 +52,7 @@ def identify(
         Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")
     ] = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
@@ -60,7 +60,7 @@ def identify(
     from wheelpend.identification.identify import identify as run
     from wheelpend.reports.text import identification
 
-    with failures(json):
+    with exit_on_failure(json):
         times = parse_tau(tau, tau_map)
         with progress("reading") as update:
             result = run(
@@ -72,31 +72,35 @@ def identify(
                 forgetting=forgetting,
                 progress=update,
             )
-        warn(result.warnings)
-        show(result, json, lambda: identification.show_identification(result))
+        print_warnings(result.warnings)
+        print_result(result, json, lambda: identification.print_identification(result))
         if tau_map and result.guide:
-            from wheelpend.identification.time_constants import draw
+            from wheelpend.identification.time_constants import save_error_maps
 
-            draw(result.guide, tau_map)
+            save_error_maps(result.guide, tau_map)
         if save:
             result.model.save()
 
 
 @app.command()
 def compare(
-    logs: Logs, holdout: Holdout = None, model: ModelFile = MODEL, plant: PlantFile = None, json: Json = None
+    logs: Logs,
+    holdout: Holdout = None,
+    model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
+    json: Json = None,
 ) -> None:
     """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
     from wheelpend.diagnosis.compare import compare as run
     from wheelpend.reports.text import comparison
 
-    with failures(json):
+    with exit_on_failure(json):
         opened = open_model(model, plant)
-        check_logs(logs, opened)
+        print_log_findings(logs, opened)
         with progress("reading") as update:
             result = run(opened, logs, holdout or [], progress=update)
-        warn(result.warnings)
-        show(result, json, lambda: comparison.show_comparison(result, opened))
+        print_warnings(result.warnings)
+        print_result(result, json, lambda: comparison.print_comparison(result, opened))
 
 
 @app.command()
@@ -106,7 +110,7 @@ def diagnose(
     without: Without = None,
     law: Law = False,
     accept: Accept = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
@@ -115,17 +119,17 @@ def diagnose(
     from wheelpend.diagnosis.missing_force import free_law
     from wheelpend.reports.text import diagnosis, unexplained
 
-    with failures(json):
+    with exit_on_failure(json):
         opened = open_model(model, plant)
-        free_law.check_name(opened, accept)
-        check_logs(logs, opened)
+        free_law.check_law_name(opened, accept)
+        print_log_findings(logs, opened)
         with progress("reading") as update:
-            asked = unexplained.Asked(law or accept is not None, accept is not None)
+            asked = unexplained.LawRequest(law or accept is not None, accept is not None)
             result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
-        warn(result.warnings)
-        show(result, json, lambda: diagnosis.show_diagnosis(result, opened, asked))
+        print_warnings(result.warnings)
+        print_result(result, json, lambda: diagnosis.print_diagnosis(result, opened, asked))
         if accept is not None:
-            say(free_law.accept(opened, result.law, accept))
+            print_line(free_law.accept_law(opened, result.law, accept))
 
 
 @app.command()
@@ -133,7 +137,7 @@ def add(
     effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
     data: Data = None,
     holdout: Holdout = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
@@ -148,7 +152,7 @@ def remove(
     effect: Annotated[str, typer.Argument(help="Name of the effect.")],
     data: Data = None,
     holdout: Holdout = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
@@ -167,31 +171,31 @@ def explain(
     law: Law = False,
     accept: Accept = None,
     save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Diagnose and add in turn until nothing is missing; the error ladder."""
     from wheelpend.api import explain as run
-    from wheelpend.cli.change import record
+    from wheelpend.cli.change import save_explanation
     from wheelpend.diagnosis.missing_force import free_law
     from wheelpend.reports.text import explanation, unexplained
 
-    with failures(json):
+    with exit_on_failure(json):
         opened = open_model(model, plant)
-        free_law.check_name(opened, accept)
-        check_logs(logs, opened)
+        free_law.check_law_name(opened, accept)
+        print_log_findings(logs, opened)
         with progress("reading") as update:
-            asked, left_out = unexplained.Asked(law or accept is not None, accept is not None), without or []
+            asked, left_out = unexplained.LawRequest(law or accept is not None, accept is not None), without or []
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
             )
-        warn(result.warnings)
-        show(result, json, lambda: explanation.show_explanation(result, asked))
+        print_warnings(result.warnings)
+        print_result(result, json, lambda: explanation.print_explanation(result, asked))
         if save:
-            record(result, logs, holdout or [])
+            save_explanation(result, logs, holdout or [])
         if accept is not None:
-            say(free_law.accept(opened, result.law, accept))
+            print_line(free_law.accept_law(opened, result.law, accept))
 
 
 @app.command()
@@ -200,18 +204,18 @@ def report(
     holdout: Holdout = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
     law: Law = False,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
 ) -> None:
     """One self-contained HTML page with everything above."""
     from wheelpend.reports.page.page import write_report
     from wheelpend.version import version
 
-    with failures():
+    with exit_on_failure():
         from wheelpend.api import explain as run
 
         with progress("reading") as update:
             result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
         parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
         command = " ".join(parts)
-        say(f"Wrote {write_report(result, output, version=version(), command=command)}.")
+        print_line(f"Wrote {write_report(result, output, version=version(), command=command)}.")

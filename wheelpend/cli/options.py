@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from wheelpend.reports.console import warn
+from wheelpend.reports.console import print_warnings
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
@@ -25,7 +25,7 @@ PlantFile = Annotated[
     Path | None,
     typer.Option("--plant", metavar="FILE.py", help="A plant of your own: Python code, run because it is named here."),
 ]
-MODEL = Path("model.toml")
+DEFAULT_MODEL_PATH = Path("model.toml")
 
 
 def open_model(path: Path, plant: Path | None = None):
@@ -57,11 +57,11 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
     return times
 
 
-def check_logs(logs: list[Path], model) -> None:
+def print_log_findings(logs: list[Path], model) -> None:
     """Say what is odd about the logs before any physics is blamed."""
     from wheelpend.estimation.data import read_logs
-    from wheelpend.inspection.inspect import inspect_for
+    from wheelpend.inspection.inspect import inspect_for_model
 
     for log in read_logs(logs, model):
-        found = inspect_for(model, log)
-        warn([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])
+        found = inspect_for_model(model, log)
+        print_warnings([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])

@@ -10,7 +10,7 @@ import typer
 from wheelpend.cli.app import app
 from wheelpend.cli.options import Json
 from wheelpend.files import write_text
-from wheelpend.reports.console import failures, progress, show
+from wheelpend.reports.console import exit_on_failure, print_result, progress
 
 
 @app.command()
@@ -21,14 +21,14 @@ def verify(
     json: Json = None,
 ) -> None:
     """Derived equations against every numbered equation of the paper: match, misprint or assumption."""
-    from wheelpend.paper.page import page as page_of
+    from wheelpend.paper.page import page_text as page_of
     from wheelpend.paper.verification import verify as run
-    from wheelpend.paper.wording import show_verification
+    from wheelpend.paper.verification_text import print_verification
 
-    with failures(json):
+    with exit_on_failure(json):
         with progress("deriving and comparing 43 equations"):
             result = run()
-        show(result, json, lambda: show_verification(result))
+        print_result(result, json, lambda: print_verification(result))
         if page is not None:
             write_text(page, page_of(result))
 
@@ -43,10 +43,9 @@ def reproduce(
     json: Json = None,
 ) -> None:
     """The paper's tables and figures, its numbers beside ours over many seeds; writes CSV, PNG and one page."""
-    from wheelpend.reproduction import run
-    from wheelpend.reproduction import show as show_reproduction
+    from wheelpend.reproduction import print_reproduction, run
 
-    with failures(json):
+    with exit_on_failure(json):
         with progress("preparing the kernels") as update:
             result = run(what, out, seeds, progress=update)
-        show(result, json, lambda: show_reproduction(result))
+        print_result(result, json, lambda: print_reproduction(result))

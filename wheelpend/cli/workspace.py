@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.options import MODEL, Json, ModelFile, PlantFile, open_model
-from wheelpend.reports.console import failures, progress, say, show, table
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_table, progress
 
 
 @app.command()
@@ -21,12 +21,12 @@ def new(
 ) -> None:
     """Start a workspace with the paper's model, or that of another plant: model.toml and generated/."""
     from wheelpend.model import workspace
-    from wheelpend.model.user_plants import named_plant
+    from wheelpend.model.user_plants import plant_name
 
-    with failures(), progress("deriving the model"):
-        model = workspace.create(folder, named_plant(plant))
+    with exit_on_failure(), progress("deriving the model"):
+        model = workspace.create(folder, plant_name(plant))
         again = f" --plant {plant}" if plant.endswith(".py") else ""
-        say(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv{again}` there.")
+        print_line(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv{again}` there.")
 
 
 @app.command()
@@ -36,66 +36,66 @@ def equations(
         str | None,
         typer.Option(metavar="OTHER", help="Print what changes: OTHER is a model file, or ASSUMPTION=CHOICE."),
     ] = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
 ) -> None:
     """Print the derived equations, regressor and filtered pieces, or what changed between two models."""
-    from wheelpend.model.equations import describe, difference, other_model
+    from wheelpend.model.equations import difference_text, equations_text, other_model
 
-    with failures(), progress("deriving"):
+    with exit_on_failure(), progress("deriving"):
         opened = open_model(model, plant)
-        say(difference(opened, other_model(opened, diff), latex) if diff else describe(opened, latex))
+        print_line(difference_text(opened, other_model(opened, diff), latex) if diff else equations_text(opened, latex))
 
 
 @app.command()
 def generate(
     check: Annotated[bool, typer.Option("--check", help="Say what is stale and change nothing.")] = False,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
 ) -> None:
     """Derive the model and write generated/."""
     from wheelpend.errors import Failure
     from wheelpend.model import workspace
 
-    with failures(), progress("deriving the model"):
+    with exit_on_failure(), progress("deriving the model"):
         opened = open_model(model, plant)
         if not check:
-            workspace.generate_into(opened.workspace / "generated", opened)
-            say(f"Wrote {opened.workspace / 'generated'}.")
+            workspace.write_generated_code(opened.workspace / "generated", opened)
+            print_line(f"Wrote {opened.workspace / 'generated'}.")
             return
-        difference = workspace.stale(opened)
+        difference = workspace.generated_code_diff(opened)
         if difference:
-            say(difference)
+            print_line(difference)
             raise Failure(f"{opened.workspace / 'generated'} must be what {opened.path} derives to, but it is stale. "
                           "Run `wheelpend generate`.")  # fmt: skip
-        say(f"{opened.workspace / 'generated'} is up to date.")
+        print_line(f"{opened.workspace / 'generated'} is up to date.")
 
 
 @app.command()
-def history(model: ModelFile = MODEL, plant: PlantFile = None, json: Json = None) -> None:
+def history(model: ModelFile = DEFAULT_MODEL_PATH, plant: PlantFile = None, json: Json = None) -> None:
     """The error ladder of this workspace: every change and what it did to the error."""
     from wheelpend.model import workspace
-    from wheelpend.reports.numbers import number
+    from wheelpend.reports.numbers import number_text
 
-    with failures(json):
+    with exit_on_failure(json):
         entries = workspace.history(open_model(model, plant).workspace)
 
         def text() -> None:
-            rows = [(e["change"], number(e.get("error_before")), number(e.get("error_after")),
+            rows = [(e["change"], number_text(e.get("error_before")), number_text(e.get("error_after")),
                      ", ".join(e.get("logs", [])))
                     for e in entries]  # fmt: skip
             if rows:
-                table("History", ("change", "error before", "error after", "logs"), rows)
+                print_table("History", ("change", "error before", "error after", "logs"), rows)
             else:
-                say("No change has been recorded yet.")
+                print_line("No change has been recorded yet.")
 
-        show({"schema": 1, "history": entries}, json, text)
+        print_result({"schema": 1, "history": entries}, json, text)
 
 
 @app.command()
 def effects(
     effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None,
-    model: ModelFile = MODEL,
+    model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
@@ -103,11 +103,11 @@ def effects(
     import derive
     from wheelpend.errors import Failure
 
-    with failures(json):
+    with exit_on_failure(json):
         known, suited = derive.effects.all_with(), lambda row: row
-        if model != MODEL or model.exists():
+        if model != DEFAULT_MODEL_PATH or model.exists():
             opened = open_model(model, plant)
-            built = opened.nameplate
+            built = opened.plant_signature
             known, suited = derive.effects.possible_on(built, opened.own), lambda row: derive.effects.suited(row, built)
         try:
             rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]
@@ -122,25 +122,25 @@ def effects(
         def text() -> None:
             units = [", ".join(f"{p.name} [{p.unit}]" for p in e.parameters) for e in rows]
             cells = [(e.name, e.family, e.sentence, u, e.equation) for e, u in zip(rows, units, strict=True)]
-            table("Effects", ("effect", "family", "what it is", "parameters", "law"), cells)
+            print_table("Effects", ("effect", "family", "what it is", "parameters", "law"), cells)
             if effect:
-                say(rows[0].means)
+                print_line(rows[0].means)
 
-        show({"schema": 1, "effects": data}, json, text)
+        print_result({"schema": 1, "effects": data}, json, text)
 
 
 @app.command()
-def warm(model: ModelFile = MODEL, plant: PlantFile = None) -> None:
+def warm(model: ModelFile = DEFAULT_MODEL_PATH, plant: PlantFile = None) -> None:
     """Compile the kernels ahead of time."""
     from time import monotonic
 
     from wheelpend.kernels.cache import cache_folder
     from wheelpend.model.precompile import compile_all
 
-    with failures(), progress("compiling") as update:
+    with exit_on_failure(), progress("compiling") as update:
         opened, begin = open_model(model, plant), monotonic()
         found = compile_all(opened, update)
         seconds = f"{monotonic() - begin:.0f} s"
-        say(f"Compiled the kernels of the {', the '.join(found)} in {seconds}." if found else
+        print_line(f"Compiled the kernels of the {', the '.join(found)} in {seconds}." if found else
             f"Every kernel of {opened.path} was compiled already; loading them all took {seconds}.")  # fmt: skip
-        say(f"The machine code is kept in {cache_folder()}, where every later run finds it.")
+        print_line(f"The machine code is kept in {cache_folder()}, where every later run finds it.")

@@ -13,19 +13,19 @@ from derive.effects import Effect
 from wheelpend.diagnosis.score_test import Candidate, size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
-from wheelpend.estimation.parameter_table import honest_sigma
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.profiled_starts import nothing
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.parameter_table import conservative_standard_error
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.profiled_starts import null_values
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.numerics import null_space
 
-SIGNIFICANCE = 0.01  # family-wise, over the whole library
-WORTHWHILE = 0.005  # relative fall of the held-out error below which an effect is not worth naming
-BLOCKS = 5  # of each held-out part, that are asked whether the error falls in them
-CONFIRMING = 10  # of each held-out part, whose scatter tells the error of a confirmation
+FAMILYWISE_SIGNIFICANCE_LEVEL = 0.01  # family-wise, over the whole library
+MIN_RELATIVE_ERROR_DECREASE = 0.005  # relative fall of the held-out error below which an effect is not worth naming
+AGREEMENT_BLOCK_COUNT = 5  # of each held-out part, that are asked whether the error falls in them
+CONFIRMATION_BLOCK_COUNT = 10  # of each held-out part, whose scatter tells the error of a confirmation
 
 
-class OfLog(NamedTuple):
+class LogEstimate(NamedTuple):
     """What one of several logs says of an effect's own parameters in it."""
 
     log: str
@@ -34,7 +34,7 @@ class OfLog(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Tried:
+class CandidateFit:
     """An effect after its refit; coefficients that each log has for itself are the first log's."""
 
     effect: str
@@ -49,71 +49,94 @@ class Tried:
     physical: bool
     fit: Fit = field(repr=False)
     beyond: dict[str, float] = field(default_factory=dict)  # p-value of what it adds to each effect it contains
-    per_log: tuple[OfLog, ...] = ()  # of several logs, where the effect has a size in each
+    per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     p_discovery: float | None = None  # from the training data that chose the effect, corrected for the library
     p_confirmation: float | None = None  # from held-out data, corrected for how many effects were judged on them
 
-    def worth_naming(self, before: float) -> bool:
+    def is_supported(self, before: float) -> bool:
         """Significant, physically possible, and lowering the held-out error by enough."""
-        return self.physical and self.p_value < SIGNIFICANCE and self.error_after < (1.0 - WORTHWHILE) * before
+        return (
+            self.physical
+            and self.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
+            and self.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * before
+        )
 
-    def worth_more_than(self, smaller: Tried) -> bool:
+    def improves_on(self, smaller: CandidateFit) -> bool:
         """Whether what it adds to an effect that it contains is significant and lowers the held-out error by enough."""
-        better = self.error_after < (1.0 - WORTHWHILE) * smaller.error_after
-        return better and self.beyond.get(smaller.effect, 0.0) < SIGNIFICANCE
+        better = self.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * smaller.error_after
+        return better and self.beyond.get(smaller.effect, 0.0) < FAMILYWISE_SIGNIFICANCE_LEVEL
 
 
-def judge(
-    study: Study,
+def evaluate_candidate(
+    problem: EstimationProblem,
     candidate: Candidate,
     fitted: Fit,
     evidence: Fit,
     before: float,
-    old: list[np.ndarray],
+    residuals_before: list[np.ndarray],
     *,
     tests: int,
     judged: int,
-) -> Tried:
+) -> CandidateFit:
     """Evidence for one effect: significance, agreement of blocks, fall of the held-out error.
 
     It is one of so many tests on the training data, and one of so many effects judged on the held-out data. The larger
     of the two corrected probabilities counts.
     """
     effect = candidate.effect
-    after, residuals = held_residuals(study, fitted)
+    after, residuals = validation_residuals(problem, fitted)
     names = [n for n in fitted.free if n.split("@")[0] in effect.full_names]
     coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
-    sigma = {p.name: honest_sigma(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
+    sigma = {p.name: conservative_standard_error(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sized = [n for n in names if n.split("@")[0] in size_names(effect)]
-    away = distance(evidence, sized, nothing(study, effect))
-    added = beyond(study, effect, evidence, tests)
-    found = max([min(1.0, wald(evidence, sized, away) * tests), *(added[s] for s in study.replaced(effect.name))])
-    again = min(1.0, confirmation(study, old, residuals) * judged) if study.held else None
-    per_log = sizes_per_log(study, fitted, effect)
+    away = deviation_from_absence(evidence, sized, null_values(problem, effect))
+    added = incremental_p_values(problem, effect, evidence, tests)
+    found = max(
+        [min(1.0, wald_p_value(evidence, sized, away) * tests), *(added[s] for s in problem.replaced(effect.name))]
+    )
+    again = (
+        min(1.0, confirmation_p_value(problem, residuals_before, residuals) * judged) if problem.validation else None
+    )
+    per_log = estimates_per_log(problem, fitted, effect)
     all_sizes = [(coefficients, sigma), *((o.coefficients, o.sigma) for o in per_log)]
-    physical = all(possible(effect, coefficients | c, sigma | s) for c, s in all_sizes)
-    return Tried(
-        effect.name, effect.family, coefficients, sigma, {p.name: p.unit for p in effect.parameters},
-        max(found, again or 0.0), agreement(old, residuals), after, (), physical, fitted, added, per_log, found, again,
-    )  # fmt: skip
-
-
-def sizes_per_log(study: Study, fitted: Fit, effect: Effect) -> tuple[OfLog, ...]:
-    """An effect's own size in each of several logs, where it has one."""
-    names = per_log_names([n for n in effect.full_names if f"{n}@0" in fitted.free])
-    if len(study.logs) < 2 or not names:
-        return ()
-    return tuple(
-        OfLog(
-            log.name,
-            {n.partition(".")[2]: fitted.of_log(k)[n] for n in names},
-            {n.partition(".")[2]: honest_sigma(fitted, n, k) for n in names},
-        )
-        for k, log in enumerate(study.logs)
+    physical = all(is_physical(effect, coefficients | c, sigma | s) for c, s in all_sizes)
+    return CandidateFit(
+        effect.name,
+        effect.family,
+        coefficients,
+        sigma,
+        {p.name: p.unit for p in effect.parameters},
+        max(found, again or 0.0),
+        block_agreement(residuals_before, residuals),
+        after,
+        (),
+        physical,
+        fitted,
+        added,
+        per_log,
+        found,
+        again,
     )
 
 
-def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarray]) -> float:
+def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -> tuple[LogEstimate, ...]:
+    """An effect's own size in each of several logs, where it has one."""
+    names = per_log_names([n for n in effect.full_names if f"{n}@0" in fitted.free])
+    if len(problem.logs) < 2 or not names:
+        return ()
+    return tuple(
+        LogEstimate(
+            log.name,
+            {n.partition(".")[2]: fitted.of_log(k)[n] for n in names},
+            {n.partition(".")[2]: conservative_standard_error(fitted, n, k) for n in names},
+        )
+        for k, log in enumerate(problem.logs)
+    )
+
+
+def confirmation_p_value(
+    problem: EstimationProblem, residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
+) -> float:
     """Probability, by chance, that held-out data follow what an effect changes in the prediction, as far as they do.
 
     The old residuals are regressed on the change, which the training data alone have fixed: a factor of 1 says that
@@ -124,9 +147,9 @@ def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarr
     from scipy.special import stdtr  # imported late, as in the whole tool: it takes longer to load than most commands
 
     blocks = []
-    for before, after in zip(old, new, strict=True):
+    for before, after in zip(residuals_before, residuals_after, strict=True):
         used = np.flatnonzero(np.isfinite(before).any(axis=1))
-        for block in np.array_split(used, min(CONFIRMING, len(used))):
+        for block in np.array_split(used, min(CONFIRMATION_BLOCK_COUNT, len(used))):
             change = before[block] - after[block]
             blocks.append((np.nansum(before[block] * change), np.nansum(change**2)))
     along, power = np.array(blocks).T
@@ -134,19 +157,21 @@ def confirmation(study: Study, old: Sequence[np.ndarray], new: Sequence[np.ndarr
         return 1.0
     factor = along.sum() / power.sum()
     scatter = np.sqrt(np.sum((along - factor * power) ** 2) * len(blocks) / max(len(blocks) - 1, 1))
-    unsure = 1.0 + sum(h.part.values for h in study.held) / sum(p.values for p in study.training)
+    unsure = 1.0 + sum(h.part.values for h in problem.validation) / sum(p.values for p in problem.training)
     sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(unsure)
     return float(stdtr(max(len(blocks) - 1, 1), -factor / sigma))
 
 
-def beyond(study: Study, effect: Effect, evidence: Fit, tests: int) -> dict[str, float]:
+def incremental_p_values(problem: EstimationProblem, effect: Effect, evidence: Fit, tests: int) -> dict[str, float]:
     """Probability, by chance, of what an effect adds to each effect that it contains."""
     names = [f"{effect.name}.{p.name}" for p in effect.linear]
     found = {}
-    for smaller, weights in study.module.CONTAINS.get(effect.name, {}).items():
+    for smaller, weights in problem.module.CONTAINS.get(effect.name, {}).items():
         if all(n in evidence.free for n in names):
             added = null_space(np.array(weights).T).T  # combinations that vanish where it is but the smaller one
-            found[smaller] = min(1.0, wald(evidence, names, distance(evidence, names, {}), added) * tests)
+            found[smaller] = min(
+                1.0, wald_p_value(evidence, names, deviation_from_absence(evidence, names, {}), added) * tests
+            )
     return found
 
 
@@ -155,14 +180,14 @@ def coefficient(fitted: Fit, name: str) -> float:
     return fitted.of_log(0)[name]
 
 
-def distance(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
+def deviation_from_absence(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
     """How far coefficients are from those at which they do nothing, zero where none is given."""
     parts = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
     away = [fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in parts]
     return np.where(np.isinf(away), 0.0, away)  # what stayed infinite was not fitted
 
 
-def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarray | None = None) -> float:
+def wald_p_value(fitted: Fit, names: Sequence[str], deviation: np.ndarray, combined: np.ndarray | None = None) -> float:
     """Probability of coefficients this far away by chance, with the more cautious of two covariances.
 
     ``combined`` (n, names) tests combinations of them instead.
@@ -171,7 +196,7 @@ def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarr
 
     places = [fitted.free.index(n) for n in names]
     mixed = np.eye(len(names)) if combined is None else combined
-    values, count = mixed @ away, len(mixed)
+    values, count = mixed @ deviation, len(mixed)
     segments = sum(len(s) for s in fitted.states)
     kinds = (
         (fitted.covariance * max(fitted.error, 1.0) ** 2, max(segments - len(fitted.free), 2), 1.0),
@@ -185,7 +210,7 @@ def wald(fitted: Fit, names: Sequence[str], away: np.ndarray, combined: np.ndarr
     return worst
 
 
-def possible(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
+def is_physical(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
     """Whether every coefficient lies in its physical range and order, within two standard errors."""
     pairs = itertools.pairwise(effect.ordered)
     return all(
@@ -194,11 +219,11 @@ def possible(effect: Effect, coefficients: dict[str, float], sigma: dict[str, fl
     ) and all(coefficients[a] <= coefficients[b] + 2.0 * (sigma[a] + sigma[b]) for a, b in pairs)
 
 
-def agreement(old: list[np.ndarray], new: list[np.ndarray]) -> str:
+def block_agreement(residuals_before: list[np.ndarray], residuals_after: list[np.ndarray]) -> str:
     """In how many of five blocks of the held-out data the error falls."""
     falls = []
-    for before, after in zip(old, new, strict=True):
+    for before, after in zip(residuals_before, residuals_after, strict=True):
         used = np.flatnonzero(np.isfinite(before).any(axis=1))
-        for block in np.array_split(used, BLOCKS):
+        for block in np.array_split(used, AGREEMENT_BLOCK_COUNT):
             falls.append(np.nansum(after[block] ** 2) < np.nansum(before[block] ** 2))
     return f"{sum(falls)}/{len(falls)}"

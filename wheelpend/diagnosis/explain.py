@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheelpend.diagnosis.evidence import OfLog, Tried
-from wheelpend.diagnosis.missing_force.repeatability import Repeats
-from wheelpend.diagnosis.stepwise import MOST_EFFECTS, climb
-from wheelpend.diagnosis.verdict import Diagnosis, located, settled, with_law
-from wheelpend.estimation.criteria import EXPLAINED
+from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
+from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
+from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, stepwise
+from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameter_table import parameter_table
-from wheelpend.estimation.problem import Study
+from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.starts import best_start
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
@@ -41,7 +41,7 @@ class Step:
     error_before: float
     error_after: float
     parameters: dict[str, float] = field(default_factory=dict)  # base parameters after the step
-    per_log: tuple[OfLog, ...] = ()  # of several logs, where the effect has a size in each
+    per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     blocks_agree: str | None = None
 
 
@@ -64,8 +64,8 @@ class Explanation:
     first: Diagnosis = field(repr=False)
     last: Diagnosis = field(repr=False)
     fit: Fit = field(repr=False)
-    study: Study = field(repr=False)
-    repeats: tuple[Repeats, ...] = ()  # of what is still unexplained: on what it depends, and how much repeats
+    problem: EstimationProblem = field(repr=False)
+    repeats: tuple[ExplainedForce, ...] = ()  # of what is still unexplained: on what it depends, and how much repeats
     law: FreeLaw | None = None  # for it, on request
 
 
@@ -74,7 +74,7 @@ def explain(
     logs: Sequence[str | Path | Log],
     holdout: Sequence[str | Path | Log] = (),
     *,
-    max_effects: int = MOST_EFFECTS,
+    max_effects: int = MAX_ADDED_EFFECTS,
     without: Sequence[str] = (),
     law: bool = False,
     progress: Callable[[str], None] = lambda text: None,
@@ -83,71 +83,71 @@ def explain(
 
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     """
-    study = prepare(model, logs, holdout, without=without)
-    nominal = nominal_error(study)
+    problem = prepare(model, logs, holdout, without=without)
+    nominal = nominal_error(problem)
     progress("finding a start")
-    study, start = best_start(study)
-    rounds = climb(study, start, lambda found: len(found) > max_effects, progress)
-    steps = [step_of(r.study, r.named[0], r.error) for r in rounds[:-1]]
+    problem, start = best_start(problem)
+    rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
+    steps = [ladder_step(r.problem, r.named[0], r.error) for r in rounds[:-1]]
     first, last = rounds[0], rounds[-1]
-    study = last.study
-    first, diagnosis = settled(first, last), located(settled(last, last), progress=progress)
+    problem = last.problem
+    first, diagnosis = revise_verdict(first, last), with_missing_force(revise_verdict(last, last), progress=progress)
     if law:
         diagnosis = with_law(diagnosis, progress=progress)
     return Explanation(
-        verdict=overall(steps, diagnosis),
+        verdict=overall_verdict(steps, diagnosis),
         nominal_error=nominal,
         base_error=first.error,
         steps=tuple(steps),
-        effects=study.model.effects,
+        effects=problem.model.effects,
         error=diagnosis.error,
-        noise_floor=study.floor,
-        horizon_s=study.horizon,
-        parameters=parameter_table(study, diagnosis.fit),
+        noise_floor=problem.floor,
+        horizon_s=problem.horizon,
+        parameters=parameter_table(problem, diagnosis.fit),
         experiment=first.experiment or diagnosis.experiment,
-        warnings=study.warnings,
+        warnings=problem.warnings,
         repeats=diagnosis.repeats,
         law=diagnosis.law,
-        model=fitted_model(study, diagnosis.fit),
+        model=fitted_model(problem, diagnosis.fit),
         first=first,
         last=diagnosis,
         fit=diagnosis.fit,
-        study=study,
+        problem=problem,
     )
 
 
-def overall(steps: Sequence[Step], last: Diagnosis) -> str:
+def overall_verdict(steps: Sequence[Step], last: Diagnosis) -> str:
     """Verdict of a ladder: unexplained if the last diagnosis says so, else ambiguous if any step was.
 
     A ladder that had to end before the rest was added leaves that rest unexplained.
     """
-    if last.verdict == "unexplained" or last.error > EXPLAINED * last.noise_floor:
+    if last.verdict == "unexplained" or last.error > MAX_EXPLAINED_ERROR_RATIO * last.noise_floor:
         return "unexplained"
     return "ambiguous" if any(s.equivalent_to for s in steps) else "nothing_missing"
 
 
-def nominal_error(study: Study) -> float | None:
+def nominal_error(problem: EstimationProblem) -> float | None:
     """Held-out error with the model's nominal values, before any fit; null without them, or where it diverges."""
-    values = {n: v.nominal for n, v in study.model.parameters.items() if v.nominal is not None}
-    if any(n not in values for n in study.base):
+    values = {n: v.nominal for n, v in problem.model.parameters.items() if v.nominal is not None}
+    if any(n not in values for n in problem.base):
         return None
-    known = {**known_values(study.model), **values}
+    known = {**known_values(problem.model), **values}
     fixed = Fit(
-        known, tuple({} for _ in study.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True
+        known, tuple({} for _ in problem.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True
     )
-    error, _ = held_residuals(study, fixed)
+    error, _ = validation_residuals(problem, fixed)
     return error if np.isfinite(error) else None
 
 
-def step_of(study: Study, tried: Tried, before: float) -> Step:
+def ladder_step(problem: EstimationProblem, tried: CandidateFit, before: float) -> Step:
     """A ladder's step from a refitted candidate."""
     return Step(
         tried.effect, tried.coefficients, tried.sigma, tried.unit, tried.p_value, tried.equivalent_to,
-        before, tried.error_after, {n: tried.fit.values[n] for n in study.base}, tried.per_log, tried.blocks_agree,
+        before, tried.error_after, {n: tried.fit.values[n] for n in problem.base}, tried.per_log, tried.blocks_agree,
     )  # fmt: skip
 
 
-def fitted_model(study: Study, fitted: Fit) -> Model:
+def fitted_model(problem: EstimationProblem, fitted: Fit) -> Model:
     """The model with fitted values."""
-    table = parameter_table(study, fitted)
-    return study.model.with_fit({n: (row["value"], row["sigma"]) for n, row in table.items()})
+    table = parameter_table(problem, fitted)
+    return problem.model.with_fit({n: (row["value"], row["sigma"]) for n, row in table.items()})

@@ -12,18 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.diagnosis.score_test import linear_names, shots_with
+from wheelpend.diagnosis.score_test import linear_names, shoot_with_candidates
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.normal_equations import informations, reduce
-from wheelpend.estimation.parameters import Layout
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.shooting import Shot
+from wheelpend.estimation.normal_equations import eliminate_initial_states, segment_informations
+from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.shooting import ShootingLinearisation
 
-FOLDS = 10
-RIDGE = 1e-10  # on a unit diagonal: a column that repeats others gets no size
+FOLD_COUNT = 10
+RELATIVE_RIDGE = 1e-10  # on a unit diagonal: a column that repeats others gets no size
 
 
-class Search(NamedTuple):
+class PairSearch(NamedTuple):
     """Sums of squares left on the folds that were not fitted."""
 
     base: float  # by the base columns alone
@@ -36,26 +36,30 @@ class Search(NamedTuple):
         return int(first), int(second)
 
 
-def leading_pair(study: Study, fitted: Fit) -> tuple[str, ...]:
+def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     """The two effects that would leave least together, as far as a fit's linearisation tells; none where it cannot."""
-    effects = [e for e in study.missable() if not e.event and e.profiled is None and not e.frees]
-    plan, shots = shots_with(study, fitted, study.training, [n for e in effects for n in linear_names(e)], {})
+    effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.frees]
+    plan, shots = shoot_with_candidates(
+        problem, fitted, problem.training, [n for e in effects for n in linear_names(e)], {}
+    )
     names = [label.split("@")[0] for label in plan.labels]
     base = [k for k, n in enumerate(names) if n in fitted.names]
     order = [*base, *(k for k in range(len(names)) if k not in base), len(names)]
-    grams = fold_grams(shots, study.module.NX, plan)[:, order][:, :, order]
+    grams = fold_normal_equations(shots, problem.module.NX, plan)[:, order][:, :, order]
     if len(effects) < 2 or not np.isfinite(grams).all():
         return ()
     sorted_names = [names[k] for k in order[:-1]]
     groups = [[k for k, n in enumerate(sorted_names) if n in linear_names(e)] for e in effects]
-    return tuple(effects[k].name for k in dict.fromkeys(search(grams, len(base), groups).best_pair()))
+    return tuple(effects[k].name for k in dict.fromkeys(search_pairs(grams, len(base), groups).best_pair()))
 
 
-def fold_grams(shots: Sequence[Shot], nx: int, plan: Layout, folds: int = FOLDS) -> np.ndarray:
+def fold_normal_equations(
+    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, folds: int = FOLD_COUNT
+) -> np.ndarray:
     """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual; the segments' states are gone."""
-    reduced, size = reduce(shots, nx, plan), len(plan.labels)
+    reduced, size = eliminate_initial_states(shots, nx, plan), len(plan.labels)
     grams = np.zeros((len(reduced.scores), size + 1, size + 1))
-    grams[:, :-1, :-1] = informations(shots, nx, plan, reduced)
+    grams[:, :-1, :-1] = segment_informations(shots, nx, plan, reduced)
     grams[:, :-1, -1] = grams[:, -1, :-1] = reduced.scores
     grams[:, -1, -1] = np.concatenate([
         s.gram[:, -1, -1] - np.einsum("sx,sx->s", s.gram[:, :nx, -1], step)
@@ -65,7 +69,7 @@ def fold_grams(shots: Sequence[Shot], nx: int, plan: Layout, folds: int = FOLDS)
     return np.add.reduceat(grams, np.unique(edges), axis=0)
 
 
-def search(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) -> Search:
+def search_pairs(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) -> PairSearch:
     """Fit every group of columns and every pair of groups, beside the first ``base`` columns, to all folds but one.
 
     grams (folds, n + 1, n + 1) have what is to be explained last. Each fold is judged by fits to the others, from their
@@ -77,19 +81,19 @@ def search(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) -> Sea
     by_size: dict[int, list[int]] = {}
     for number, chosen in enumerate(columns):
         by_size.setdefault(len(chosen), []).append(number)
-    both = [_beside_base(grams.sum(axis=0) - fold, fold, base) for fold in grams]
+    both = [_project_out_base(grams.sum(axis=0) - fold, fold, base) for fold in grams]
     rest, judged = (np.array(each) for each in zip(*both, strict=True))
     left, left_base = np.zeros(len(models)), judged[:, -1, -1].sum()
     for size, numbers in by_size.items():
         places = np.array([columns[n] for n in numbers]).reshape(len(numbers), size) - base
         rows, across = places[:, :, None], places[:, None, :]
-        step = _solve(rest[:, rows, across] + RIDGE * np.eye(size), rest[:, places, -1])
+        step = _solve(rest[:, rows, across] + RELATIVE_RIDGE * np.eye(size), rest[:, places, -1])
         gain = np.einsum("fmi,fmi->m", step, 2.0 * judged[:, places, -1])
         left[numbers] = left_base - gain + np.einsum("fmi,fmij,fmj->m", step, judged[:, rows, across], step)
     pairs = np.zeros((count, count))
     for (a, b), value in zip(models, left, strict=True):
         pairs[a, b] = pairs[b, a] = value
-    return Search(float(left_base), left[:count].copy(), pairs)
+    return PairSearch(float(left_base), left[:count].copy(), pairs)
 
 
 def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -103,7 +107,7 @@ def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.stack([d * e - b * f, a * f - c * e], axis=-1) / (a * d - b * c)[..., None]
 
 
-def _beside_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tuple[np.ndarray, np.ndarray]:
+def _project_out_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tuple[np.ndarray, np.ndarray]:
     """Both normal equations without what the base columns, fitted to the first, explain; the columns of unit length.
 
     What is to be explained keeps its own length.

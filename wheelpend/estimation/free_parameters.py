@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
+from derive.plant_signature import Nameplate
 
 import derive
 from derive.effects import EffectParameter
-from derive.nameplate import Nameplate
-from wheelpend.estimation.problem import Study
+from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.model.record import Model
 
 
-def without_others(study: Study, values: Mapping[str, float]) -> dict[str, float]:
+def values_of_model_effects(problem: EstimationProblem, values: Mapping[str, float]) -> dict[str, float]:
     """Values without those of effects that are not in the study's model."""
-    return {n: v for n, v in values.items() if n.rpartition(".")[0] in (*study.model.effects, "")}
+    return {n: v for n, v in values.items() if n.rpartition(".")[0] in (*problem.model.effects, "")}
 
 
-def moments_of(effect: str) -> list[str]:
+def event_time_names(effect: str) -> list[str]:
     """Full names of the times at which an event begins and ends."""
     return [f"{effect}.{p.name}" for p in derive.effects.find(effect).parameters if p.moment]
 
@@ -59,7 +59,7 @@ def per_log_names(names: Sequence[str]) -> list[str]:
     return [n for n in names if (p := effect_parameter(n)) and p.scope in ("per log", "event")]
 
 
-def phased_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
+def tied_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
     """Sines and cosines among names whose amplitude is the machine's and whose phase is each log's own."""
     effects = dict.fromkeys(n.partition(".")[0] for n in names if "." in n and not n.startswith("missing"))
     rows = [(e, derive.effects.find(e).phased) for e in effects]
@@ -67,6 +67,6 @@ def phased_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
     return [p for p in pairs if set(p) <= set(names)]
 
 
-def free_names(study: Study, effects: Sequence[str]) -> list[str]:
+def free_names(problem: EstimationProblem, effects: Sequence[str]) -> list[str]:
     """Names of everything that a model with these effects fits."""
-    return [*study.base, *(n for e in effects for n in derive.effects.find(e).full_names)]
+    return [*problem.base, *(n for e in effects for n in derive.effects.find(e).full_names)]

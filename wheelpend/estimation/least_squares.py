@@ -11,11 +11,11 @@ import numpy as np
 from wheelpend.estimation.state_reconstruction import fill_gaps, measured_states
 from wheelpend.logs.log import Log
 
-PIECE = 200_000  # samples of a long log that are worked on at once
-AROUND = 50  # samples around a piece, from which missing readings are filled and slopes taken
-DECAYED = 40.0  # time constants after which nothing is left of the filters' start
-ROWS = 8192  # of which a QR decomposition is taken at once
-SAFE = 1e10  # condition of the scaled normal equations up to which they keep six digits
+CHUNK_SAMPLES = 200_000  # samples of a long log that are worked on at once
+CHUNK_MARGIN_SAMPLES = 50  # samples around a piece, from which missing readings are filled and slopes taken
+FILTER_DECAY_TIME_CONSTANTS = 40.0  # time constants after which nothing is left of the filters' start
+QR_BLOCK_ROWS = 8192  # of which a QR decomposition is taken at once
+MAX_NORMAL_EQUATIONS_CONDITION = 1e10  # condition of the scaled normal equations up to which they keep six digits
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.nda
     return np.append(0.5 * (acting[:-1] + acting[1:]), acting[-1:])
 
 
-def differentiation(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
+def differentiation_least_squares(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
     """Least squares with accelerations from numerical differences (paper eqs. 16, 17, 24)."""
     states = measured_states(module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     voltage = acting_input(module, log, parameters)
-    return solve(module, *equations_at(module, log.t, states, rates, voltage, parameters))
+    return solve_least_squares(module, *equations_at(module, log.t, states, rates, voltage, parameters))
 
 
 def equations_at(
@@ -66,7 +66,7 @@ def equations_at(
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
 
 
-def filtered(
+def filtered_least_squares(
     module: ModuleType,
     log: Log,
     parameters: np.ndarray,
@@ -80,15 +80,17 @@ def filtered(
     ``start`` (4,) is the state from which the filters' initial conditions (42) are made. Without it what a wrong start
     would add, the filters' free decay, is fitted along and thrown away: half a degree there can cost 90 % of X1.
     """
-    if len(log) > PIECE:
-        return _streamed(module, log, parameters, tau, first_order_hold, start)
+    if len(log) > CHUNK_SAMPLES:
+        return _chunked_least_squares(module, log, parameters, tau, first_order_hold, start)
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     begin = states[0] if start is None else start
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, first_order_hold, begin)
-    return solve(module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ))
+    return solve_least_squares(
+        module, sides, regressors, None if start is not None else free_decay(log.t, tau, module.NQ)
+    )
 
 
-def _streamed(module: ModuleType, log: Log, parameters, tau, first_order_hold: bool, start) -> LinearFit:
+def _chunked_least_squares(module: ModuleType, log: Log, parameters, tau, first_order_hold: bool, start) -> LinearFit:
     """The same piece by piece: no memory beyond the log's but for one piece.
 
     While the filters still decay from their start the rows are formed, and what they cannot help is taken out. After
@@ -96,8 +98,11 @@ def _streamed(module: ModuleType, log: Log, parameters, tau, first_order_hold: b
     """
     voltage, count = acting_input(module, log, parameters), len(module.LINEAR)
     own = (parameters, *tau, first_order_hold)
-    head = min(max(int(np.searchsorted(log.t, log.t[0] + DECAYED * max(tau))), PIECE // 8), len(log))
-    states = part_states(module, log, 0, head)
+    head = min(
+        max(int(np.searchsorted(log.t, log.t[0] + FILTER_DECAY_TIME_CONSTANTS * max(tau))), CHUNK_SAMPLES // 8),
+        len(log),
+    )
+    states = states_of_range(module, log, 0, head)
     begin = states[0] if start is None else start
     first = module.filter_regressor(log.t[:head], states, voltage[:head], *own, begin)
     rows = np.concatenate([first[1], first[0][:, :, None]], axis=2).reshape(-1, count + 1)
@@ -107,35 +112,35 @@ def _streamed(module: ModuleType, log: Log, parameters, tau, first_order_hold: b
     module.filter_start(log.t[0], begin, voltage[0], parameters, weights, memory)
     module.filtered_gram(log.t[:head], states, voltage[:head], *own, memory, np.zeros((count + 1, count + 1)))
     kept, gram = memory.copy(), rows.T @ rows
-    for part, states in pieces(module, log, head):
+    for part, states in chunks_from(module, log, head):
         module.filtered_gram(log.t[part], states, voltage[part], *own, memory, gram)
-    if condition_of(gram[:-1, :-1]) < SAFE:
-        root = square_root(gram)
+    if condition_of(gram[:-1, :-1]) < MAX_NORMAL_EQUATIONS_CONDITION:
+        root = gram_square_root(gram)
     else:
-        root = triangle(rows)
-        for part, states in pieces(module, log, head):
+        root = triangular_factor(rows)
+        for part, states in chunks_from(module, log, head):
             sides, phi = module.filter_onward(log.t[part], states, voltage[part], *own, kept)
             more = np.concatenate([phi, sides[:, :, None]], axis=2).reshape(-1, count + 1)
-            root = triangle(more, root)
-    found = solve(module, root[:, None, -1], root[:, None, :-1])
+            root = triangular_factor(more, root)
+    found = solve_least_squares(module, root[:, None, -1], root[:, None, :-1])
     degrees = (len(root) - count) / (module.NQ * len(log) - count)
     return replace(found, sigma=found.sigma * np.sqrt(max(degrees, 0.0)), rows=module.NQ * len(log))
 
 
-def pieces(module: ModuleType, log: Log, first: int) -> Iterator[tuple[slice, np.ndarray]]:
+def chunks_from(module: ModuleType, log: Log, first: int) -> Iterator[tuple[slice, np.ndarray]]:
     """Ranges of samples from one on, each with the sample before it, and their states."""
-    for a in range(first, len(log), PIECE):
-        b = min(a + PIECE, len(log))
-        yield slice(a - 1, b), part_states(module, log, a - 1, b)
+    for a in range(first, len(log), CHUNK_SAMPLES):
+        b = min(a + CHUNK_SAMPLES, len(log))
+        yield slice(a - 1, b), states_of_range(module, log, a - 1, b)
 
 
-def part_states(module: ModuleType, log: Log, first: int, last: int) -> np.ndarray:
+def states_of_range(module: ModuleType, log: Log, first: int, last: int) -> np.ndarray:
     """Measured states (last - first, NX) of some samples; those around them tell the slopes at the ends."""
-    a, b = max(first - AROUND, 0), min(last + AROUND, len(log))
+    a, b = max(first - CHUNK_MARGIN_SAMPLES, 0), min(last + CHUNK_MARGIN_SAMPLES, len(log))
     return measured_states(module, log.part(a, b))[first - a : last - a]
 
 
-def _lengths(gram: np.ndarray) -> np.ndarray:
+def _column_norms(gram: np.ndarray) -> np.ndarray:
     """Lengths of the columns of which this is the Gram matrix; 1 for one of zeros."""
     squares = np.diag(gram)
     return np.sqrt(np.where(squares > 0.0, squares, 1.0))
@@ -143,26 +148,26 @@ def _lengths(gram: np.ndarray) -> np.ndarray:
 
 def condition_of(gram: np.ndarray) -> float:
     """Condition number of a Gram matrix, scaled to a unit diagonal."""
-    scale = _lengths(gram)
+    scale = _column_norms(gram)
     values = np.linalg.eigvalsh(gram / np.outer(scale, scale))
     return float(values[-1] / max(values[0], 1e-300))
 
 
-def square_root(gram: np.ndarray) -> np.ndarray:
+def gram_square_root(gram: np.ndarray) -> np.ndarray:
     """Rows whose Gram matrix is this one."""
-    scale = _lengths(gram)
+    scale = _column_norms(gram)
     values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
 
 
-def triangle(rows: np.ndarray, root: np.ndarray | None = None) -> np.ndarray:
+def triangular_factor(rows: np.ndarray, root: np.ndarray | None = None) -> np.ndarray:
     """Upper triangle R of the QR decomposition of some rows, below those of an earlier one where it is given.
 
     It is taken of some rows at a time, so that no second matrix of their size is needed.
     """
     root = np.zeros((0, rows.shape[1])) if root is None else root
-    for first in range(0, len(rows), ROWS):
-        root = np.asarray(np.linalg.qr(np.vstack([root, rows[first : first + ROWS]]), mode="r"))
+    for first in range(0, len(rows), QR_BLOCK_ROWS):
+        root = np.asarray(np.linalg.qr(np.vstack([root, rows[first : first + QR_BLOCK_ROWS]]), mode="r"))
     return root
 
 
@@ -183,7 +188,9 @@ def free_decay(t: np.ndarray, tau: tuple[float, float], rows: int) -> np.ndarray
     return np.einsum("kc,rs->krsc", pair, np.eye(rows)).reshape(len(t), rows, 2 * rows)
 
 
-def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]) -> dict[str, float]:
+def nonnegative_least_squares(
+    module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]
+) -> dict[str, float]:
     """Filtered least squares with no parameter negative: a start for a fit, when effects may be missing.
 
     A constant on each row, dry friction in the slip of the first port and the filters' own start are fitted along and
@@ -209,7 +216,7 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
     both = np.concatenate(either, axis=2)
     nuisance = np.concatenate([drags, both, -both], axis=2)
     matrix = np.concatenate([regressors, nuisance, sides[:, :, None]], axis=2)
-    root = triangle(matrix.reshape(-1, matrix.shape[2]))
+    root = triangular_factor(matrix.reshape(-1, matrix.shape[2]))
     scale = np.linalg.norm(root[:, :-1], axis=0) + 1e-300
     weights = nnls(root[:, :-1] / scale, root[:, -1])[0]
     first = len(scale) - both.shape[2] + either[0].shape[2]  # of the turned columns of signed parameters
@@ -219,7 +226,7 @@ def positive(module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[fl
     return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
 
 
-def solve(
+def solve_least_squares(
     module: ModuleType, sides: np.ndarray, regressors: np.ndarray, nuisance: np.ndarray | None = None
 ) -> LinearFit:
     """Least squares by SVD of the column-scaled regressor (paper eq. 17); flat directions stay at zero.

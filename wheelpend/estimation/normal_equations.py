@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.parameters import Layout
-from wheelpend.estimation.shooting import Shot
+from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.shooting import ShootingLinearisation
 
 
 def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float) -> np.ndarray:
@@ -25,10 +25,10 @@ def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | fl
     return np.linalg.solve(scaled, right / scale[:, :, None]) / scale[:, :, None]
 
 
-FLAT = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
+MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
 
 
-class Reduced(NamedTuple):
+class ReducedNormalEquations(NamedTuple):
     """The parameters' own equations, the segments' states eliminated."""
 
     information: np.ndarray  # (free, free)
@@ -38,7 +38,9 @@ class Reduced(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is not kept
-def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -> Reduced:
+def eliminate_initial_states(
+    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, damping: float = 0.0
+) -> ReducedNormalEquations:
     """Eliminate the initial states of every segment (Schur complement)."""
     size = len(plan.labels)
     information, scores, steps = np.zeros((size, size)), [], []
@@ -53,10 +55,12 @@ def reduce(shots: Sequence[Shot], nx: int, plan: Layout, damping: float = 0.0) -
         scores.append(row)
         steps.append((step, answers))
     stacked = np.concatenate(scores)
-    return Reduced(information, stacked.sum(axis=0), stacked, tuple(steps))
+    return ReducedNormalEquations(information, stacked.sum(axis=0), stacked, tuple(steps))
 
 
-def promised(shots: Sequence[Shot], reduced: Reduced, nx: int, plan: Layout) -> float:
+def predicted_decrease(
+    shots: Sequence[ShootingLinearisation], reduced: ReducedNormalEquations, nx: int, plan: ParameterLayout
+) -> float:
     """By how much the sum of squares would fall in the next step, were the residual linear and nothing damped."""
     pairs = zip(shots, reduced.steps, strict=True)
     states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
@@ -70,7 +74,7 @@ def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     scale = np.where(scale > 0.0, scale, np.inf)  # a parameter without any influence does not move
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    kept = eigenvalues > FLAT * eigenvalues[-1]
+    kept = eigenvalues > MIN_EIGENVALUE_RATIO * eigenvalues[-1]
     inverse = np.where(kept, 1.0 / (np.where(kept, eigenvalues, 1.0) + damping), 0.0)
     return vectors @ (inverse * (vectors.T @ (score / scale))) / scale
 
@@ -92,7 +96,9 @@ def bounded_step(
     return step
 
 
-def informations(shots: Sequence[Shot], nx: int, plan: Layout, reduced: Reduced) -> np.ndarray:
+def segment_informations(
+    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, reduced: ReducedNormalEquations
+) -> np.ndarray:
     """Information of each segment of all parts about the free parameters (segments, free, free)."""
     found = []
     for shot, places, (_, answers) in zip(shots, plan.places, reduced.steps, strict=True):
@@ -111,7 +117,7 @@ def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.nd
     silent = scale <= 1e-150
     scale = np.where(silent, 1.0, scale)
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale) + np.diag(silent * 1.0))
-    kept = eigenvalues > FLAT * eigenvalues[-1]
+    kept = eigenvalues > MIN_EIGENVALUE_RATIO * eigenvalues[-1]
     inverse = vectors[:, kept] / eigenvalues[kept] @ vectors[:, kept].T / np.outer(scale, scale)
     lost = (vectors[:, ~kept] ** 2).sum(axis=1)
     flat = tuple(label for label, s, w in zip(labels, silent, lost, strict=True) if s or w > 1e-3)

@@ -11,7 +11,7 @@ import numpy as np
 from wheelpend.logs.log import Log
 
 
-def vector(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
+def kernel_parameters(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
     """The parameter vector of a module: named values, the log's origin, and where none is given that of absence.
 
     A constant that is not known is 1; what needs it has no influence while its own parameter is zero.
@@ -24,7 +24,7 @@ def vector(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndar
     return parameters
 
 
-class Layout(NamedTuple):
+class ParameterLayout(NamedTuple):
     """Where each free parameter stands: shared ones once, per-log ones once for every part."""
 
     names: tuple[str, ...]  # of the columns of every part
@@ -32,7 +32,7 @@ class Layout(NamedTuple):
     labels: tuple[str, ...]  # of all free parameters
 
 
-def layout(free: Sequence[str], per_log: Sequence[str], parts: int) -> Layout:
+def parameter_layout(free: Sequence[str], per_log: Sequence[str], parts: int) -> ParameterLayout:
     """Lay out free parameters over parts."""
     labels: list[str] = [n for n in free if n not in per_log]
     places = []
@@ -44,26 +44,28 @@ def layout(free: Sequence[str], per_log: Sequence[str], parts: int) -> Layout:
                 labels.append(label)
             row.append(labels.index(label))
         places.append(np.array(row, dtype=np.int64))
-    return Layout(tuple(free), tuple(places), tuple(labels))
+    return ParameterLayout(tuple(free), tuple(places), tuple(labels))
 
 
-def _limits_of(plan: Layout, limits: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+def _limits_of(plan: ParameterLayout, limits: Mapping[str, tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
     pairs = [limits.get(label.split("@")[0], (-np.inf, np.inf)) for label in plan.labels]
     return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])
 
 
-def _start_of(label: str, start: Mapping[str, float], start_per_log: Sequence[Mapping[str, float]]) -> float:
+def _start_value(label: str, start: Mapping[str, float], start_per_log: Sequence[Mapping[str, float]]) -> float:
     name, _, number = label.partition("@")
     if number and int(number) < len(start_per_log) and name in start_per_log[int(number)]:
         return float(start_per_log[int(number)][name])
     return float(start[name])
 
 
-def _shared(plan: Layout, theta: np.ndarray) -> dict[str, float]:
+def _shared_values(plan: ParameterLayout, theta: np.ndarray) -> dict[str, float]:
     return {label: float(v) for label, v in zip(plan.labels, theta, strict=True) if "@" not in label}
 
 
-def _own(plan: Layout, theta: np.ndarray, part: int, start_per_log: Sequence[Mapping[str, float]]) -> dict[str, float]:
+def _per_log_values(
+    plan: ParameterLayout, theta: np.ndarray, part: int, start_per_log: Sequence[Mapping[str, float]]
+) -> dict[str, float]:
     own = dict(start_per_log[part]) if part < len(start_per_log) else {}
     for label, v in zip(plan.labels, theta, strict=True):
         name, _, number = label.partition("@")
@@ -72,5 +74,5 @@ def _own(plan: Layout, theta: np.ndarray, part: int, start_per_log: Sequence[Map
     return own
 
 
-def _values(start, plan: Layout, theta: np.ndarray, part: int, start_per_log) -> dict[str, float]:
-    return {**start, **_shared(plan, theta), **_own(plan, theta, part, start_per_log)}
+def _values_of_part(start, plan: ParameterLayout, theta: np.ndarray, part: int, start_per_log) -> dict[str, float]:
+    return {**start, **_shared_values(plan, theta), **_per_log_values(plan, theta, part, start_per_log)}

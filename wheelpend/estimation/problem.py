@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
+from derive.plant_signature import Nameplate
 
 import derive
 from derive.effects import Effect
-from derive.nameplate import Nameplate
 from wheelpend.errors import Failure
-from wheelpend.estimation.segments import Held, Part
+from wheelpend.estimation.segments import Segments, ValidationData
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
@@ -23,20 +23,20 @@ from wheelpend.model.record import Model
 
 
 @dataclass(frozen=True)
-class Study:
+class EstimationProblem:
     """Everything a fit needs."""
 
     model: Model
     module: ModuleType  # the library's kernels, or the model's own
-    training: tuple[Part, ...]
-    held: tuple[Held, ...]
+    training: tuple[Segments, ...]
+    validation: tuple[ValidationData, ...]
     noise: tuple[Noise, ...]  # of each log, training logs first
     horizon: float  # s
     max_step: float  # s
     warnings: tuple[str, ...]
-    origins: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
+    fallback_starts: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
     without: tuple[str, ...] = ()  # effects that are not tried, on request
-    needless: tuple[str, ...] = ()  # nor these, which others have made needless
+    redundant_effects: tuple[str, ...] = ()  # nor these, which others have made needless
     carries: bool = False  # whether something in the model carries on from one segment to the next
 
     @property
@@ -47,7 +47,7 @@ class Study:
     @property
     def plant(self) -> Nameplate:
         """What the plant has under the model's assumptions."""
-        return self.model.nameplate
+        return self.model.plant_signature
 
     def effect(self, name: str) -> Effect:
         """A row of the library as it reads on this plant."""
@@ -66,9 +66,9 @@ class Study:
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that the plant, its assumptions and the known constants allow."""
         rows = derive.effects.possible_on(self.plant, self.model.own)
-        return tuple(derive.effects.suited(e, self.plant) for e in rows if not self.lacking(e))
+        return tuple(derive.effects.suited(e, self.plant) for e in rows if not self.why_not_testable(e))
 
-    def missable(self) -> tuple[Effect, ...]:
+    def candidates(self) -> tuple[Effect, ...]:
         """Those of them that the model may be missing: neither in it nor contained in one that is."""
         within = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
         return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in within)
@@ -77,31 +77,33 @@ class Study:
         """Effects of the model whose place one takes that contains them."""
         return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
 
-    def able(self, *effects: str) -> Study:
+    def with_candidates(self, *effects: str) -> EstimationProblem:
         """The study with kernels that have these effects besides its model's, and steps that they can be taken in."""
-        module = model_kernels.library_of(self.model, effects)
+        module = model_kernels.library_module_of(self.model, effects)
         carries = any(derive.effects.find(e).carries for e in (*self.model.effects, *effects))
         return replace(self, module=module, carries=carries)
 
-    def having(self, effects: Sequence[str]) -> Study:
+    def with_effects(self, effects: Sequence[str]) -> EstimationProblem:
         """The study of a model with these effects instead."""
-        return replace(self, model=self.model.with_effects(list(effects))).able()
+        return replace(self, model=self.model.with_effects(list(effects))).with_candidates()
 
-    def lacking(self, effect: Effect) -> str:
+    def why_not_testable(self, effect: Effect) -> str:
         """Why an effect cannot be judged, or an empty string."""
         if effect.name in self.without:
             return "was left out on request"
-        if effect.name in self.needless:
+        if effect.name in self.redundant_effects:
             return "lowers the error, but not beside the effects that explain the rest"
-        free = kernels.freed_by(self.model.effects)
+        free = kernels.released_coordinates(self.model.effects)
         if effect.frees and free and effect.frees not in free:
             return f"frees a second give inside the machine, beside {', '.join(free)}"
-        return lacking(
-            effect, self.model, model_kernels.library_of(self.model, [effect.name]) if effect.frees else self.module
+        return why_not_testable(
+            effect,
+            self.model,
+            model_kernels.library_module_of(self.model, [effect.name]) if effect.frees else self.module,
         )
 
 
-def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
+def why_not_testable(effect: Effect, model: Model, module: ModuleType) -> str:
     """Why an effect cannot be judged with a model and its library's kernels, or an empty string."""
     if own := module.ABSORBED.get(effect.full_names[0]):
         return f"is part of {', '.join(own)} on this plant"
@@ -113,31 +115,31 @@ def lacking(effect: Effect, model: Model, module: ModuleType) -> str:
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     """Known constants that an effect's equations contain."""
-    module = model_kernels.library_of(model, [effect])
+    module = model_kernels.library_module_of(model, [effect])
     names = derive.effects.find(effect).full_names
     return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
 
-def enlarged(model: Model, effect: str) -> list[str]:
+def extended_effects(model: Model, effect: str) -> list[str]:
     """A model's effects with one more, which takes the place of those that it contains."""
-    within = model_kernels.library_of(model).CONTAINS.get(effect, {})
+    within = model_kernels.library_module_of(model).CONTAINS.get(effect, {})
     return [*(e for e in model.effects if e not in within), effect]
 
 
-def refuse_meaningless(effect: Effect, model: Model) -> None:
+def require_testable(effect: Effect, model: Model) -> None:
     """Raise Failure where an effect that is to be added is one that no data can tell."""
-    if why := lacking(effect, model, model_kernels.library_of(model, [effect.name])):
+    if why := why_not_testable(effect, model, model_kernels.library_module_of(model, [effect.name])):
         raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
                       "Nothing was changed.")  # fmt: skip
 
 
-def steadied(study: Study, values: Mapping[str, float]) -> Study:
+def with_stable_step(problem: EstimationProblem, values: Mapping[str, float]) -> EstimationProblem:
     """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
-    if study.module.NA == study.module.NQ:
-        return study
-    known = study.module.PARAMETERS
-    rows = [study.effect(e.name) for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
+    if problem.module.NA == problem.module.NQ:
+        return problem
+    known = problem.module.PARAMETERS
+    rows = [problem.effect(e.name) for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
-    step = 2.0 * stable_step(study.module, {**values, **within}, study.training[0].log)  # 0.5 over the fastest rate
-    return replace(study, max_step=min(study.max_step, step))
+    step = 2.0 * stable_step(problem.module, {**values, **within}, problem.training[0].log)  # 0.5 over the fastest rate
+    return replace(problem, max_step=min(problem.max_step, step))

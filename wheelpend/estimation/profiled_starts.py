@@ -15,26 +15,29 @@ import numpy as np
 from derive.effects import INPUT, Effect, Quantiles, Ripple, Values
 from wheelpend.estimation import least_squares
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Part
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
 from wheelpend.kernels import load as kernels
-from wheelpend.numerics import thinned
+from wheelpend.numerics import decimated
 
-RIPPLE_TIMES = (0.01, 0.03)  # s, of the filters behind which a ripple is looked for: noise against what is left of it
-FORGOTTEN = 1e-12  # share of its peak below which nothing is left of a filter's answer
-SMOOTH = 0.4  # periods per turn within which the length of a wave behind the filters hardly changes
-BLOCKS = 40  # of a log, whose signs are drawn for a surrogate
+RIPPLE_TIME_CONSTANTS_S = (
+    0.01,
+    0.03,
+)  # s, of the filters behind which a ripple is looked for: noise against what is left of it
+NEGLIGIBLE_RESPONSE_SHARE = 1e-12  # share of its peak below which nothing is left of a filter's answer
+PERIOD_INTERPOLATION_STEP = 0.4  # periods per turn within which the length of a wave behind the filters hardly changes
+SURROGATE_BLOCK_COUNT = 40  # of a log, whose signs are drawn for a surrogate
 
 
-class Shape(NamedTuple):
+class ProfileGrid(NamedTuple):
     """What is tried for an effect's parameter that has to be profiled."""
 
     settings: tuple[dict[str, float], ...]  # by effect.parameter
     trials: int  # how many independent trials they amount to
 
 
-def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str, Shape]:
+def profile_grids(problem: EstimationProblem, fitted: Fit, effects: Iterable[Effect]) -> dict[str, ProfileGrid]:
     """Settings of every effect that has a parameter to be profiled, from the logs and a fit to them."""
     found = {}
     for effect in effects:
@@ -42,56 +45,56 @@ def shapes_of(study: Study, fitted: Fit, effects: Iterable[Effect]) -> dict[str,
         if parameter is None or parameter.starts is None or effect.event:
             continue
         if isinstance(parameter.starts, Quantiles):
-            values = quantile_starts(study, parameter)
+            values = quantile_starts(problem, parameter)
             trials = len(values)
         elif isinstance(parameter.starts, Values):
             values, trials = list(parameter.starts.at), len(parameter.starts.at)
         elif isinstance(parameter.starts, Ripple):
-            found_at = [ripple_shape(study, fitted, parameter.starts.of, tau) for tau in RIPPLE_TIMES]
-            reach = study.plant.port(parameter.starts.of).reach
+            found_at = [strongest_ripple(problem, fitted, parameter.starts.of, tau) for tau in RIPPLE_TIME_CONSTANTS_S]
+            reach = problem.plant.port(parameter.starts.of).reach
             values, trials = list(dict.fromkeys(p / reach for p, _ in found_at)), sum(t for _, t in found_at)
         else:
             continue
-        found[effect.name] = Shape(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
+        found[effect.name] = ProfileGrid(tuple({f"{effect.name}.{parameter.name}": v} for v in values), trials)
     return found
 
 
-def first_settings(study: Study) -> dict[str, float]:
+def profiled_start_values(problem: EstimationProblem) -> dict[str, float]:
     """A value from the log for each parameter of the model's effects that cannot be fitted from where it is absent."""
     found: dict[str, float] = {}
-    for effect in map(study.effect, study.model.effects):
+    for effect in map(problem.effect, problem.model.effects):
         parameter = effect.profiled
         if parameter is not None and isinstance(parameter.starts, Quantiles | Values):
             quantiles = isinstance(parameter.starts, Quantiles)
-            values = quantile_starts(study, parameter) if quantiles else list(parameter.starts.at)
+            values = quantile_starts(problem, parameter) if quantiles else list(parameter.starts.at)
             found |= {f"{effect.name}.{parameter.name}": v for v in values[len(values) // 2 :][:1]}
     return found
 
 
-def quantile_starts(study: Study, parameter) -> list[float]:
+def quantile_starts(problem: EstimationProblem, parameter) -> list[float]:
     """Quantiles of what the parameter is measured against, as far as they are possible values of it."""
-    size = magnitude(study, study.training[0], parameter.starts.of)
+    size = magnitude(problem, problem.training[0], parameter.starts.of)
     values = [float(v) for v in np.quantile(size, parameter.starts.at)]
     return list(dict.fromkeys(v for v in values if v > max(parameter.minimum, 0.0)))
 
 
-def magnitude(study: Study, part: Part, of: str) -> np.ndarray:
+def magnitude(problem: EstimationProblem, part: Segments, of: str) -> np.ndarray:
     """Absolute values of the input or of a port's speed in a part of a log."""
     log, window = part.log, slice(int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
     if of == INPUT:
         signal = log.voltage[window]
     else:
-        states = least_squares.measured_states(study.module, log)[window]
-        signal = states[:, study.module.NQ :] @ port_weights(study, of)
+        states = least_squares.measured_states(problem.module, log)[window]
+        signal = states[:, problem.module.NQ :] @ port_weights(problem, of)
     return np.abs(signal[np.isfinite(signal)])
 
 
-def port_weights(study: Study, port: str) -> np.ndarray:
+def port_weights(problem: EstimationProblem, port: str) -> np.ndarray:
     """A port's coordinate as weights on the generalised coordinates."""
-    return np.array(study.plant.port(port).weights)
+    return np.array(problem.plant.port(port).weights)
 
 
-def nothing(study: Study, effect: Effect) -> dict[str, float]:
+def null_values(problem: EstimationProblem, effect: Effect) -> dict[str, float]:
     """Sizes at which an effect does nothing on these logs, by effect.parameter.
 
     A limit does nothing from the largest value on that the logs reach. A stiffness k does nothing at infinity, and
@@ -100,12 +103,12 @@ def nothing(study: Study, effect: Effect) -> dict[str, float]:
     table = {}
     for p in effect.sizes:
         of = p.starts.of if math.isinf(p.absent) and isinstance(p.starts, Quantiles) else None
-        reached = max(float(magnitude(study, part, of).max(initial=0.0)) for part in study.training) if of else 0.0
+        reached = max(float(magnitude(problem, part, of).max(initial=0.0)) for part in problem.training) if of else 0.0
         table[f"{effect.name}.{p.name}"] = reached
     return table
 
 
-class Record(NamedTuple):
+class RippleResidual(NamedTuple):
     """What the filtered equations of a log leave over, and the waves that they are compared with."""
 
     missing: np.ndarray  # (samples,) in units of its noise
@@ -125,7 +128,7 @@ class Record(NamedTuple):
         a block are its own, and those before it that the filters remember.
         """
         answer = np.fft.ifft(self.response).real  # to an impulse
-        memory = int(np.flatnonzero(np.abs(answer) > FORGOTTEN * np.abs(answer).max())[-1]) + 1
+        memory = int(np.flatnonzero(np.abs(answer) > NEGLIGIBLE_RESPONSE_SHARE * np.abs(answer).max())[-1]) + 1
         reversed_answer, found = answer[: min(memory, len(self.angle))][::-1], []
         size = len(self.missing) // blocks
         if not size:
@@ -138,21 +141,27 @@ class Record(NamedTuple):
         return found
 
 
-def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0) -> tuple[float, int]:
+def strongest_ripple(
+    problem: EstimationProblem, fitted: Fit, port: str, tau: float, seed: int = 0
+) -> tuple[float, int]:
     """Periods per turn of the strongest ripple in a port's missing force, and how many were in effect tried.
 
     The residual of the equations behind filters is compared with sines of the port's angle behind the same filters,
     over a fine grid of periods. How many independent trials that grid amounts to is calibrated by surrogates whose
     segments have random signs.
     """
-    records = [ripple_record(study, fitted, port, k, tau) for k in range(len(study.training))]
+    records = [ripple_residual(problem, fitted, port, k, tau) for k in range(len(problem.training))]
     span = max(1.0, *(float(np.ptp(r.angle)) for r in records))
     grid = np.arange(1.0, 60.0, min(0.5, 2.0 / span))
-    near = max(1, round(SMOOTH / (grid[1] - grid[0])))
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(BLOCKS, 200))
+    near = max(1, round(PERIOD_INTERPOLATION_STEP / (grid[1] - grid[0])))
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATE_BLOCK_COUNT, 200))
     power, surrogate = np.zeros(len(grid)), np.zeros((len(grid), 200))
     for record in records:
-        amplitudes, lengths, weights = np.empty((len(grid), BLOCKS), dtype=complex), [], record.weights(BLOCKS)
+        amplitudes, lengths, weights = (
+            np.empty((len(grid), SURROGATE_BLOCK_COUNT), dtype=complex),
+            [],
+            record.weights(SURROGATE_BLOCK_COUNT),
+        )
         turns = np.exp(1j * (grid[:near] - grid[0])[:, None] * record.angle)  # from one period of the grid to the next
         for first in range(0, len(grid), near):
             waves = np.exp(1j * grid[first] * record.angle) * turns[: len(grid) - first]
@@ -167,29 +176,31 @@ def ripple_shape(study: Study, fitted: Fit, port: str, tau: float, seed: int = 0
     return float(grid[np.argmax(power)]), trials
 
 
-def ripple_record(study: Study, fitted: Fit, port: str, number: int, tau: float) -> Record:
+def ripple_residual(problem: EstimationProblem, fitted: Fit, port: str, number: int, tau: float) -> RippleResidual:
     """What the equations of a training log leave over behind filters, thinned to what those let through."""
-    plain = kernels.lean(study.model.plant, study.model.assumptions, ())
-    log, segment = study.training[number].log, study.training[number].bounds
+    plain = kernels.model_module(problem.model.plant, problem.model.assumptions, ())
+    log, segment = problem.training[number].log, problem.training[number].bounds
     values = fitted.of_log(number)
-    parameters = vector(plain, values, log)
+    parameters = kernel_parameters(plain, values, log)
     states, voltage = (
-        least_squares.measured_states(study.module, log),
+        least_squares.measured_states(problem.module, log),
         least_squares.acting_input(plain, log, parameters),
     )
     tau = max(tau, 4 * log.dt)
     thin, first, last = max(1, round(tau / (5 * log.dt))), int(segment[0, 0]), int(segment[-1, 1])
     sides, regressors = plain.filter_regressor(log.t, states, voltage, parameters, tau, 1.3 * tau, True, states[0])
     rows = (sides - regressors @ np.array([values[n] for n in plain.LINEAR]))[:last]
-    rows = (thinned(rows, thin) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
+    rows = (decimated(rows, thin) if thin > 1 else rows)[first // thin :]  # noise at higher rates must not fold
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
-    along = states[:, : study.module.NQ] @ port_weights(study, port)
-    angle = along[:last:thin] / study.plant.port(port).reach  # along a length in what counts there as one rad
-    return Record(missing, angle, first // thin, response_of(len(angle), thin * log.dt, (tau, 1.3 * tau)))
+    along = states[:, : problem.module.NQ] @ port_weights(problem, port)
+    angle = along[:last:thin] / problem.plant.port(port).reach  # along a length in what counts there as one rad
+    return RippleResidual(
+        missing, angle, first // thin, lag_frequency_response(len(angle), thin * log.dt, (tau, 1.3 * tau))
+    )
 
 
-def response_of(samples: int, dt: float, taus: Iterable[float]) -> np.ndarray:
+def lag_frequency_response(samples: int, dt: float, taus: Iterable[float]) -> np.ndarray:
     """What first-order lags in a row make of a wave, by frequency; twice as long, so that no end meets a beginning."""
     turn = np.exp(-2j * np.pi * np.fft.fftfreq(1 << (2 * samples - 1).bit_length()))
     keep = [math.exp(-dt / tau) for tau in taus]

@@ -10,7 +10,7 @@ from wheelpend.logs.log import Log
 
 
 @dataclass(frozen=True)
-class Part:
+class Segments:
     """Segments of a log on which a model is fitted or judged."""
 
     log: Log
@@ -25,15 +25,15 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Held:
+class ValidationData:
     """Held-out segments: of a training log, or of a log of its own with a first third for its per-log parameters."""
 
-    part: Part
+    part: Segments
     training: int | None  # index of the training log it belongs to
-    calibration: Part | None
+    calibration: Segments | None
 
 
-def runs(bounds: np.ndarray) -> list[tuple[int, int]]:
+def contiguous_ranges(bounds: np.ndarray) -> list[tuple[int, int]]:
     """Ranges of samples that consecutive segments cover without a gap."""
     breaks = np.flatnonzero(bounds[1:, 0] != bounds[:-1, 1])
     begins, ends = bounds[np.r_[0, breaks + 1], 0], bounds[np.r_[breaks, len(bounds) - 1], 1]

@@ -18,14 +18,14 @@ import numpy as np
 
 import derive
 from derive.effects import PathForce
-from wheelpend.estimation.segments import Part
-from wheelpend.parallel import company, threads
+from wheelpend.estimation.segments import Segments
+from wheelpend.parallel import thread_budget, threads
 
-EVERYWHERE = np.iinfo(np.int64).max
+NO_WINDOW_END = np.iinfo(np.int64).max
 
 
 @dataclass(frozen=True)
-class Shot:
+class ShootingLinearisation:
     """A least-squares problem, linearised at a point."""
 
     gram: np.ndarray  # (segments, n + 1, n + 1), [J r]ᵀ[J r], states first, residual last
@@ -40,24 +40,24 @@ class Shot:
 
 def shoot(
     module: ModuleType,
-    part: Part,
+    part: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
     columns: Sequence[int] = (),
     window: np.ndarray | None = None,
     max_step: float = 0.002,
-    keep: bool = True,
-) -> Shot:
+    keep_residual: bool = True,
+) -> ShootingLinearisation:
     """Simulate a part's segments and linearise the residual in the states and the parameters of columns.
 
     Without ``keep`` the residual is not stored, only its squares: a long log needs no memory beyond its own.
     """
     chosen = np.array(columns, dtype=np.int64)
     if window is None:
-        window = np.tile(np.array([0, EVERYWHERE], dtype=np.int64), (chosen.size, 1))
+        window = np.tile(np.array([0, NO_WINDOW_END], dtype=np.int64), (chosen.size, 1))
     size = module.NX + chosen.size + 1
     gram = np.zeros((len(part.bounds), size, size))
-    residual = np.full(part.log.measured.shape if keep else (0, module.NY), np.nan)
+    residual = np.full(part.log.measured.shape if keep_residual else (0, module.NY), np.nan)
     log, weight = part.log, 1.0 / part.sigma
 
     def some(a: int, b: int) -> None:
@@ -67,7 +67,7 @@ def shoot(
             chosen, window, max_step, gram[a:b], residual,
         )  # fmt: skip
 
-    count, workers = len(part.bounds), _workers(module, part, parameters)
+    count, workers = len(part.bounds), _worker_count(module, part, parameters)
     edges = [count * k // workers for k in range(workers + 1)]
     try:
         if workers == 1:
@@ -78,12 +78,12 @@ def shoot(
         gram[:] = np.nan
     if part.weights is not None:
         gram *= part.weights[:, None, None]
-    return Shot(gram, residual)
+    return ShootingLinearisation(gram, residual)
 
 
-def _workers(module: ModuleType, part: Part, parameters: np.ndarray) -> int:
+def _worker_count(module: ModuleType, part: Segments, parameters: np.ndarray) -> int:
     """Threads among which segments are shared: one where they hang together, or are few."""
-    return 1 if len(part.bounds) < 8 or carries_on(module, parameters) else company.share()
+    return 1 if len(part.bounds) < 8 or has_coupled_segments(module, parameters) else thread_budget.share()
 
 
 @cache
@@ -91,7 +91,7 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=threads())
 
 
-def carries_on(module: ModuleType, parameters: np.ndarray) -> bool:
+def has_coupled_segments(module: ModuleType, parameters: np.ndarray) -> bool:
     """Whether a segment depends on the one before: something moves inside the machine, or has a memory."""
     remembering = [e.full_names[0] for e in derive.effects.LIBRARY.values() if isinstance(e.enters, PathForce)]
     there = [module.PARAMETERS.index(n) for n in remembering if n in module.PARAMETERS]

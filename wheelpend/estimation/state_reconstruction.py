@@ -25,12 +25,12 @@ def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> n
     patterns = known @ bits
     for number in np.flatnonzero(np.bincount(patterns)):
         pattern, rows = number & bits > 0, patterns == number
-        by_value, by_slope = maps(module, pattern)
+        by_value, by_slope = reconstruction_matrices(module, pattern)
         states[rows] = np.nan_to_num(values[rows]) @ by_value.T + np.nan_to_num(slopes[rows]) @ by_slope.T
     return states
 
 
-def maps(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def reconstruction_matrices(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """What turns readings, and their slopes, into states, (NX, NY) each, where only some channels have a value."""
     weights = np.where(known[:, None], module.READS, 0.0)
     positions, rates = weights[:, : module.NQ], weights[:, module.NQ :]
@@ -38,10 +38,10 @@ def maps(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     untold = null_space(rates) if rates.any() else np.eye(module.NQ)
     by_slope = untold @ np.linalg.pinv(positions @ untold)
     by_value = np.vstack([np.linalg.pinv(positions), told - by_slope @ positions @ told])
-    return _clean(by_value), _clean(np.vstack([np.zeros_like(by_slope), by_slope]))
+    return _without_rounding_noise(by_value), _without_rounding_noise(np.vstack([np.zeros_like(by_slope), by_slope]))
 
 
-def _clean(matrix: np.ndarray) -> np.ndarray:
+def _without_rounding_noise(matrix: np.ndarray) -> np.ndarray:
     """A matrix without the dust of its computation."""
     return np.where(np.abs(matrix) < 1e-12, 0.0, np.round(matrix, 14))
 
@@ -65,19 +65,19 @@ def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
     return signal if good.all() or not good.any() else np.interp(t, t[good], signal[good])
 
 
-def slips(module: ModuleType) -> dict[str, np.ndarray]:
+def port_motion(module: ModuleType) -> dict[str, np.ndarray]:
     """Angles and speeds of the ports that are no coordinate's own, by their text, as weights (NX,) on the states."""
     found = {}
     for weights in module.PORTS.values():
         for first, rest in ((0, module.NQ), (module.NQ, 0)):  # the angle, the speed
             names = module.STATES[first : first + module.NQ]
-            text = signed(dict(zip(names, weights, strict=True)))
+            text = combination_text(dict(zip(names, weights, strict=True)))
             if text not in names:
                 found[text] = np.concatenate([np.zeros(first), weights, np.zeros(rest)])
     return found
 
 
-def signed(weights: Mapping[str, float]) -> str:
+def combination_text(weights: Mapping[str, float]) -> str:
     """A combination with weights ±1 as text: theta_w - theta_p."""
     parts = [(n, w) for n, w in weights.items() if w]
     return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()

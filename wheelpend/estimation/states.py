@@ -7,14 +7,14 @@ from types import ModuleType
 import numpy as np
 
 from wheelpend.estimation.normal_equations import solve_damped
-from wheelpend.estimation.segments import Part
-from wheelpend.estimation.shooting import Shot, carries_on, shoot
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
 from wheelpend.estimation.state_reconstruction import states_from
 
-FEW = 3  # rounds up to which initial states are only brought up to date, from one start
+MAX_STATE_UPDATE_ROUNDS = 3  # rounds up to which initial states are only brought up to date, from one start
 
 
-def initial_states(module: ModuleType, part: Part) -> np.ndarray:
+def initial_states(module: ModuleType, part: Segments) -> np.ndarray:
     """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
     Angles and rates come from short parabolas through what follows, or what the points allow.
@@ -24,11 +24,11 @@ def initial_states(module: ModuleType, part: Part) -> np.ndarray:
     beyond = places >= part.bounds[:, 1:]
     places = np.minimum(places, len(log) - 1)
     t, measured = log.t[places] - log.t[first], np.where(beyond[:, :, None], np.nan, log.measured[places])
-    curves = np.stack([polynomials(t, measured[:, :, c]) for c in range(module.NY)], axis=2)
+    curves = np.stack([parabola_values_and_slopes(t, measured[:, :, c]) for c in range(module.NY)], axis=2)
     return states_from(module, curves[:, 0], curves[:, 1])
 
 
-def polynomials(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
+def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
     """Value and slope at time 0 (segments, 2) of least-squares parabolas through signals (segments, samples) at t.
 
     Through two points goes a line, through one a constant; NaN where there is none.
@@ -48,52 +48,63 @@ def polynomials(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
 @np.errstate(over="ignore", invalid="ignore")  # a segment that runs away gives infinities, and is not kept
 def fit_states(
     module: ModuleType,
-    part: Part,
+    part: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
     max_step: float = 0.002,
     rounds: int = 8,
-    keep: bool = True,
-) -> tuple[np.ndarray, Shot]:
+    keep_residual: bool = True,
+) -> tuple[np.ndarray, ShootingLinearisation]:
     """Fit only the initial states; every segment has its own damping and keeps its best."""
-    if carries_on(module, parameters):
-        states = in_turn(module, part, states, parameters, max_step, rounds)
-        return states, shoot(module, part, states, parameters, max_step=max_step, keep=keep)
+    if has_coupled_segments(module, parameters):
+        states = sequential_states(module, part, states, parameters, max_step, rounds)
+        return states, shoot(module, part, states, parameters, max_step=max_step, keep_residual=keep_residual)
     states = states.copy()
-    shot = shoot(module, part, states, parameters, max_step=max_step, keep=keep)
+    shot = shoot(module, part, states, parameters, max_step=max_step, keep_residual=keep_residual)
     damping = np.full(len(states), 1e-4)
     for _ in range(rounds):
         step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
-        trial = shoot(module, part, states + step, parameters, max_step=max_step, keep=keep)
+        trial = shoot(module, part, states + step, parameters, max_step=max_step, keep_residual=keep_residual)
         old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
         better = new < old
         gain = np.where(better & np.isfinite(old), old - new, 0.0)
         states[better] += step[better]
         damping = np.where(better, damping * 0.1, damping * 10.0)
-        shot = _merge(shot, trial, part, better)
+        shot = _merge_improved(shot, trial, part, better)
         if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
             break
     return states, shot
 
 
-def in_turn(
-    module: ModuleType, part: Part, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+def sequential_states(
+    module: ModuleType, part: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
 ) -> np.ndarray:
     """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
     log, found = part.log, states.copy()
     try:
         module.settle(
-            log.t, log.voltage, log.measured, 1.0 / part.sigma, part.bounds, found, parameters, max_step, rounds,
-            rounds > FEW,  # then also from where the one before ended, which no missed contact has led astray
-        )  # fmt: skip
+            log.t,
+            log.voltage,
+            log.measured,
+            1.0 / part.sigma,
+            part.bounds,
+            found,
+            parameters,
+            max_step,
+            rounds,
+            # then also from where the one before ended, which no missed contact has led astray
+            rounds > MAX_STATE_UPDATE_ROUNDS,
+        )
     except ZeroDivisionError:  # as in shoot
         return states
     return found
 
 
-def _merge(old: Shot, new: Shot, part: Part, better: np.ndarray) -> Shot:
+def _merge_improved(
+    old: ShootingLinearisation, new: ShootingLinearisation, part: Segments, better: np.ndarray
+) -> ShootingLinearisation:
     gram, residual = old.gram.copy(), old.residual.copy()
     gram[better] = new.gram[better]
     for a, b in part.bounds[better] if len(residual) else ():
         residual[a:b] = new.residual[a:b]
-    return Shot(gram, residual)
+    return ShootingLinearisation(gram, residual)

@@ -9,20 +9,20 @@ import numpy as np
 
 import derive
 from derive.effects import InnerForce
-from wheelpend.estimation.parameters import vector
-from wheelpend.logs.log import Log, side_by_side
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.logs.log import Log, stack_inputs
 
 
 def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
     """A step that the integrator resolves the model's fastest motion with [s]; of effects what moves inside counts."""
     inside = {e.name for e in derive.effects.LIBRARY.values() if isinstance(e.enters, InnerForce)}
     kept = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in inside}
-    parameters, rates = vector(module, kept, log), np.array(module.RATES)
+    parameters, rates = kernel_parameters(module, kept, log), np.array(module.RATES)
     angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])
     order = np.concatenate([angles, rates])
     still, size = np.zeros(module.NV), len(rates)
     still[rates] = 1e-6
-    nothing = side_by_side([np.zeros(1)] * len(module.INPUTS), 1)[0]
+    nothing = stack_inputs([np.zeros(1)] * len(module.INPUTS), 1)[0]
     base = module.acceleration(0.0, still, nothing, parameters)
     matrix = np.zeros((2 * size, 2 * size))
     matrix[:size, size:] = np.eye(size)

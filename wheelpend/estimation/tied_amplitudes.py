@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-TURN = 1.0  # rad, the most that a phase turns in one step
+MAX_PHASE_STEP_RAD = 1.0  # rad, the most that a phase turns in one step
 
 
 @dataclass(frozen=True)
-class Phases:
+class TiedAmplitudes:
     """Which of all free parameters are tied, and how: coordinates are the others, then amplitude and turns per pair."""
 
     pairs: tuple[np.ndarray, ...]  # per effect: (logs, 2) places of sine and cosine
@@ -23,7 +23,7 @@ class Phases:
     kept: bool  # whether the amplitude is known, so that only the phases move
 
     @classmethod
-    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], kept: bool = False) -> Phases:
+    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], kept: bool = False) -> TiedAmplitudes:
         """Tie the pairs of names among labels, which carry @ and the number of their log."""
         logs = {n: sum(label.split("@")[0] == n for label in labels) for n, _ in pairs}
         places = [[[labels.index(f"{n}@{k}") for n in pair] for k in range(logs[pair[0]])] for pair in pairs]
@@ -39,7 +39,7 @@ class Phases:
         """Directions (free, coordinates) of all free parameters that keep the amplitudes equal."""
         columns = list(np.eye(self.size)[self.others])
         for places in self.pairs:
-            radial, across = _frame(theta[places])
+            radial, across = _polar_unit_vectors(theta[places])
             stretch = np.zeros(self.size)
             stretch[places] = radial
             columns += [] if self.kept else [stretch]
@@ -49,7 +49,7 @@ class Phases:
                 columns.append(turn)
         return np.column_stack(columns)
 
-    def moved(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def after_step(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Parameters after a step (coordinates,) along the basis at theta."""
         new, k = theta.copy(), len(self.others)
         new[self.others] += step[:k]
@@ -59,13 +59,13 @@ class Phases:
             k += not self.kept
             turn = step[k : k + len(places)] / max(amplitude, 1e-300)
             k += len(places)
-            phase = phase + np.clip(turn, -TURN, TURN)
+            phase = phase + np.clip(turn, -MAX_PHASE_STEP_RAD, MAX_PHASE_STEP_RAD)
             new[places] = grown * np.column_stack([np.cos(phase), np.sin(phase)])
         return new
 
-    def onto(self, theta: np.ndarray) -> np.ndarray:
+    def with_equal_amplitudes(self, theta: np.ndarray) -> np.ndarray:
         """The parameters with all amplitudes made equal."""
-        return self.moved(theta, np.zeros(len(self.others) + sum(len(p) + (not self.kept) for p in self.pairs)))
+        return self.after_step(theta, np.zeros(len(self.others) + sum(len(p) + (not self.kept) for p in self.pairs)))
 
     def bounds(self, limits: tuple[np.ndarray, np.ndarray], theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of a step along the basis, from those of the free parameters."""
@@ -90,7 +90,7 @@ def _phase(pairs: np.ndarray) -> np.ndarray:
     return np.arctan2(pairs[:, 1], pairs[:, 0])
 
 
-def _frame(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _polar_unit_vectors(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (logs, 2) along each pair and across it."""
     phase = _phase(pairs)
     cosine, sine = np.cos(phase), np.sin(phase)

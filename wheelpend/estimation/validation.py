@@ -7,17 +7,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from wheelpend.estimation.continuation import _fitted, kernels_for
+from wheelpend.estimation.continuation import _fit_with_scopes, kernels_for
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import free_names, per_log_names, phased_pairs
+from wheelpend.estimation.free_parameters import free_names, per_log_names, tied_pairs
 from wheelpend.estimation.prediction import prediction_error
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Held, Part
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments, ValidationData
 
-LEAD = 10  # segments before the first that is judged, through which what carries on is followed
+LEAD_IN_SEGMENTS = 10  # segments before the first that is judged, through which what carries on is followed
 
 
-def calibrated(study: Study, part: Part, values: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+def calibrated_values(
+    problem: EstimationProblem, part: Segments, values: Mapping[str, float], names: Sequence[str]
+) -> dict[str, float]:
     """Values with a log's own parameters among the names estimated on a part of it, the machine's as they are.
 
     Of a ripple the phase is the log's own, the amplitude the machine's.
@@ -25,11 +27,11 @@ def calibrated(study: Study, part: Part, values: Mapping[str, float], names: Seq
     own = per_log_names(list(dict.fromkeys(names)))
     if not own:
         return dict(values)
-    found = _fitted(study, [part], values, own, (), 10)
+    found = _fit_with_scopes(problem, [part], values, own, (), 10)
     turned = found.of_log(0)
-    if pairs := phased_pairs(own):
+    if pairs := tied_pairs(own):
         turned = with_amplitude(turned, values, pairs)
-        turned = _fitted(study, [part], turned, own, (), 10, phased=pairs, amplitude_known=True).of_log(0)
+        turned = _fit_with_scopes(problem, [part], turned, own, (), 10, phased=pairs, amplitude_known=True).of_log(0)
     return turned
 
 
@@ -43,43 +45,43 @@ def with_amplitude(turned: Mapping[str, float], values: Mapping[str, float], pai
     return found
 
 
-def held_residuals(study: Study, fitted: Fit) -> tuple[float, list[np.ndarray]]:
+def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float, list[np.ndarray]]:
     """Error of a fitted model on the held-out segments, and their residuals [σ].
 
     A hold-out log's own parameters are estimated on its first third.
     """
     squares, count, residuals = 0.0, 0, []
-    for held in study.held:
-        values = _held_values(study, fitted, held)
-        lead = LEAD if study.carries else 0
-        module = kernels_for(study, (), values)
-        _, residual = prediction_error(module, held.part, values, study.max_step, lead)
+    for held in problem.validation:
+        values = _validation_values(problem, fitted, held)
+        lead = LEAD_IN_SEGMENTS if problem.carries else 0
+        module = kernels_for(problem, (), values)
+        _, residual = prediction_error(module, held.part, values, problem.max_step, lead)
         squares += (
             float(np.nansum(residual**2))
             if np.isfinite(residual[np.isfinite(held.part.log.measured)]).any()
             else np.inf
         )
-        count += held.part.values - 2 * study.module.NQ * len(held.part.bounds)
+        count += held.part.values - 2 * problem.module.NQ * len(held.part.bounds)
         residuals.append(residual)
-    if not study.held:
+    if not problem.validation:
         return fitted.error, residuals
     error = float(np.sqrt(squares / max(count, 1)))
     return (error if np.isfinite(error) else float("inf")), residuals
 
 
-def _held_values(study: Study, fitted: Fit, held: Held) -> dict[str, float]:
+def _validation_values(problem: EstimationProblem, fitted: Fit, held: ValidationData) -> dict[str, float]:
     if held.training is not None:
         return fitted.of_log(held.training)
     if held.calibration is None:
         return dict(fitted.values)
-    names = [*fitted.names, *free_names(study, study.model.effects)]
-    return calibrated(study, held.calibration, fitted.of_log(0), names)
+    names = [*fitted.names, *free_names(problem, problem.model.effects)]
+    return calibrated_values(problem, held.calibration, fitted.of_log(0), names)
 
 
-def fit_percent(study: Study, residuals: list[np.ndarray]) -> dict[str, float]:
+def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict[str, float]:
     """100 (1 − NRMSE) of each channel over the held-out segments."""
     found = {}
-    parts = [h.part for h in study.held] or list(study.training)
+    parts = [h.part for h in problem.validation] or list(problem.training)
     for c, channel in enumerate(parts[0].log.channels):
         error = np.concatenate([r[:, c] * p.sigma[c] for r, p in zip(residuals, parts, strict=False)] or [np.zeros(1)])
         values = np.concatenate([np.where(np.isfinite(r[:, c]), p.log.measured[:, c], np.nan)

@@ -15,15 +15,15 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.experiments.excitation import Excitation
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import Noise, rounding_only
+from wheelpend.logs.noise import Noise, rounding_sigma
 
-SHRINKS = 8  # times that a trajectory is made smaller to fit the limits
-MARGIN = 0.98  # of a limit that is aimed at
-STIFF = 5.0  # how much faster than the fall a controller of our own is to be
-FASTEST = 0.2  # rad per sample that such a controller may be fast
+MAX_SHRINK_STEPS = 8  # times that a trajectory is made smaller to fit the limits
+LIMIT_MARGIN = 0.98  # of a limit that is aimed at
+LOOP_TO_FALL_SPEED_RATIO = 5.0  # how much faster than the fall a controller of our own is to be
+MAX_LOOP_SPEED_RAD_PER_SAMPLE = 0.2  # rad per sample that such a controller may be fast
 
 
 class Limits(NamedTuple):
@@ -33,7 +33,7 @@ class Limits(NamedTuple):
     voltage: float  # V
 
 
-class Played(NamedTuple):
+class SimulatedExperiment(NamedTuple):
     """An experiment as it would go."""
 
     excitation: Excitation
@@ -58,13 +58,13 @@ class Played(NamedTuple):
         """How far the wheels turn from one end of the track to the other [rad]."""
         return float(np.ptp(self.states[:, 0]))
 
-    def within(self, limits: Limits) -> bool:
+    def is_within(self, limits: Limits) -> bool:
         """Whether the robot keeps the limits."""
         return self.peak_pitch <= limits.pitch and self.peak_voltage <= limits.voltage
 
 
 @dataclass(frozen=True)
-class Loop:
+class ClosedLoop:
     """The robot that is to be recorded, under its controller."""
 
     module: ModuleType
@@ -77,42 +77,42 @@ class Loop:
 
     @classmethod
     def of(cls, module: ModuleType, values: Mapping[str, float], gains: np.ndarray, t: np.ndarray, sensors: Noise,
-           max_step: float) -> Loop:  # fmt: skip
+           max_step: float) -> ClosedLoop:  # fmt: skip
         """A loop whose sensors scatter as those of a log do; the draw is always the same."""
-        white = np.sqrt(np.maximum(sensors.sigma**2 - np.array([rounding_only(q) for q in sensors.quantum]) ** 2, 0.0))
+        white = np.sqrt(np.maximum(sensors.sigma**2 - np.array([rounding_sigma(q) for q in sensors.quantum]) ** 2, 0.0))
         noise = np.random.default_rng(0).normal(size=(len(t), module.NY)) * white
         return cls(module, values, gains, t, noise, sensors.quantum, max_step)
 
-    def with_values(self, values: Mapping[str, float]) -> Loop:
+    def with_values(self, values: Mapping[str, float]) -> ClosedLoop:
         """The same loop of another machine."""
         return replace(self, values=values)
 
-    def play(self, excitation: Excitation, factor: float = 1.0) -> Played | None:
+    def play(self, excitation: Excitation, factor: float = 1.0) -> SimulatedExperiment | None:
         """Follow a trajectory; None where the robot falls."""
         module, channels = self.module, tuple(self.module.OUTPUTS)
         angle, rate = excitation.trajectory(self.t, factor)
         still = Log(excitation.name, self.t, angle, np.zeros_like(self.noise), channels)
-        parameters = vector(module, self.values, still)
+        parameters = kernel_parameters(module, self.values, still)
         states, measured, voltage = module.closed_loop(
             self.t, angle, rate, self.gains, np.zeros(module.NX), parameters, self.noise, self.quantum, self.max_step
         )  # fmt: skip
         if not (np.isfinite(states).all() and np.isfinite(voltage).all() and np.abs(states[:, 1]).max() < np.pi / 2):
             return None
         log = Log(excitation.name, self.t, voltage, measured, channels, angle)
-        return Played(excitation, log, states, vector(module, self.values, log), factor, rate)
+        return SimulatedExperiment(excitation, log, states, kernel_parameters(module, self.values, log), factor, rate)
 
-    def play_within(self, excitation: Excitation, limits: Limits) -> Played | None:
+    def play_within(self, excitation: Excitation, limits: Limits) -> SimulatedExperiment | None:
         """Follow a trajectory, made smaller until the limits are kept; None where that does not help."""
         factor = 1.0
-        for _ in range(SHRINKS):
+        for _ in range(MAX_SHRINK_STEPS):
             played = self.play(excitation, factor)
-            if played is not None and played.within(limits):
+            if played is not None and played.is_within(limits):
                 return played
             if played is None:
                 factor *= 0.5
                 continue
             over = min(limits.pitch / played.peak_pitch, limits.voltage / played.peak_voltage)
-            factor *= min(MARGIN * over, 0.98)
+            factor *= min(LIMIT_MARGIN * over, 0.98)
         return None
 
 
@@ -120,10 +120,11 @@ def balancing_gains(module: ModuleType, values: Mapping[str, float], dt: float) 
     """Gains (3,) of a PID that keeps the model upright: linear-quadratic, on the pitch about the vertical.
 
     The wheel's slow influence on the pitch is taken as a disturbance, which the integral removes. The loop is made
-    ``STIFF`` times as fast as the fall, or as fast as samples ``dt`` [s] apart allow. Effects are left out.
+    ``LOOP_TO_FALL_SPEED_RATIO`` times as fast as the fall, or as fast as samples ``dt`` [s] apart allow. Effects are
+    left out.
     """
-    fall, damping, effect = _pitch_row(module, values)
-    speed = min(STIFF * np.sqrt(abs(fall)), FASTEST / dt)
+    fall, damping, effect = _linearised_pitch(module, values)
+    speed = min(LOOP_TO_FALL_SPEED_RATIO * np.sqrt(abs(fall)), MAX_LOOP_SPEED_RAD_PER_SAMPLE / dt)
     weight = max(speed**4 - fall**2, 0.1 * fall**2) / effect**2  # closed loop of a double integrator: speed⁴ = a² + b²q
     matrix = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, fall, damping]])
     column = np.array([[0.0], [0.0], [effect]])
@@ -133,11 +134,11 @@ def balancing_gains(module: ModuleType, values: Mapping[str, float], dt: float) 
     return np.array([angle, integral, rate])
 
 
-def _pitch_row(module: ModuleType, values: Mapping[str, float]) -> tuple[float, float, float]:
+def _linearised_pitch(module: ModuleType, values: Mapping[str, float]) -> tuple[float, float, float]:
     """Derivatives of the pitch's acceleration about the vertical in pitch, its rate, and the voltage."""
     plain = {n: v for n, v in values.items() if "." not in n}
     nowhere = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
-    parameters = vector(module, plain, nowhere)
+    parameters = kernel_parameters(module, plain, nowhere)
 
     def pitch(state: np.ndarray, voltage: float) -> float:
         return float(module.acceleration(0.0, state, voltage, parameters)[1])

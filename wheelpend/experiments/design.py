@@ -10,17 +10,17 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import effect_parameter, per_log_names
-from wheelpend.experiments.closed_loop import Limits, Played
-from wheelpend.experiments.excitation import Excitation, builtins
-from wheelpend.experiments.pose import Opening, opening
-from wheelpend.experiments.question import FINEST, SLOWEST, Question
-from wheelpend.experiments.search import GENERATIONS, Found, best_of, search
+from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
+from wheelpend.experiments.excitation import Excitation, builtin_excitations
+from wheelpend.experiments.pose import DesignProblem, pose_problem
+from wheelpend.experiments.question import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Question
+from wheelpend.experiments.search import MAX_GENERATIONS, RatedTrajectory, best_trajectory, search_trajectory
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
-from wheelpend.simulation.references import DURATION
+from wheelpend.simulation.references import BUILT_IN_DURATION_S
 
-USUAL = Limits(0.4, 24.0)  # rad, V: what the paper's commands take
-SHORTEST = 2.0  # s of a command
+USUAL_LIMITS = Limits(0.4, 24.0)  # rad, V: what the paper's commands take
+MIN_DURATION_S = 2.0  # s of a command
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Peaks:
 
 
 @dataclass(frozen=True)
-class Value:
+class ExpectedErrors:
     """A parameter and its expected standard errors; infinite where it would not be known."""
 
     value: float
@@ -54,7 +54,7 @@ class Design:
     limits: Limits
     separation: dict[str, float | None] | None  # standard errors with logs, builtin, designed; None without effects
     gap: float | None  # by which share the rivals' errors over all logs will then differ; None without effects
-    parameters: dict[str, Value]
+    parameters: dict[str, ExpectedErrors]
     builtin: str | None  # the best built-in command; None where none keeps the limits
     peaks: dict[str, Peaks]  # of builtin and designed
     gains: tuple[float, ...]  # of the controller it was rehearsed with
@@ -71,11 +71,11 @@ def design(
     logs: Sequence[str | Path | Log] = (),
     *,
     between: Sequence[str] = (),
-    pitch_limit: float = USUAL.pitch,
-    voltage_limit: float = USUAL.voltage,
-    duration: float = DURATION,
+    pitch_limit: float = USUAL_LIMITS.pitch,
+    voltage_limit: float = USUAL_LIMITS.voltage,
+    duration: float = BUILT_IN_DURATION_S,
     sample: float | None = None,
-    generations: int = GENERATIONS,
+    generations: int = MAX_GENERATIONS,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Design:
     """Find the reference trajectory that tells most beside the logs, within limits of pitch [rad] and voltage [V].
@@ -85,68 +85,70 @@ def design(
     what cannot be judged or rehearsed, and where the limits leave no room.
     """  # fmt: skip
     limits = Limits(pitch_limit, voltage_limit)
-    _check(limits, duration, sample)
-    plant = model.nameplate
+    _check_arguments(limits, duration, sample)
+    plant = model.plant_signature
     if not plant.falls or plant.further:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
-    found = opening(model, logs, between, duration, sample, progress)
+    found = pose_problem(model, logs, between, duration, sample, progress)
     question = found.question
-    worth = worth_of(question)
+    worth = criterion_of(question)
     progress("rehearsing the built-in commands")
-    room(question, limits)
-    known = best_of([b for b in builtins() if b.builtin != "upright"], question.loop, limits, worth)
-    best = search(question.loop, limits, worth, generations=generations, progress=progress)
+    check_room_within_limits(question, limits)
+    known = best_trajectory([b for b in builtin_excitations() if b.builtin != "upright"], question.loop, limits, worth)
+    best = search_trajectory(question.loop, limits, worth, generations=generations, progress=progress)
     if best is None:
-        raise Failure(_no_room(limits, "no trajectory keeps them"))
+        raise Failure(_no_room_text(limits, "no trajectory keeps them"))
     if known and known.worth > best.worth:
         best = known
     return _result(found, limits, known, best)
 
 
-def _check(limits: Limits, duration: float, sample: float | None) -> None:
+def _check_arguments(limits: Limits, duration: float, sample: float | None) -> None:
     if not (0.0 < limits.pitch < np.pi / 2):
         raise Failure(f"--pitch-limit must be an angle in rad between 0 and π/2, not {limits.pitch:g}.")
     if not limits.voltage > 0.0:
         raise Failure(f"--voltage-limit must be a voltage above 0, not {limits.voltage:g}.")
-    if not SHORTEST <= duration <= 600.0:
-        raise Failure(f"--duration must be a time of {SHORTEST:g} to 600 s, not {duration:g}.")
-    if sample is not None and not FINEST <= sample <= SLOWEST:
-        raise Failure(f"--sample must be an interval of {FINEST:g} to {SLOWEST:g} s, not {sample:g}.")
+    if not MIN_DURATION_S <= duration <= 600.0:
+        raise Failure(f"--duration must be a time of {MIN_DURATION_S:g} to 600 s, not {duration:g}.")
+    if sample is not None and not MIN_SAMPLE_INTERVAL_S <= sample <= MAX_SAMPLE_INTERVAL_S:
+        raise Failure(
+            f"--sample must be an interval of {MIN_SAMPLE_INTERVAL_S:g} to {MAX_SAMPLE_INTERVAL_S:g} s, not {sample:g}."
+        )
 
 
-def room(question: Question, limits: Limits) -> None:
+def check_room_within_limits(question: Question, limits: Limits) -> None:
     """Raise Failure where the limits leave no room even to stand still."""
-    upright = next(b for b in builtins() if b.builtin == "upright")
+    upright = next(b for b in builtin_excitations() if b.builtin == "upright")
     played = question.loop.play(upright)
     if played is None:
         raise Failure("The robot must stay up to rehearse a command, but the simulated one falls while it stands "
                       "still. Check the values of the model and the gains in [controller].")  # fmt: skip
-    if not played.within(limits):
-        raise Failure(_no_room(limits, f"standing still alone takes {played.peak_pitch:.3g} rad and "
+    if not played.is_within(limits):
+        raise Failure(_no_room_text(limits, f"standing still alone takes {played.peak_pitch:.3g} rad and "
                                        f"{played.peak_voltage:.3g} V, because the controller answers to the noise of "
                                        "the sensors"))  # fmt: skip
 
 
-def _no_room(limits: Limits, why: str) -> str:
+def _no_room_text(limits: Limits, why: str) -> str:
     return (f"The limits, {limits.pitch:g} rad and {limits.voltage:g} V, must leave room for a command, but {why}. "
             "Raise --pitch-limit or --voltage-limit, or use a gentler controller.")  # fmt: skip
 
 
-def worth_of(question: Question) -> Callable[[Played], float]:
+def criterion_of(question: Question) -> Callable[[SimulatedExperiment], float]:
     """What is to be made large: the least separation, or the sharpness of the parameters."""
     if question.first:
-        return lambda played: question.separation(question.told_by(played))
-    return lambda played: sharpness(question, question.told_by(played))
+        return lambda played: question.separation(question.information_of(played))
+    return lambda played: a_optimality(question, question.information_of(played))
 
 
-def sharpness(question: Question, piece: np.ndarray | None) -> float:
+def a_optimality(question: Question, piece: np.ndarray | None) -> float:
     """−log of the root mean square relative standard error of the shared parameters, none counted above 100 %.
 
     The mean of squares (A-optimality) is ruled by what is known worst. The bound enters as a prior of that width.
     """
-    known, values = question.with_piece(piece), question.sizes[-1]
+    known, values = question.information_with(piece), question.sizes[-1]
     scale = np.array([_scale(label.split("@")[0], values) for label in known.labels])
     prior = np.eye(len(scale))
     covariance = np.linalg.inv(known.information * np.outer(scale, scale) + prior)
@@ -162,17 +164,17 @@ def _scale(name: str, values) -> float:
     return max(value, least) if np.isfinite(value) else least
 
 
-def _result(found: Opening, limits: Limits, known: Found | None, best: Found) -> Design:
+def _result(found: DesignProblem, limits: Limits, known: RatedTrajectory | None, best: RatedTrajectory) -> Design:
     question, t = found.question, best.played.log.t
     pieces = {
         "logs": None,
-        "builtin": question.told_by(known.played) if known else None,
-        "designed": question.told_by(best.played),
+        "builtin": question.information_of(known.played) if known else None,
+        "designed": question.information_of(best.played),
     }
     there = {"logs": bool(question.pieces), "builtin": known is not None, "designed": True}
     errors = {k: question.errors(p) if there[k] else {} for k, p in pieces.items()}
     values = {
-        n: Value(question.sizes[-1].get(n, 0.0), errors["logs"].get(n), errors["builtin"].get(n), e)
+        n: ExpectedErrors(question.sizes[-1].get(n, 0.0), errors["logs"].get(n), errors["builtin"].get(n), e)
         for n, e in errors["designed"].items()
     }
     separation = {k: question.separation(p) if there[k] else None for k, p in pieces.items()}
@@ -180,7 +182,7 @@ def _result(found: Opening, limits: Limits, known: Found | None, best: Found) ->
     assert reference is not None
     return Design(
         between=(question.first, *question.others) if question.first else (),
-        command=_named(best),
+        command=_trajectory_text(best),
         duration_s=float(t[-1]),
         sample_s=float(t[1] - t[0]),
         limits=limits,
@@ -190,7 +192,7 @@ def _result(found: Opening, limits: Limits, known: Found | None, best: Found) ->
         builtin=known.excitation.builtin if known else None,
         peaks={k: peaks(f.played) for k, f in (("builtin", known), ("designed", best)) if f},
         gains=tuple(float(g) for g in question.loop.gains),
-        own_controller=question.with_controller,
+        own_controller=question.has_own_controller,
         sentences=found.sentences,
         t=t,
         theta_ref=reference,
@@ -199,15 +201,15 @@ def _result(found: Opening, limits: Limits, known: Found | None, best: Found) ->
     )
 
 
-def _named(found: Found) -> str:
+def _trajectory_text(found: RatedTrajectory) -> str:
     """What a trajectory is, with the factor by which it was made smaller."""
     factor, excitation = found.played.factor, found.excitation
     return excitation.name if factor == 1.0 else f"{excitation.name}, times {factor:.3g}"
 
 
-def peaks(played: Played) -> Peaks:
+def peaks(played: SimulatedExperiment) -> Peaks:
     """What a rehearsed command asks of the robot."""
     return Peaks(played.peak_pitch, played.peak_voltage, played.travel, played.factor)
 
 
-__all__ = ["Design", "Excitation", "Peaks", "Value", "design"]
+__all__ = ["Design", "Excitation", "ExpectedErrors", "Peaks", "design"]

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.simulation.references import COMMANDS
+from wheelpend.simulation.references import BUILT_IN_COMMANDS_DEG
 
-EASE = 1.0  # s in which a trajectory sets in and fades out, so that it starts and ends at rest
-SOFT = 0.15  # s in which a step of the pitch is taken
-COMPONENTS = 4  # sines of a multisine
-LOWEST, HIGHEST = 0.04, 3.0  # Hz, of a multisine's components
+FADE_DURATION_S = 1.0  # s in which a trajectory sets in and fades out, so that it starts and ends at rest
+STEP_RISE_TIME_S = 0.15  # s in which a step of the pitch is taken
+MULTISINE_COMPONENTS = 4  # sines of a multisine
+MIN_FREQUENCY_HZ, MAX_FREQUENCY_HZ = 0.04, 3.0  # Hz, of a multisine's components
 
 
 class Excitation(NamedTuple):
@@ -28,25 +28,25 @@ class Excitation(NamedTuple):
         return angle, np.gradient(angle, t)
 
 
-def builtins() -> tuple[Excitation, ...]:
+def builtin_excitations() -> tuple[Excitation, ...]:
     """The built-in commands."""
-    return tuple(Excitation(f"the command '{n}'", _radians(n), n) for n in sorted(COMMANDS))
+    return tuple(Excitation(f"the command '{n}'", _angle_rad(n), n) for n in sorted(BUILT_IN_COMMANDS_DEG))
 
 
-def _radians(name: str) -> Callable[[np.ndarray], np.ndarray]:
-    return lambda t: np.radians(COMMANDS[name](t))
+def _angle_rad(name: str) -> Callable[[np.ndarray], np.ndarray]:
+    return lambda t: np.radians(BUILT_IN_COMMANDS_DEG[name](t))
 
 
-def family() -> tuple[Excitation, ...]:
+def excitation_family() -> tuple[Excitation, ...]:
     """Drives, steps, sweeps and multisines at several amplitudes and frequencies."""
-    found = [drive(a, hold) for a in (0.03, 0.1) for hold in (3.0, 6.0)]
-    found += [steps(a, period) for a in (0.05, 0.2) for period in (2.0, 6.0)]
+    found = [steady_drives(a, hold) for a in (0.03, 0.1) for hold in (3.0, 6.0)]
+    found += [square_wave(a, period) for a in (0.05, 0.2) for period in (2.0, 6.0)]
     found += [sweep(a) for a in (0.05, 0.25)]
-    found += [band(a, low, high) for a in (0.05, 0.2) for low, high in ((0.05, 0.4), (0.4, 3.0))]
+    found += [schroeder_multisine(a, low, high) for a in (0.05, 0.2) for low, high in ((0.05, 0.4), (0.4, 3.0))]
     return tuple(found)
 
 
-def drive(lean: float, hold: float) -> Excitation:
+def steady_drives(lean: float, hold: float) -> Excitation:
     """Lean to gain speed, roll at it, lean back to lose it, and the same the other way, again and again."""
     push = 1.5  # s of leaning
     one_way = 2 * (push + hold)
@@ -55,20 +55,20 @@ def drive(lean: float, hold: float) -> Excitation:
         phase = t % (2 * one_way)
         way = np.where(phase < one_way, 1.0, -1.0)
         phase = phase % one_way
-        gain = _between(phase, 0.0, push) - _between(phase, push + hold, 2 * push + hold)
+        gain = _smooth_pulse(phase, 0.0, push) - _smooth_pulse(phase, push + hold, 2 * push + hold)
         return lean * way * gain
 
-    return Excitation(f"steady drives of {hold:g} s, gained by leaning {lean:g} rad", _eased(angle))
+    return Excitation(f"steady drives of {hold:g} s, gained by leaning {lean:g} rad", _faded(angle))
 
 
-def steps(height: float, period: float) -> Excitation:
+def square_wave(height: float, period: float) -> Excitation:
     """A square wave whose edges take a moment."""
 
     def angle(t: np.ndarray) -> np.ndarray:
         wave = np.sin(2 * np.pi * t / period)
-        return height * np.tanh(wave * period / (2 * np.pi * SOFT))
+        return height * np.tanh(wave * period / (2 * np.pi * STEP_RISE_TIME_S))
 
-    return Excitation(f"steps of ±{height:g} rad every {period / 2:g} s", _eased(angle))
+    return Excitation(f"steps of ±{height:g} rad every {period / 2:g} s", _faded(angle))
 
 
 def sweep(height: float, low: float = 0.1, high: float = 3.0) -> Excitation:
@@ -78,14 +78,14 @@ def sweep(height: float, low: float = 0.1, high: float = 3.0) -> Excitation:
         growth = np.log(high / low) / max(float(t[-1]), 1e-9)
         return height * np.sin(2 * np.pi * low * np.expm1(growth * t) / growth)
 
-    return Excitation(f"a sweep of ±{height:g} rad from {low:g} to {high:g} Hz", _eased(angle))
+    return Excitation(f"a sweep of ±{height:g} rad from {low:g} to {high:g} Hz", _faded(angle))
 
 
-def band(height: float, low: float, high: float) -> Excitation:
+def schroeder_multisine(height: float, low: float, high: float) -> Excitation:
     """A multisine over a band [Hz], with phases after Schroeder, which keep its peak low."""
-    frequencies = np.geomspace(low, high, COMPONENTS)
-    phases = -np.pi * np.arange(COMPONENTS) * (np.arange(COMPONENTS) + 1) / COMPONENTS
-    amplitudes = np.full(COMPONENTS, height / np.sqrt(COMPONENTS))
+    frequencies = np.geomspace(low, high, MULTISINE_COMPONENTS)
+    phases = -np.pi * np.arange(MULTISINE_COMPONENTS) * (np.arange(MULTISINE_COMPONENTS) + 1) / MULTISINE_COMPONENTS
+    amplitudes = np.full(MULTISINE_COMPONENTS, height / np.sqrt(MULTISINE_COMPONENTS))
     return multisine(frequencies, amplitudes, phases, f"a multisine of {height:g} rad from {low:g} to {high:g} Hz")
 
 
@@ -100,19 +100,22 @@ def multisine(
     def angle(t: np.ndarray) -> np.ndarray:
         return amplitudes @ np.sin(2 * np.pi * np.outer(frequencies, t) + phases[:, None])
 
-    return Excitation(named, _eased(angle))
+    return Excitation(named, _faded(angle))
 
 
-def _between(t: np.ndarray, first: float, last: float) -> np.ndarray:
+def _smooth_pulse(t: np.ndarray, first: float, last: float) -> np.ndarray:
     """1 between two times and 0 outside, with soft edges."""
-    return 0.5 * (np.tanh((t - first - SOFT) / SOFT) - np.tanh((t - last + SOFT) / SOFT))
+    return 0.5 * (
+        np.tanh((t - first - STEP_RISE_TIME_S) / STEP_RISE_TIME_S)
+        - np.tanh((t - last + STEP_RISE_TIME_S) / STEP_RISE_TIME_S)
+    )
 
 
-def _eased(angle: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
+def _faded(angle: Callable[[np.ndarray], np.ndarray]) -> Callable[[np.ndarray], np.ndarray]:
     """The same trajectory, which sets in and fades out."""
 
     def eased(t: np.ndarray) -> np.ndarray:
-        edge = min(EASE, float(t[-1]) / 4)
+        edge = min(FADE_DURATION_S, float(t[-1]) / 4)
         rise = np.clip(np.minimum(t, t[-1] - t) / edge, 0.0, 1.0)
         return angle(t) * 0.5 * (1.0 - np.cos(np.pi * rise))
 

@@ -17,15 +17,17 @@ import numpy as np
 import derive
 from derive.effects import SensorMap
 from wheelpend.diagnosis.score_test import project
-from wheelpend.estimation.normal_equations import covariance_of, reduce
-from wheelpend.estimation.parameters import layout
-from wheelpend.estimation.segments import Part
-from wheelpend.estimation.shooting import Shot, shoot
+from wheelpend.estimation.normal_equations import covariance_of, eliminate_initial_states
+from wheelpend.estimation.parameters import parameter_layout
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import ShootingLinearisation, shoot
 
-Ties = Mapping[str, int]  # by name: how a parameter of the last log follows from that of the log before; 0 it does not
+SignTies = Mapping[
+    str, int
+]  # by name: how a parameter of the last log follows from that of the log before; 0 it does not
 
 
-class Joint(NamedTuple):
+class JointInformation(NamedTuple):
     """Information on all parameters of several logs."""
 
     labels: tuple[str, ...]  # name, or name@log where a log has its own
@@ -36,14 +38,14 @@ class Joint(NamedTuple):
         return [k for k, label in enumerate(self.labels) if label.split("@")[0] in names]
 
 
-def of_part(
+def information_of_segments(
     module: ModuleType,
-    part: Part,
+    part: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
     names: Sequence[str],
     max_step: float,
-    truth: Mapping[str, float] | None = None,
+    fault_free_sigma: Mapping[str, float] | None = None,
 ) -> np.ndarray:
     """Information (names, names) of one log, the initial states (segments, NX) eliminated.
 
@@ -51,27 +53,29 @@ def of_part(
     """  # fmt: skip
     columns = [module.PARAMETERS.index(n) for n in names]
     shot = shoot(module, part, states, parameters, columns, max_step=max_step)
-    if truth:
-        more = _true_shot(module, part, states, parameters, names, max_step, truth)
-        shot = Shot(shot.gram + more, shot.residual)
-    return reduce([shot], module.NX, layout(names, (), 1)).information
+    if fault_free_sigma:
+        more = _fault_free_gram(module, part, states, parameters, names, max_step, fault_free_sigma)
+        shot = ShootingLinearisation(shot.gram + more, shot.residual)
+    return eliminate_initial_states([shot], module.NX, parameter_layout(names, (), 1)).information
 
 
-def _true_shot(module, part: Part, states, parameters, names: Sequence[str], max_step: float, truth) -> np.ndarray:
+def _fault_free_gram(
+    module, part: Segments, states, parameters, names: Sequence[str], max_step: float, fault_free_sigma
+) -> np.ndarray:
     """The Gram matrices of sensors that no sensor effect touches."""
-    sigma = np.array([truth.get(c, np.inf) for c in part.log.channels])
+    sigma = np.array([fault_free_sigma.get(c, np.inf) for c in part.log.channels])
     plain, columns = parameters.copy(), [module.PARAMETERS.index(n) for n in names]
     for place, name in enumerate(module.PARAMETERS):
-        if of_sensor(name):
+        if is_sensor_parameter(name):
             plain[place] = module.ABSENT[place]
     gram = shoot(module, replace(part, sigma=sigma), states, plain, columns, max_step=max_step).gram
-    silent = [module.NX + k for k, n in enumerate(names) if of_sensor(n)]
+    silent = [module.NX + k for k, n in enumerate(names) if is_sensor_parameter(n)]
     gram[:, silent, :] = 0.0
     gram[:, :, silent] = 0.0
     return gram
 
 
-def of_sensor(name: str) -> bool:
+def is_sensor_parameter(name: str) -> bool:
     """Whether a parameter is one of a sensor's effects."""
     effect, dot, _ = name.partition(".")
     if not dot or effect == "missing":
@@ -79,9 +83,9 @@ def of_sensor(name: str) -> bool:
     return isinstance(derive.effects.find(effect).enters, SensorMap)
 
 
-def joint(
-    pieces: Sequence[np.ndarray], names: Sequence[str], per_log: Collection[str], ties: Ties | None = None
-) -> Joint:
+def add_information(
+    pieces: Sequence[np.ndarray], names: Sequence[str], per_log: Collection[str], ties: SignTies | None = None
+) -> JointInformation:
     """Add up the information (names, names) of several logs.
 
     Parameters ``per_log`` have a value in each. With ``ties`` those of the last log follow from the log before.
@@ -90,17 +94,17 @@ def joint(
     rows = []
     for number in range(len(pieces)):
         last = ties is not None and number == len(pieces) - 1
-        row = [_place(n, number, per_log, ties if last else None) for n in names]
+        row = [_joint_label(n, number, per_log, ties if last else None) for n in names]
         labels += [label for label, _ in row if label not in labels]
         rows.append(row)
     total = np.zeros((len(labels), len(labels)))
     for piece, row in zip(pieces, rows, strict=True):
         chosen, signs = [labels.index(label) for label, _ in row], np.array([s for _, s in row])
         total[np.ix_(chosen, chosen)] += piece * np.outer(signs, signs)
-    return Joint(tuple(labels), total)
+    return JointInformation(tuple(labels), total)
 
 
-def _place(name: str, number: int, per_log: Collection[str], ties: Ties | None) -> tuple[str, int]:
+def _joint_label(name: str, number: int, per_log: Collection[str], ties: SignTies | None) -> tuple[str, int]:
     """The joint parameter that a log's own one is, and its sign."""
     if ties is None or number == 0:
         return (f"{name}@{number}" if name in per_log else name), 1
@@ -110,7 +114,7 @@ def _place(name: str, number: int, per_log: Collection[str], ties: Ties | None) 
 
 
 def separation(
-    known: Joint,
+    known: JointInformation,
     sizes: Sequence[Mapping[str, float]],
     first: Collection[str],
     other: Collection[str],
@@ -123,16 +127,16 @@ def separation(
     """  # fmt: skip
     lead, rest = known.places(first), known.places([*base, *other])
     information, _ = project(known.information, np.zeros(len(known.labels)), rest)
-    size = np.array([_size_of(known.labels[k], sizes) for k in lead])
+    size = np.array([_value_of(known.labels[k], sizes) for k in lead])
     return float(np.sqrt(max(size @ information[np.ix_(lead, lead)] @ size, 0.0)))
 
 
-def _size_of(label: str, sizes: Sequence[Mapping[str, float]]) -> float:
+def _value_of(label: str, sizes: Sequence[Mapping[str, float]]) -> float:
     name, _, number = label.partition("@")
     return sizes[min(int(number or 0), len(sizes) - 1)][name]
 
 
-def standard_errors(known: Joint, names: Collection[str]) -> dict[str, float]:
+def standard_errors(known: JointInformation, names: Collection[str]) -> dict[str, float]:
     """Standard error of each parameter, the others being fitted too; infinite where these logs say nothing of it.
 
     Of a parameter with a value in each log that of the last one.

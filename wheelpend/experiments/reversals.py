@@ -18,67 +18,69 @@ import derive
 from derive.effects import Deformation, Effect, InputMap, SensorMap
 from derive.functions import TIME
 
-TRACK = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
-NUMERIC = {"Sign": np.sign, "Magnitude": np.abs, "Step": lambda x: np.heaviside(x, 0.0),
+TRACK_SLOPE_SYMBOL = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
+NUMERIC_FUNCTIONS = {"Sign": np.sign, "Magnitude": np.abs, "Step": lambda x: np.heaviside(x, 0.0),
            "Ramp": lambda x: np.maximum(x, 0.0)}  # fmt: skip
-IMU = ("theta_p", "dtheta_p")  # channels of the pitch sensor
+PITCH_SENSOR_CHANNELS = ("theta_p", "dtheta_p")  # channels of the pitch sensor
 
 
-class Turn(NamedTuple):
+class PartReversal(NamedTuple):
     """A part that is turned round between two logs."""
 
     part: str
     instruction: str  # begins a sentence
 
 
-TURNS = (
-    Turn("robot", "Turn the robot round on the same ground"),
-    Turn("sensor", "Turn the pitch sensor round in its holder, its readings negated for controller and log,"),
-    Turn("leads", "Swap the two leads of every motor, the voltage negated behind the controller but not in the log,"),
+PART_REVERSALS = (
+    PartReversal("robot", "Turn the robot round on the same ground"),
+    PartReversal("sensor", "Turn the pitch sensor round in its holder, its readings negated for controller and log,"),
+    PartReversal(
+        "leads", "Swap the two leads of every motor, the voltage negated behind the controller but not in the log,"
+    ),
 )
 
 
-def sign(turn: Turn, name: str) -> int:
+def sign_after_reversal(turn: PartReversal, name: str) -> int:
     """How a parameter effect.parameter changes: 1 it keeps its value, -1 it changes its sign, 0 it is a new one."""
     if "." not in name:
         return 1
     effect = derive.effects.find(name.partition(".")[0])
     if sum(p.scope == "per log" for p in effect.parameters) > 1:
         return 0  # amplitude and phase: every log begins elsewhere
-    return _mirrored(turn.part, effect)
+    return _effect_sign(turn.part, effect)
 
 
-def turns(turn: Turn, effect: str) -> bool:
+def changes_sign(turn: PartReversal, effect: str) -> bool:
     """Whether an effect changes its sign."""
-    return any(sign(turn, n) == -1 for n in derive.effects.find(effect).full_names)
+    return any(sign_after_reversal(turn, n) == -1 for n in derive.effects.find(effect).full_names)
 
 
 @lru_cache(maxsize=256)
-def _mirrored(part: str, effect: Effect) -> int:
+def _effect_sign(part: str, effect: Effect) -> int:
     match effect.enters:
         case Deformation(symbol=name) if part == "robot":
-            return -1 if name == TRACK else 1
-        case SensorMap(channel=channel, law=law) if part == "sensor" and channel in IMU:
-            return _sign_of(lambda reading, **p: law(reading, **p), effect)
+            return -1 if name == TRACK_SLOPE_SYMBOL else 1
+        case SensorMap(channel=channel, law=law) if part == "sensor" and channel in PITCH_SENSOR_CHANNELS:
+            return _law_parity(lambda reading, **p: law(reading, **p), effect)
         case InputMap(law=law) if part == "leads":
-            return _sign_of(lambda voltage, **p: law(voltage, TIME, **p), effect)
+            return _law_parity(lambda voltage, **p: law(voltage, TIME, **p), effect)
     return 1
 
 
-def _sign_of(law: Callable[..., sp.Expr], effect: Effect) -> int:
+def _law_parity(law: Callable[..., sp.Expr], effect: Effect) -> int:
     """Whether the mirrored law, −law(−x), is the law itself (1), that with the opposite size (-1), or neither (0)."""
     x, sizes = sp.Symbol("x", real=True), effect.symbols
     mirrored = -law(-x, **sizes)
     for found in (1, -1):
         rest = mirrored - law(x, **{n: found * s for n, s in sizes.items()})
-        if _vanishes(rest, [x, TIME, *sizes.values()]):
+        if _is_zero(rest, [x, TIME, *sizes.values()]):
             return found
     return 0
 
 
-def _vanishes(rest: sp.Expr, symbols: list[sp.Symbol]) -> bool:
+def _is_zero(rest: sp.Expr, symbols: list[sp.Symbol]) -> bool:
     """Whether an expression is zero at many generic points; laws with corners do not simplify."""
-    value = sp.lambdify(symbols, rest, [NUMERIC, "numpy"])
+    value = sp.lambdify(symbols, rest, [NUMERIC_FUNCTIONS, "numpy"])
     points = np.random.default_rng(0).uniform(0.1, 1.0, size=(len(symbols), 40))
     points[0] *= np.where(np.arange(40) % 2, 3.0, -3.0)
     return bool(np.all(np.abs(value(*points)) < 1e-9))

@@ -13,16 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from wheelpend.estimation.least_squares import LinearFit
-from wheelpend.identification.bootstrap import Rehearsal
+from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
 
-REPLICAS = 30
-LEVEL = 0.01
-NEGLIGIBLE = 1e-3  # of a parameter: a bias that interpolation between samples leaves even without noise is no finding
+BIAS_TEST_REPLICAS = 30
+P_VALUE_LEVEL = 0.01
+NEGLIGIBLE_RELATIVE_BIAS = (
+    1e-3  # of a parameter: a bias that interpolation between samples leaves even without noise is no finding
+)
 
 
 @dataclass(frozen=True)
-class Bias:
+class BiasTest:
     """Least squares against a consistent estimate, in percent of the latter."""
 
     p_value: float  # of a difference this large when the bias is no more than about a tenth of a percent
@@ -47,34 +49,37 @@ class Bias:
                 f"Use `--method {self.against}`.")  # fmt: skip
 
 
-def bias_of(
-    rehearsal: Rehearsal, fitted: LinearFit, estimator: Callable[[Log], LinearFit], replicas: int = REPLICAS
-) -> Bias:
+def hausman_test(
+    bootstrap: ParametricBootstrap,
+    fitted: LinearFit,
+    estimator: Callable[[Log], LinearFit],
+    replicas: int = BIAS_TEST_REPLICAS,
+) -> BiasTest:
     """Compare a fit of the log with the consistent estimate, and with what it makes of replicas."""
-    pairs = [(estimator(log).estimate, _again(rehearsal, log)) for log in rehearsal.replicas(replicas)]
+    pairs = [(estimator(log).estimate, _consistent_estimate(bootstrap, log)) for log in bootstrap.replicas(replicas)]
     least, consistent = (np.array(column) for column in zip(*pairs, strict=True))
     spread = np.atleast_2d(np.cov((least - consistent).T))
-    if rehearsal.again is None:
-        spread = spread + rehearsal.covariance
-    difference = fitted.estimate - rehearsal.estimate
-    margin = np.diag((NEGLIGIBLE * rehearsal.estimate) ** 2)
-    p_value = hotelling(difference, spread + margin, replicas)
-    percent = 100.0 / np.where(rehearsal.estimate == 0.0, np.nan, np.abs(rehearsal.estimate))
+    if bootstrap.reestimate is None:
+        spread = spread + bootstrap.covariance
+    difference = fitted.estimate - bootstrap.estimate
+    margin = np.diag((NEGLIGIBLE_RELATIVE_BIAS * bootstrap.estimate) ** 2)
+    p_value = hotelling_p_value(difference, spread + margin, replicas)
+    percent = 100.0 / np.where(bootstrap.estimate == 0.0, np.nan, np.abs(bootstrap.estimate))
 
     def named(values: np.ndarray) -> dict[str, float]:
         return dict(zip(fitted.names, map(float, values * percent), strict=True))
 
-    return Bias(
-        p_value, p_value < LEVEL, rehearsal.against, named(difference), named(np.sqrt(np.diag(spread))),
-        named(least.mean(axis=0) - rehearsal.estimate), named(least.std(axis=0, ddof=1)), replicas,
+    return BiasTest(
+        p_value, p_value < P_VALUE_LEVEL, bootstrap.against, named(difference), named(np.sqrt(np.diag(spread))),
+        named(least.mean(axis=0) - bootstrap.estimate), named(least.std(axis=0, ddof=1)), replicas,
     )  # fmt: skip
 
 
-def _again(rehearsal: Rehearsal, log: Log) -> np.ndarray:
-    return rehearsal.estimate if rehearsal.again is None else rehearsal.again(log)
+def _consistent_estimate(bootstrap: ParametricBootstrap, log: Log) -> np.ndarray:
+    return bootstrap.estimate if bootstrap.reestimate is None else bootstrap.reestimate(log)
 
 
-def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> float:
+def hotelling_p_value(difference: np.ndarray, covariance: np.ndarray, draws: int) -> float:
     """Probability of a difference this large when its mean is zero; the covariance is from so many draws."""
     from scipy.special import fdtrc  # imported late: SciPy takes longer to load than a warm command
 
@@ -86,4 +91,4 @@ def hotelling(difference: np.ndarray, covariance: np.ndarray, draws: int) -> flo
     return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
 
 
-__all__ = ["Bias", "bias_of", "hotelling"]
+__all__ = ["BiasTest", "hausman_test", "hotelling_p_value"]

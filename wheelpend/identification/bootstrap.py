@@ -17,24 +17,24 @@ from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import noise_of, prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Part
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states
 from wheelpend.identification import instrumental
-from wheelpend.identification.instrumental import Loop
+from wheelpend.identification.instrumental import ClosedLoop
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import Noise, rounding_only
+from wheelpend.logs.noise import Noise, rounding_sigma
 from wheelpend.model.record import Model
 
-HEAD = 0.5  # s of the log to which the rehearsal's first state is fitted
-Played = tuple[np.ndarray, np.ndarray]  # voltage (N,), measured (N, channels)
+INITIAL_STATE_FIT_DURATION_S = 0.5  # s of the log to which the rehearsal's first state is fitted
+InputAndReadings = tuple[np.ndarray, np.ndarray]  # voltage (N,), measured (N, channels)
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class ParametricBootstrap:
     """A log that can be played again at an estimate that noise does not bias."""
 
     log: Log
@@ -43,13 +43,15 @@ class Rehearsal:
     estimate: np.ndarray  # (n,) of the linear parameters
     covariance: np.ndarray  # (n, n)
     noise: Noise
-    play: Callable[[np.ndarray, np.ndarray], Played | None]  # from noise (N, channels) and quanta; None: it falls
-    again: Callable[[Log], np.ndarray] | None  # the same estimate from a replica, where that is cheap
+    play: Callable[
+        [np.ndarray, np.ndarray], InputAndReadings | None
+    ]  # from noise (N, channels) and quanta; None: it falls
+    reestimate: Callable[[Log], np.ndarray] | None  # the same estimate from a replica, where that is cheap
 
     def replica(self, number: int) -> Log | None:
         """The log as it might have been; None where the robot falls."""
         white = np.sqrt(
-            np.maximum(self.noise.sigma**2 - np.array([rounding_only(q) for q in self.noise.quantum]) ** 2, 0.0)
+            np.maximum(self.noise.sigma**2 - np.array([rounding_sigma(q) for q in self.noise.quantum]) ** 2, 0.0)
         )
         draw = np.random.default_rng([number, len(self.log)]).normal(size=self.log.measured.shape)
         played = self.play(draw * white, self.noise.quantum)
@@ -72,64 +74,76 @@ class Rehearsal:
                       f"found by {self.against} it falls. Check the log with `wheelpend inspect`.")  # fmt: skip
 
 
-def rehearse(
+def parametric_bootstrap(
     model: Model,
     module: ModuleType,
     log: Log,
     parameters: np.ndarray,
     progress: Callable[[str], None] = lambda text: None,
-) -> Rehearsal:
+) -> ParametricBootstrap:
     """Make a log ready to be played again: in its closed loop where controller and reference are known.
 
     Else its own voltage is kept, and only the readings are drawn anew around the smoothed motion.
     """
     progress("a consistent estimate")
     try:
-        return _in_closed_loop(model, module, log, parameters)
+        return _closed_loop_bootstrap(model, module, log, parameters)
     except Failure:
-        return _with_its_voltage(model, module, log, progress)
+        return _open_loop_bootstrap(model, module, log, progress)
 
 
-def _in_closed_loop(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> Rehearsal:
+def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> ParametricBootstrap:
     noise = noise_of(log, model)
-    found = instrumental.instrumental(model, module, log, parameters, instrumental.TAU)
-    centre = instrumental.with_linear(module, parameters, found.fit.estimate)
-    loop = Loop.of(model, module, log)
-    head = Part(log, noise.sigma, np.array([[0, min(len(log), max(6, round(HEAD / log.dt)))]]))
+    found = instrumental.instrumental_estimate(model, module, log, parameters, instrumental.IV_TIME_CONSTANTS_S)
+    centre = instrumental.with_linear_values(module, parameters, found.fit.estimate)
+    loop = ClosedLoop.of(model, module, log)
+    head = Segments(
+        log, noise.sigma, np.array([[0, min(len(log), max(6, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))]])
+    )
     loop = replace(loop, start=fit_states(module, head, loop.start[None], centre)[0][0])
 
-    def play(noise: np.ndarray, quantum: np.ndarray) -> Played | None:
+    def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings | None:
         run = loop.run(centre, noise, quantum)
         return None if run is None else (run.voltage, run.measured)
 
     def again(replica: Log) -> np.ndarray:
-        equations = instrumental.equations(module, replica, centre, instrumental.TAU)
-        return instrumental.solve(module, equations, found.columns).estimate
+        equations = instrumental.filtered_equations(module, replica, centre, instrumental.IV_TIME_CONSTANTS_S)
+        return instrumental.solve_instrumental(module, equations, found.columns).estimate
 
-    return Rehearsal(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, again)
+    return ParametricBootstrap(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, again)
 
 
-def _with_its_voltage(model: Model, module: ModuleType, log: Log, progress: Callable[[str], None]) -> Rehearsal:
-    study, fitted = shooting_fit(model, [log], progress)
-    values, part = fitted.of_log(0), study.training[0]
-    shot = shoot(study.module, part, fitted.states[0], vector(study.module, values, log), max_step=study.max_step)
+def _open_loop_bootstrap(
+    model: Model, module: ModuleType, log: Log, progress: Callable[[str], None]
+) -> ParametricBootstrap:
+    problem, fitted = shooting_fit(model, [log], progress)
+    values, part = fitted.of_log(0), problem.training[0]
+    shot = shoot(
+        problem.module,
+        part,
+        fitted.states[0],
+        kernel_parameters(problem.module, values, log),
+        max_step=problem.max_step,
+    )
     smooth = log.measured - np.nan_to_num(shot.residual) * part.sigma
     keys = [fitted.free.index(n if n in fitted.free else f"{n}@0") for n in module.LINEAR]
-    centre = vector(module, values, log)
+    centre = kernel_parameters(module, values, log)
 
-    def play(noise: np.ndarray, quantum: np.ndarray) -> Played:
+    def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings:
         readings, step = smooth + noise, np.where(quantum > 0.0, quantum, 1.0)
         return log.voltage, np.where(quantum > 0.0, np.round(readings / step) * step, readings)
 
     estimate = np.array([values[n] for n in module.LINEAR])
     covariance = fitted.covariance[np.ix_(keys, keys)]
-    return Rehearsal(log, "shooting", centre, estimate, covariance, study.noise[0], play, None)
+    return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None)
 
 
-def shooting_fit(model: Model, logs: Sequence[str | Path | Log], progress: Callable[[str], None]) -> tuple[Study, Fit]:
+def shooting_fit(
+    model: Model, logs: Sequence[str | Path | Log], progress: Callable[[str], None]
+) -> tuple[EstimationProblem, Fit]:
     """Multiple shooting on all samples of the logs."""
-    study = prepare(model, logs, use_all=True, lean=True)
+    problem = prepare(model, logs, use_all=True, lean=True)
     progress("finding a start")
-    study, start = best_start(study)
+    problem, start = best_start(problem)
     progress("fitting")
-    return study, fit_model(study, start, free_names(study, model.effects))
+    return problem, fit_model(problem, start, free_names(problem, model.effects))

@@ -15,22 +15,22 @@ from wheelpend.estimation.least_squares import LinearFit
 from wheelpend.logs.log import Log
 
 
-def energy(module: ModuleType, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
+def energy_least_squares(module: ModuleType, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
     """Least squares on the energy balance, integrated (τ infinite) or behind τ/(τs + 1).
 
     The energy at the start, which depends on a single noisy reading, is fitted along and thrown away.
     """
     sides, regressors = energy_regressor(module, log, parameters, tau)
     decay = np.exp(-(log.t - log.t[0]) / tau)
-    return least_squares.solve(module, sides, regressors, decay[:, None])
+    return least_squares.solve_least_squares(module, sides, regressors, decay[:, None])
 
 
 def energy_limit(
     module: ModuleType, log: Log, parameters: np.ndarray, taus: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimates (len(taus), n) behind filters, and by integration (n,), to which they tend as τ grows."""
-    behind = [energy(module, log, parameters, float(tau)).estimate for tau in taus]
-    return np.array(behind), energy(module, log, parameters).estimate
+    behind = [energy_least_squares(module, log, parameters, float(tau)).estimate for tau in taus]
+    return np.array(behind), energy_least_squares(module, log, parameters).estimate
 
 
 def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: float) -> tuple[np.ndarray, np.ndarray]:
@@ -43,7 +43,7 @@ def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: 
     stored, taken = np.zeros((2, len(log), len(module.LINEAR)))
     for k, (t, state, volts) in enumerate(zip(log.t, states, voltage, strict=True)):
         stored[k], taken[k], _ = module.energy_parts(t, state, volts, parameters)
-    held = increments(states, log.t, module.NQ)
+    held = states_with_mean_rates(states, log.t, module.NQ)
     power = np.array([module.energy_parts(*row, parameters)[2] for row in zip(log.t, held, voltage, strict=False)])
     spent = filtered_integral(log.t, taken[:-1], taken[1:], tau)
     gathered = stored - stored[0]
@@ -65,7 +65,7 @@ def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
     return states
 
 
-def increments(states: np.ndarray, t: np.ndarray, count: int) -> np.ndarray:
+def states_with_mean_rates(states: np.ndarray, t: np.ndarray, count: int) -> np.ndarray:
     """States (N - 1, NX) whose rates are the angles' increments over each interval."""
     held = states[:-1].copy()
     held[:, count:] = np.diff(states[:, :count], axis=0) / np.diff(t)[:, None]
@@ -85,10 +85,10 @@ def filtered_integral(t: np.ndarray, begin: np.ndarray, end: np.ndarray, tau: fl
     old = -tau * np.expm1(-x) - new
     gain = np.concatenate([np.ones((1, 1)), decay])
     value = np.concatenate([np.zeros((1, begin.shape[1])), old * begin + new * end])
-    return recurrence(gain, value)
+    return first_order_recurrence(gain, value)
 
 
-def recurrence(gain: np.ndarray, value: np.ndarray) -> np.ndarray:
+def first_order_recurrence(gain: np.ndarray, value: np.ndarray) -> np.ndarray:
     """z[k] = gain[k] z[k-1] + value[k] by doubling strides, so that it needs no loop over samples."""
     stride = 1
     while stride < len(value):

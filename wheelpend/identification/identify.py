@@ -17,28 +17,27 @@ from wheelpend.estimation.data import read_logs
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.least_squares import LinearFit
 from wheelpend.estimation.parameter_table import parameter_table
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.problem import Study
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.identification import instrumental
-from wheelpend.identification.bias_test import Bias, bias_of
-from wheelpend.identification.bootstrap import Rehearsal, rehearse, shooting_fit
-from wheelpend.identification.recursive import Moment, recursive
+from wheelpend.identification.bias_test import BiasTest, hausman_test
+from wheelpend.identification.bootstrap import ParametricBootstrap, parametric_bootstrap, shooting_fit
+from wheelpend.identification.recursive import TrackPoint, recursive_least_squares
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
 
 if TYPE_CHECKING:
-    from wheelpend.identification.time_constants import Guide, Tau
+    from wheelpend.identification.time_constants import Tau, TimeConstantChoice
 
-METHODS = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy", "inverse")
+METHOD_NAMES = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy", "inverse")
 PAPER_TAU = (2.25, 6.5)  # s, the paper's Tables 1 and 2
 DEFAULT_TAU: dict[str, tuple[float, ...]] = {
     "filtered": PAPER_TAU,
     "recursive": PAPER_TAU,
-    "iv": instrumental.TAU,
+    "iv": instrumental.IV_TIME_CONSTANTS_S,
     "energy": (np.inf,),
 }
-HOLDS = {"zero": False, "first": True}
+IS_FIRST_ORDER_HOLD = {"zero": False, "first": True}
 DEFAULT_HOLD = {"filtered": "first", "recursive": "zero"}  # zero is the paper's (41)
 LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy")  # what noise in the regressor biases
 Progress = Callable[[str], None]
@@ -60,9 +59,9 @@ class Identification:
     tau: tuple[float, ...] | None = None  # s, of the filters; None where there is none, and for pure integration
     hold: str | None = None  # how measured signals go on between samples, zero or first
     forgetting: float | None = None  # of recursive
-    track: tuple[Moment, ...] = ()  # of recursive: the estimate as time went on
-    bias: Bias | None = None  # of least squares: whether noise in the regressor shows
-    guide: Guide | None = None  # for --tau auto
+    track: tuple[TrackPoint, ...] = ()  # of recursive: the estimate as time went on
+    bias: BiasTest | None = None  # of least squares: whether noise in the regressor shows
+    guide: TimeConstantChoice | None = None  # for --tau auto
     force_error: float | None = None  # of inverse: what the equations leave of the input [%]
 
     @cached_property
@@ -80,7 +79,7 @@ class Identification:
             check_finite(name, row["value"])
 
 
-class Settings(NamedTuple):
+class RegressionOptions(NamedTuple):
     """What a regression needs beside the log."""
 
     method: str
@@ -90,7 +89,7 @@ class Settings(NamedTuple):
 
 
 @dataclass
-class Setting:
+class RegressionProblem:
     """A log and the model's side of its regression."""
 
     model: Model
@@ -100,9 +99,9 @@ class Setting:
     progress: Progress
 
     @cached_property
-    def rehearsal(self) -> Rehearsal:
+    def bootstrap(self) -> ParametricBootstrap:
         """The log, ready to be played again; made once."""
-        return rehearse(self.model, self.module, self.log, self.parameters, self.progress)
+        return parametric_bootstrap(self.model, self.module, self.log, self.parameters, self.progress)
 
 
 def identify(
@@ -123,15 +122,17 @@ def identify(
     for 'recursive'. ``test_bias`` rehearses the log to see whether least squares is biased on it. Raises Failure for an
     unknown method, for settings that cannot be, and for logs that cannot be used.
     """
-    if method not in METHODS:
+    if method not in METHOD_NAMES:
         raise Failure(
-            f"No method named '{method}'. Known methods: {', '.join(METHODS)}.{did_you_mean(method, METHODS)}"
+            f"No method named '{method}'. Known methods: {', '.join(METHOD_NAMES)}.{did_you_mean(method, METHOD_NAMES)}"
         )
-    settings = Settings(method, check_tau(method, tau), check_hold(method, hold), check_forgetting(forgetting))
-    unused = _unused(method, tau, hold, forgetting)
+    settings = RegressionOptions(method, check_tau(method, tau), check_hold(method, hold), check_forgetting(forgetting))
+    unused = _unused_option_warnings(method, tau, hold, forgetting)
     if method == "shooting":
-        return _shoot(model, logs, unused, progress)
-    return _regress(_setting(model, logs, method, progress), settings, tau == "auto", test_bias, unused)
+        return _identify_by_shooting(model, logs, unused, progress)
+    return _identify_by_regression(
+        _regression_problem(model, logs, method, progress), settings, tau == "auto", test_bias, unused
+    )
 
 
 # ---- what may be set
@@ -157,8 +158,11 @@ def check_tau(method: str, tau: Sequence[float] | float | Literal["auto"] | None
 
 def check_hold(method: str, hold: str | None) -> str | None:
     """How measured signals go on between samples; None for methods that do not ask."""
-    if hold is not None and hold not in HOLDS:
-        raise Failure(f"No hold named '{hold}'. Known holds: {', '.join(HOLDS)}.{did_you_mean(hold, HOLDS)}")
+    if hold is not None and hold not in IS_FIRST_ORDER_HOLD:
+        raise Failure(
+            f"No hold named '{hold}'. Known holds: {', '.join(IS_FIRST_ORDER_HOLD)}."
+            f"{did_you_mean(hold, IS_FIRST_ORDER_HOLD)}"
+        )
     return (hold or DEFAULT_HOLD[method]) if method in DEFAULT_HOLD else None
 
 
@@ -172,7 +176,7 @@ def check_forgetting(forgetting: float | None) -> float:
     return float(forgetting)
 
 
-def _unused(method: str, tau, hold: str | None, forgetting: float | None) -> tuple[str, ...]:
+def _unused_option_warnings(method: str, tau, hold: str | None, forgetting: float | None) -> tuple[str, ...]:
     ignored: list[tuple[str, object, Collection[str]]] = [
         ("--tau", tau, DEFAULT_TAU),
         ("--hold", hold, DEFAULT_HOLD),
@@ -185,119 +189,148 @@ def _unused(method: str, tau, hold: str | None, forgetting: float | None) -> tup
 # ---- the methods
 
 
-def _shoot(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
-    study, fitted = shooting_fit(model, logs, progress)
-    table = parameter_table(study, fitted)
+def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
+    problem, fitted = shooting_fit(model, logs, progress)
+    table = parameter_table(problem, fitted)
     lost = {n for n, row in table.items() if not row["identifiable"]}
     return Identification(
-        "shooting", table, fitted.condition, sum(len(p.log) for p in study.training), fitted.error, study.floor,
-        (*study.warnings, *_unexcited(lost), *unused), model, _units(study.module),
+        "shooting", table, fitted.condition, sum(len(p.log) for p in problem.training), fitted.error, problem.floor,
+        (*problem.warnings, *_unexcited_warnings(lost), *unused), model, _units(problem.module),
     )  # fmt: skip
 
 
-def _setting(model: Model, logs: Sequence, method: str, progress: Progress) -> Setting:
+def _regression_problem(model: Model, logs: Sequence, method: str, progress: Progress) -> RegressionProblem:
     loaded = read_logs(logs, model)
     if len(loaded) != 1:
         raise Failure(f"The method '{method}' takes one log, but {len(loaded)} were given. Use `--method shooting`.")
-    module = kernels.lean(model.plant, model.assumptions, model.effects)
-    parameters = vector(module, known_values(model), loaded[0])
-    return Setting(model, module, loaded[0], parameters, progress)
+    module = kernels.model_module(model.plant, model.assumptions, model.effects)
+    parameters = kernel_parameters(module, known_values(model), loaded[0])
+    return RegressionProblem(model, module, loaded[0], parameters, progress)
 
 
-def _regress(at: Setting, settings: Settings, auto: bool, test_bias: bool, warnings: tuple[str, ...]) -> Identification:
+def _identify_by_regression(
+    regression: RegressionProblem, settings: RegressionOptions, auto: bool, test_bias: bool, warnings: tuple[str, ...]
+) -> Identification:
     guide, bias = None, None
     if auto and settings.tau:
         from wheelpend.identification import time_constants
 
-        guide = time_constants.choose(at.rehearsal, partial(_estimator, at, settings), at.module.LINEAR, at.progress)
+        guide = time_constants.choose_time_constants(
+            regression.bootstrap,
+            partial(_replica_estimator, regression, settings),
+            regression.module.LINEAR,
+            regression.progress,
+        )
         settings = settings._replace(tau=guide.chosen)
-    at.progress("regression")
-    fitted, track = _fit(at, settings, at.log)
+    regression.progress("regression")
+    fitted, track = _regression_fit(regression, settings, regression.log)
     if test_bias and settings.method in LEAST_SQUARES:
-        bias, untested = _test(at, settings, fitted)
+        bias, untested = _bias_test_or_warning(regression, settings, fitted)
         warnings = (*warnings, *untested)
-    values = {**dict(zip(at.module.PARAMETERS, at.parameters, strict=True)), **fitted.values}
+    values = {**dict(zip(regression.module.PARAMETERS, regression.parameters, strict=True)), **fitted.values}
     left = None
     if settings.method == "inverse":
         from wheelpend.identification.inverse_dynamics import force_error
 
-        left = force_error(at.module, at.log, values)
-    return _result(at, settings, fitted, warnings, track=track, bias=bias, guide=guide, force_error=left)
+        left = force_error(regression.module, regression.log, values)
+    return _result(regression, settings, fitted, warnings, track=track, bias=bias, guide=guide, force_error=left)
 
 
-def _fit(at: Setting, settings: Settings, log: Log) -> tuple[LinearFit, tuple[Moment, ...]]:
+def _regression_fit(
+    regression: RegressionProblem, settings: RegressionOptions, log: Log
+) -> tuple[LinearFit, tuple[TrackPoint, ...]]:
     """One regression of a log, with the way to it where it is recursive."""
-    common = (at.module, log, at.parameters)
-    method, tau, held = settings.method, settings.tau, HOLDS[settings.hold or "first"]
+    common = (regression.module, log, regression.parameters)
+    method, tau, held = settings.method, settings.tau, IS_FIRST_ORDER_HOLD[settings.hold or "first"]
     if method == "differentiation":
-        return least_squares.differentiation(*common), ()
+        return least_squares.differentiation_least_squares(*common), ()
     if method == "energy":
-        from wheelpend.identification.energy import energy
+        from wheelpend.identification.energy import energy_least_squares
 
-        return energy(*common, tau[0]), ()
+        return energy_least_squares(*common, tau[0]), ()
     if method == "inverse":
         from wheelpend.identification.inverse_dynamics import inverse_dynamics  # imported late: it needs scipy.signal
 
         return inverse_dynamics(*common), ()
     pair = (tau[0], tau[1])
     if method == "iv":
-        return instrumental.instrumental(at.model, at.module, log, at.parameters, pair).fit, ()
+        return instrumental.instrumental_estimate(
+            regression.model, regression.module, log, regression.parameters, pair
+        ).fit, ()
     if method == "recursive":
-        found = recursive(*common, pair, first_order_hold=held, forgetting=settings.forgetting)
+        found = recursive_least_squares(*common, pair, first_order_hold=held, forgetting=settings.forgetting)
         return found.fit, found.track
-    return least_squares.filtered(*common, pair, first_order_hold=held), ()
+    return least_squares.filtered_least_squares(*common, pair, first_order_hold=held), ()
 
 
-def _estimator(at: Setting, settings: Settings, tau: Tau) -> Callable[[Log], np.ndarray]:
+def _replica_estimator(
+    regression: RegressionProblem, settings: RegressionOptions, tau: Tau
+) -> Callable[[Log], np.ndarray]:
     """What makes an estimate of a replica with some time constants."""
     if settings.method != "iv":
-        return lambda log: _fit(at, settings._replace(tau=tau), log)[0].estimate
-    rehearsal, loop = at.rehearsal, instrumental.Loop.of(at.model, at.module, at.log)
+        return lambda log: _regression_fit(regression, settings._replace(tau=tau), log)[0].estimate
+    rehearsal, loop = (
+        regression.bootstrap,
+        instrumental.ClosedLoop.of(regression.model, regression.module, regression.log),
+    )
     run = loop.run(rehearsal.parameters)
     if run is None:
-        raise Failure(f"{at.log.name}: the simulated robot must stay up to choose time constants, but it falls. "
-                      "Give --tau T1,T2.")  # fmt: skip
-    chosen = instrumental.columns(at.module, at.log, run, rehearsal.parameters, tau)
-    return partial(_with_instruments, at, tau, chosen)
+        raise Failure(
+            f"{regression.log.name}: the simulated robot must stay up to choose time constants, but it falls. "
+            "Give --tau T1,T2."
+        )
+    chosen = instrumental.simulated_instruments(regression.module, regression.log, run, rehearsal.parameters, tau)
+    return partial(_estimate_with_instruments, regression, tau, chosen)
 
 
-def _with_instruments(at: Setting, tau: Tau, chosen: np.ndarray, log: Log) -> np.ndarray:
-    rows = instrumental.equations(at.module, log, at.parameters, tau)
-    return instrumental.solve(at.module, rows, chosen).estimate
+def _estimate_with_instruments(
+    regression: RegressionProblem, tau: Tau, instrument_columns: np.ndarray, log: Log
+) -> np.ndarray:
+    rows = instrumental.filtered_equations(regression.module, log, regression.parameters, tau)
+    return instrumental.solve_instrumental(regression.module, rows, instrument_columns).estimate
 
 
-def _test(at: Setting, settings: Settings, fitted: LinearFit) -> tuple[Bias | None, tuple[str, ...]]:
+def _bias_test_or_warning(
+    regression: RegressionProblem, settings: RegressionOptions, fitted: LinearFit
+) -> tuple[BiasTest | None, tuple[str, ...]]:
     """Whether least squares is biased on the log, or why that cannot be said; of a long log its beginning tells."""
-    if len(at.log) > least_squares.PIECE:
-        at = replace(at, log=at.log.part(0, least_squares.PIECE))
-        fitted = _fit(at, settings, at.log)[0]
+    if len(regression.log) > least_squares.CHUNK_SAMPLES:
+        regression = replace(regression, log=regression.log.part(0, least_squares.CHUNK_SAMPLES))
+        fitted = _regression_fit(regression, settings, regression.log)[0]
     try:
-        rehearsal = at.rehearsal
-        at.progress("rehearsing the log")
-        return bias_of(rehearsal, fitted, lambda log: _fit(at, settings, log)[0]), ()
+        rehearsal = regression.bootstrap
+        regression.progress("rehearsing the log")
+        return hausman_test(rehearsal, fitted, lambda log: _regression_fit(regression, settings, log)[0]), ()
     except Failure as failure:
         return None, (f"Least squares was not tested for bias: {failure}",)
 
 
 def _result(
-    at: Setting, settings: Settings, fitted: LinearFit, warnings: tuple[str, ...], **more: Any
+    regression: RegressionProblem,
+    settings: RegressionOptions,
+    fitted: LinearFit,
+    warnings: tuple[str, ...],
+    **more: Any,
 ) -> Identification:
     table = {
         n: {"value": float(v), "sigma": float(s), "identifiable": n not in fitted.unidentifiable}
         for n, v, s in zip(fitted.names, fitted.estimate, fitted.sigma, strict=True)
     }
-    held = tuple(f"{n} enters nonlinearly; the regression takes it as it stands in the model."
-                 for n in at.module.PARAMETERS[: at.module.FITTED] if n not in fitted.names)  # fmt: skip
-    warnings = (*at.log.warnings, *_unexcited(fitted.unidentifiable), *held, *warnings)
+    held = tuple(
+        f"{n} enters nonlinearly; the regression takes it as it stands in the model."
+        for n in regression.module.PARAMETERS[: regression.module.FITTED]
+        if n not in fitted.names
+    )
+    warnings = (*regression.log.warnings, *_unexcited_warnings(fitted.unidentifiable), *held, *warnings)
     tau = settings.tau if np.isfinite(settings.tau).all() and settings.tau else None
     forgetting = settings.forgetting if settings.method == "recursive" else None
     return Identification(
-        settings.method, table, fitted.condition, len(at.log), None, None, warnings, at.model,
-        _units(at.module), tau, settings.hold, forgetting, **more,
+        settings.method, table, fitted.condition, len(regression.log), None, None, warnings, regression.model,
+        _units(regression.module), tau, settings.hold, forgetting, **more,
     )  # fmt: skip
 
 
-def _unexcited(names) -> tuple[str, ...]:
+def _unexcited_warnings(names) -> tuple[str, ...]:
     return tuple(f"{n} is not excited by this log: its value means nothing. Record faster or larger motion."
                  for n in sorted(names))  # fmt: skip
 
@@ -306,4 +339,4 @@ def _units(module) -> dict[str, str]:
     return dict(zip(module.PARAMETERS, module.UNITS, strict=True))
 
 
-__all__ = ["METHODS", "Identification", "Study", "identify"]
+__all__ = ["METHOD_NAMES", "Identification", "identify"]

@@ -16,24 +16,24 @@ import numpy as np
 from scipy.signal import butter, decimate, sosfiltfilt
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.least_squares import LinearFit, acting_input, equations_at, solve
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.least_squares import LinearFit, acting_input, equations_at, solve_least_squares
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.state_reconstruction import fill_gaps, states_from
-from wheelpend.logs.log import Log, stretches
+from wheelpend.logs.log import Log, gapless_ranges
 
-ORDER = 4  # of the Butterworth filter for positions and their derivatives
-BANDWIDTH = 100.0  # Hz, of that filter; less where the log is slow
-PARALLEL = 50.0  # Hz, up to which both sides are compared
-SLOWEST = 5.0  # samples in a period of the fastest motion that is looked at
-FEWEST = 40  # samples in a stretch
-STANDS_OUT = 6.0  # standard deviations, robustly estimated, from which a missing force stands out
-UNTRUSTED = 50.0  # % of the input that the equations leave, from which their moments say nothing
-BESIDE = 0.02  # s, within which a reversal is at a burst
-NEARLY = 0.3  # of an interval, by which a sample may come late and still count as on time
-ENDS = 0.05  # s at either end of a stretch, where filters have not enough on one side
+BUTTERWORTH_ORDER = 4  # of the Butterworth filter for positions and their derivatives
+MOTION_CUTOFF_HZ = 100.0  # Hz, of that filter; less where the log is slow
+PARALLEL_FILTER_CUTOFF_HZ = 50.0  # Hz, up to which both sides are compared
+MIN_SAMPLES_PER_PERIOD = 5.0  # samples in a period of the fastest motion that is looked at
+MIN_STRETCH_SAMPLES = 40  # samples in a stretch
+BURST_THRESHOLD_SIGMAS = 6.0  # standard deviations, robustly estimated, from which a missing force stands out
+MAX_FORCE_ERROR_PERCENT = 50.0  # % of the input that the equations leave, from which their moments say nothing
+REVERSAL_MARGIN_S = 0.02  # s, within which a reversal is at a burst
+SAMPLE_DELAY_TOLERANCE = 0.3  # of an interval, by which a sample may come late and still count as on time
+FILTER_EDGE_S = 0.05  # s at either end of a stretch, where filters have not enough on one side
 
 
-class Sides(NamedTuple):
+class RegressionEquations(NamedTuple):
     """Left side and regressor of the model's equations on the measured motion."""
 
     left: np.ndarray  # (N, rows)
@@ -42,8 +42,8 @@ class Sides(NamedTuple):
 
 def inverse_dynamics(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
     """Least squares on the measured motion; raises Failure where no stretch of the log is long enough."""
-    sides = sides_of(module, log, parameters)
-    return solve(module, sides.left, sides.regressor)
+    sides = regression_equations(module, log, parameters)
+    return solve_least_squares(module, sides.left, sides.regressor)
 
 
 def force_error(module: ModuleType, log: Log, values: Mapping[str, float]) -> float | None:
@@ -51,12 +51,15 @@ def force_error(module: ModuleType, log: Log, values: Mapping[str, float]) -> fl
 
     The left side is the measured input, or for a machine that swings freely the pull of gravity.
     """
-    return _error(raws_of(module, log, vector(module, values, log)), estimate_of(module, values))
+    return _force_error_percent(
+        equations_by_stretch(module, log, kernel_parameters(module, values, log)),
+        linear_parameter_values(module, values),
+    )
 
 
-def _error(raws: Sequence[Raw], estimate: np.ndarray) -> float | None:
+def _force_error_percent(raws: Sequence[StretchEquations], estimate: np.ndarray) -> float | None:
     """The force error over some stretches."""
-    sides = together(raws)
+    sides = stacked_equations(raws)
     if sides is None:
         return None
     rest = sides.left - sides.regressor @ estimate
@@ -64,7 +67,7 @@ def _error(raws: Sequence[Raw], estimate: np.ndarray) -> float | None:
     return float(100.0 * np.sqrt(np.sum(rest**2) / size)) if size > 0.0 else None
 
 
-def estimate_of(module: ModuleType, values: Mapping[str, float]) -> np.ndarray:
+def linear_parameter_values(module: ModuleType, values: Mapping[str, float]) -> np.ndarray:
     """Values of the regressor's parameters (n,); 0 of what a model has not."""
     return np.array([values.get(n, 0.0) for n in module.LINEAR])
 
@@ -79,65 +82,72 @@ class Burst(NamedTuple):
     at_reversal: bool  # whether something reverses there, where friction is hardest to know
 
 
-def forces(module: ModuleType, log: Log, values: Mapping[str, float]) -> tuple[float | None, list[Burst]]:
+def force_error_and_bursts(
+    module: ModuleType, log: Log, values: Mapping[str, float]
+) -> tuple[float | None, list[Burst]]:
     """The force error of a model, and where in time its equations miss far more force than usual, in order.
 
     Bursts are found at the full bandwidth of the differentiated motion: a push, or something that winds up and rings,
     is short. There are none where noise or a wrong model leave most of the input unexplained.
     """
-    raws, estimate = raws_of(module, log, vector(module, values, log)), estimate_of(module, values)
-    left = _error(raws, estimate)
-    if left is None or left > UNTRUSTED:
+    raws, estimate = (
+        equations_by_stretch(module, log, kernel_parameters(module, values, log)),
+        linear_parameter_values(module, values),
+    )
+    left = _force_error_percent(raws, estimate)
+    if left is None or left > MAX_FORCE_ERROR_PERCENT:
         return left, []
-    return left, sorted(b for raw in raws for b in _standing_out(module, raw, raw.left - raw.regressor @ estimate))
+    return left, sorted(b for raw in raws for b in _bursts_of_stretch(module, raw, raw.left - raw.regressor @ estimate))
 
 
-def _standing_out(module: ModuleType, raw: Raw, rest: np.ndarray) -> list[Burst]:
+def _bursts_of_stretch(module: ModuleType, raw: StretchEquations, rest: np.ndarray) -> list[Burst]:
     """Stretches of one run of samples in which the rest (N, rows) stands out."""
-    found, smooth = [], butter(ORDER, raw.band, fs=1.0 / raw.dt, output="sos")
-    edge, apart = int(np.ceil(ENDS / raw.dt)), max(1, round(ENDS / raw.dt))
+    found, smooth = [], butter(BUTTERWORTH_ORDER, raw.band, fs=1.0 / raw.dt, output="sos")
+    edge, apart = int(np.ceil(FILTER_EDGE_S / raw.dt)), max(1, round(FILTER_EDGE_S / raw.dt))
     slips = raw.states[:, module.NQ :] @ np.array([*module.PORTS.values()]).T
     turns = np.flatnonzero((np.diff(np.sign(slips), axis=0) != 0).any(axis=1))
     for row, name in enumerate(module.ROWS):
         force = sosfiltfilt(smooth, rest[:, row])  # the measured side has more bandwidth than the motion
         usual = 1.48 * float(np.median(np.abs(force)))
-        out = np.flatnonzero(np.abs(force) > STANDS_OUT * usual)
+        out = np.flatnonzero(np.abs(force) > BURST_THRESHOLD_SIGMAS * usual)
         out = out[(out >= edge) & (out < len(force) - edge)]
         for group in np.split(out, np.flatnonzero(np.diff(out) > apart) + 1) if len(out) else []:
             first, last = raw.t[group[0]], raw.t[group[-1]]
-            beside = (raw.t[turns] > first - BESIDE) & (raw.t[turns] < last + BESIDE)
+            beside = (raw.t[turns] > first - REVERSAL_MARGIN_S) & (raw.t[turns] < last + REVERSAL_MARGIN_S)
             peak = float(np.abs(force[group]).max())
             found.append(Burst(float(first), float(last), name, peak, bool(beside.any())))
     return found
 
 
-def sides_of(module: ModuleType, log: Log, parameters: np.ndarray) -> Sides:
+def regression_equations(module: ModuleType, log: Log, parameters: np.ndarray) -> RegressionEquations:
     """Both sides of the equations, filtered alike and thinned, over all stretches of a log that are long enough."""
-    sides = together(raws_of(module, log, parameters))
+    sides = stacked_equations(equations_by_stretch(module, log, parameters))
     if sides is None:
-        raise Failure(f"{log.name} must hold an uninterrupted stretch of at least {4 * ENDS:g} s for its motion to be "
-                      "differentiated. Use `--method shooting`.")  # fmt: skip
+        raise Failure(
+            f"{log.name} must hold an uninterrupted stretch of at least {4 * FILTER_EDGE_S:g} s for its motion to be "
+            "differentiated. Use `--method shooting`."
+        )
     return sides
 
 
-def raws_of(module: ModuleType, log: Log, parameters: np.ndarray) -> list[Raw]:
+def equations_by_stretch(module: ModuleType, log: Log, parameters: np.ndarray) -> list[StretchEquations]:
     """The sides over every stretch of a log that is long enough."""
-    found = (raw_sides(module, log.part(a, b), parameters) for a, b in measured_stretches(log))
+    found = (stretch_equations(module, log.part(a, b), parameters) for a, b in measured_stretches(log))
     return [raw for raw in found if raw is not None]
 
 
-def together(raws: Sequence[Raw]) -> Sides | None:
+def stacked_equations(raws: Sequence[StretchEquations]) -> RegressionEquations | None:
     """Sides of several stretches, thinned; None where nothing is left."""
-    kept = [s for s in map(_thinned, raws) if s is not None]
+    kept = [s for s in map(_decimated_equations, raws) if s is not None]
     if not kept:
         return None
-    return Sides(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
+    return RegressionEquations(np.concatenate([s.left for s in kept]), np.concatenate([s.regressor for s in kept]))
 
 
 def measured_stretches(log: Log) -> list[tuple[int, int]]:
     """Ranges of samples without a gap in which no channel is missing for longer than its motion may be unknown."""
-    most, found = max(2, round(1.0 / (2.0 * BANDWIDTH * log.dt))), []
-    for a, b in stretches(log, 0, len(log)):
+    most, found = max(2, round(1.0 / (2.0 * MOTION_CUTOFF_HZ * log.dt))), []
+    for a, b in gapless_ranges(log, 0, len(log)):
         lost = np.zeros(b - a, dtype=bool)
         for signal in log.measured[a:b].T:
             edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isnan(signal).astype(int), [0]))))
@@ -148,7 +158,7 @@ def measured_stretches(log: Log) -> list[tuple[int, int]]:
     return found
 
 
-class Raw(NamedTuple):
+class StretchEquations(NamedTuple):
     """The sides over one stretch at evenly spaced times, and the motion that they were made of."""
 
     t: np.ndarray  # (N,) s
@@ -163,30 +173,30 @@ class Raw(NamedTuple):
         return float(self.t[1] - self.t[0])
 
 
-def raw_sides(module: ModuleType, log: Log, parameters: np.ndarray) -> Raw | None:
+def stretch_equations(module: ModuleType, log: Log, parameters: np.ndarray) -> StretchEquations | None:
     """The sides over one stretch; None where it is too short."""
-    if len(log) < FEWEST or log.duration < 4 * ENDS:
+    if len(log) < MIN_STRETCH_SAMPLES or log.duration < 4 * FILTER_EDGE_S:
         return None
-    t = evenly(log.t)
+    t = uniform_times(log.t)
     dt = float(t[1] - t[0])
-    band = min(BANDWIDTH, 1.0 / (SLOWEST * dt))
+    band = min(MOTION_CUTOFF_HZ, 1.0 / (MIN_SAMPLES_PER_PERIOD * dt))
     states, rates = smooth_motion(module, log, t, band)
-    held = log.t.searchsorted(t + NEARLY * dt, side="right") - 1
+    held = log.t.searchsorted(t + SAMPLE_DELAY_TOLERANCE * dt, side="right") - 1
     voltage = acting_input(module, log, parameters)[np.maximum(held, 0)]
-    return Raw(t, states, *equations_at(module, t, states, rates, voltage, parameters), band)
+    return StretchEquations(t, states, *equations_at(module, t, states, rates, voltage, parameters), band)
 
 
-def _thinned(raw: Raw) -> Sides | None:
+def _decimated_equations(raw: StretchEquations) -> RegressionEquations | None:
     """Sides filtered alike and thinned to what that lets through, clear of the ends; None where nothing is left."""
     left, regressor = raw.left, raw.regressor
-    thin = max(1, round(1.0 / (2.0 * min(PARALLEL, 0.5 * raw.band) * raw.dt)))
+    thin = max(1, round(1.0 / (2.0 * min(PARALLEL_FILTER_CUTOFF_HZ, 0.5 * raw.band) * raw.dt)))
     if thin > 1:
         left, regressor = (decimate(side, thin, axis=0) for side in (left, regressor))
-    edge = int(np.ceil(ENDS / (thin * raw.dt)))
-    return Sides(left[edge:-edge], regressor[edge:-edge]) if len(left) > 4 * edge else None
+    edge = int(np.ceil(FILTER_EDGE_S / (thin * raw.dt)))
+    return RegressionEquations(left[edge:-edge], regressor[edge:-edge]) if len(left) > 4 * edge else None
 
 
-def evenly(t: np.ndarray) -> np.ndarray:
+def uniform_times(t: np.ndarray) -> np.ndarray:
     """As many times at equal distances, from the first sample to the last or nearly so."""
     return np.linspace(t[0], t[-1], len(t))
 
@@ -194,7 +204,7 @@ def evenly(t: np.ndarray) -> np.ndarray:
 def smooth_motion(module: ModuleType, log: Log, t: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
     """States (N, NX) and accelerations (N, NQ) at uniform times, from signals filtered forth and back."""
     dt = float(t[1] - t[0])
-    sos = butter(ORDER, band, fs=1.0 / dt, output="sos")
+    sos = butter(BUTTERWORTH_ORDER, band, fs=1.0 / dt, output="sos")
     filled = [np.interp(t, log.t, fill_gaps(log.t, signal)) for signal in log.measured.T]
     values = np.column_stack([sosfiltfilt(sos, signal) for signal in filled])
     states = states_from(module, values, np.gradient(values, dt, axis=0))

@@ -11,12 +11,12 @@ from wheelpend.estimation import least_squares
 from wheelpend.estimation.least_squares import LinearFit
 from wheelpend.logs.log import Log
 
-UNKNOWN = 1e12  # variance of a parameter before the first sample, against what the whole log would leave
-NOTED = 20  # how often the estimate is noted
+INITIAL_VARIANCE_RATIO = 1e12  # variance of a parameter before the first sample, against what the whole log would leave
+TRACK_POINT_COUNT = 20  # how often the estimate is noted
 
 
 @dataclass(frozen=True)
-class Moment:
+class TrackPoint:
     """The recursive estimate at a time."""
 
     t: float  # s
@@ -24,14 +24,14 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class Recursion:
+class RecursiveFit:
     """The final estimate and the way to it."""
 
     fit: LinearFit
-    track: tuple[Moment, ...]
+    track: tuple[TrackPoint, ...]
 
 
-def recursive(
+def recursive_least_squares(
     module: ModuleType,
     log: Log,
     parameters: np.ndarray,
@@ -39,7 +39,7 @@ def recursive(
     *,
     first_order_hold: bool = False,
     forgetting: float = 1.0,
-) -> Recursion:
+) -> RecursiveFit:
     """Filtered least squares sample by sample, from the first one on.
 
     With ``forgetting`` 1 it ends where least squares over the whole log from the same start of the filters does. Below
@@ -48,14 +48,18 @@ def recursive(
     states, voltage = least_squares.measured_states(module, log), least_squares.acting_input(module, log, parameters)
     common = (log.t, states, voltage, parameters, *tau, first_order_hold, states[0])
     sides, regressors = module.filter_regressor(*common)
-    batch = least_squares.solve(module, sides, regressors)
+    batch = least_squares.solve_least_squares(module, sides, regressors)
     power = (regressors**2).sum(axis=(0, 1))
     power = np.where(power > 0.0, power, 1.0)
-    estimate, covariance, track = np.zeros(len(power)), np.diag(UNKNOWN / power), np.zeros((NOTED, len(power)))
+    estimate, covariance, track = (
+        np.zeros(len(power)),
+        np.diag(INITIAL_VARIANCE_RATIO / power),
+        np.zeros((TRACK_POINT_COUNT, len(power))),
+    )
     variance = module.recursive_identification(*common, 0, forgetting, estimate, covariance, track)
     sigma = np.sqrt(np.maximum(variance * np.diag(covariance), 0.0))
-    samples = -(-np.arange(1, NOTED + 1) * len(log) // NOTED) - 1
-    moments = tuple(Moment(float(log.t[k]), dict(zip(module.LINEAR, map(float, x), strict=True)))
+    samples = -(-np.arange(1, TRACK_POINT_COUNT + 1) * len(log) // TRACK_POINT_COUNT) - 1
+    moments = tuple(TrackPoint(float(log.t[k]), dict(zip(module.LINEAR, map(float, x), strict=True)))
                     for k, x in zip(samples, track, strict=True))  # fmt: skip
     fit = LinearFit(batch.names, estimate, sigma, batch.condition, batch.rows, batch.unidentifiable)
-    return Recursion(fit, moments)
+    return RecursiveFit(fit, moments)

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.identification.bootstrap import Rehearsal
+from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
 
 Tau = tuple[float, float]
-TIMES = 8  # time constants tried, spaced evenly in their logarithm
-REPLICAS = 8  # spread right within a quarter
-SHORTEST, LONGEST = 4.0, 1 / 3  # samples; share of the log
+TIME_CONSTANT_COUNT = 8  # time constants tried, spaced evenly in their logarithm
+TIME_CONSTANT_REPLICAS = 8  # spread right within a quarter
+MIN_TIME_CONSTANT_SAMPLES, MAX_TIME_CONSTANT_LOG_SHARE = 4.0, 1 / 3  # samples; share of the log
 
 
 @dataclass(frozen=True)
-class Pair:
+class TimeConstantPair:
     """What a pair of time constants does to this log, in percent of each parameter."""
 
     tau1: float  # s
@@ -32,35 +32,35 @@ class Pair:
     @property
     def bias(self) -> float:
         """The bias of all parameters in one number, as the score sums it."""
-        return summary(np.array(list(self.bias_percent.values())))
+        return capped_rms_percent(np.array(list(self.bias_percent.values())))
 
     @property
     def spread(self) -> float:
         """The spread of all parameters in one number."""
-        return summary(np.array(list(self.spread_percent.values())))
+        return capped_rms_percent(np.array(list(self.spread_percent.values())))
 
 
 @dataclass(frozen=True)
-class Guide:
+class TimeConstantChoice:
     """Bias and spread over the time constants, and the pair with the least error."""
 
-    rows: tuple[Pair, ...]
+    rows: tuple[TimeConstantPair, ...]
     chosen: Tau
     reason: str
     against: str  # the method whose estimate was rehearsed
     replicas: int
 
-    def pair(self, tau: Tau) -> Pair:
+    def pair(self, tau: Tau) -> TimeConstantPair:
         """The row of a pair."""
         return next(r for r in self.rows if (r.tau1, r.tau2) == tau)
 
     @property
-    def diagonal(self) -> tuple[Pair, ...]:
+    def diagonal(self) -> tuple[TimeConstantPair, ...]:
         """The rows with both time constants alike, from small to large."""
         return tuple(r for r in self.rows if r.tau1 == r.tau2)
 
 
-def summary(percent: np.ndarray) -> float:
+def capped_rms_percent(percent: np.ndarray) -> float:
     """Root mean square over parameters, none counted above 100 %.
 
     A model predicts no better than its worst parameter allows, hence squares; a parameter that is lost with every pair
@@ -69,42 +69,44 @@ def summary(percent: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(np.minimum(np.abs(percent), 100.0) ** 2)))
 
 
-def candidates(log: Log) -> list[Tau]:
+def time_constant_pairs(log: Log) -> list[Tau]:
     """Pairs τ1 <= τ2 from a few samples to a third of the log."""
-    first, last = SHORTEST * log.dt, LONGEST * log.duration
+    first, last = MIN_TIME_CONSTANT_SAMPLES * log.dt, MAX_TIME_CONSTANT_LOG_SHARE * log.duration
     if last < 2.0 * first:
-        raise Failure(f"{log.name} must last at least {round(2 * SHORTEST / LONGEST)} samples to choose time "
-                      f"constants; it has {len(log)}. Give --tau T1,T2.")  # fmt: skip
-    times = [float(f"{t:.3g}") for t in np.geomspace(first, last, TIMES)]
+        raise Failure(
+            f"{log.name} must last at least {round(2 * MIN_TIME_CONSTANT_SAMPLES / MAX_TIME_CONSTANT_LOG_SHARE)} "
+            f"samples to choose time constants; it has {len(log)}. Give --tau T1,T2."
+        )
+    times = [float(f"{t:.3g}") for t in np.geomspace(first, last, TIME_CONSTANT_COUNT)]
     return [(a, b) for i, a in enumerate(times) for b in times[i:]]
 
 
-def choose(
-    rehearsal: Rehearsal,
+def choose_time_constants(
+    bootstrap: ParametricBootstrap,
     estimator: Callable[[Tau], Callable[[Log], np.ndarray]],
     names: tuple[str, ...],
     progress: Callable[[str], None] = lambda text: None,
-) -> Guide:
+) -> TimeConstantChoice:
     """Rehearse the log with every pair; ``estimator`` gives for a pair what makes an estimate of a log."""
-    pairs = candidates(rehearsal.log)
+    pairs = time_constant_pairs(bootstrap.log)
     methods, found = [estimator(tau) for tau in pairs], []
-    for number, log in enumerate(rehearsal.replicas(REPLICAS), 1):
-        progress(f"time constants: replica {number} of {REPLICAS}")
+    for number, log in enumerate(bootstrap.replicas(TIME_CONSTANT_REPLICAS), 1):
+        progress(f"time constants: replica {number} of {TIME_CONSTANT_REPLICAS}")
         found.append([method(log) for method in methods])
-    known = np.where(rehearsal.estimate == 0.0, np.nan, rehearsal.estimate)
+    known = np.where(bootstrap.estimate == 0.0, np.nan, bootstrap.estimate)
     relative = 100.0 * (np.array(found) / known - 1.0)  # (replicas, pairs, n)
     bias, spread = relative.mean(axis=0), relative.std(axis=0, ddof=1)
-    rows = tuple(_pair(tau, names, b, s) for tau, b, s in zip(pairs, bias, spread, strict=True))
+    rows = tuple(_evaluated_pair(tau, names, b, s) for tau, b, s in zip(pairs, bias, spread, strict=True))
     best = min(rows, key=lambda r: r.score)
-    return Guide(rows, (best.tau1, best.tau2), reason(rows, best), rehearsal.against, len(found))
+    return TimeConstantChoice(rows, (best.tau1, best.tau2), choice_text(rows, best), bootstrap.against, len(found))
 
 
-def _pair(tau: Tau, names: tuple[str, ...], bias: np.ndarray, spread: np.ndarray) -> Pair:
+def _evaluated_pair(tau: Tau, names: tuple[str, ...], bias: np.ndarray, spread: np.ndarray) -> TimeConstantPair:
     named = [dict(zip(names, map(float, values), strict=True)) for values in (bias, spread)]
-    return Pair(*tau, named[0], named[1], summary(np.hypot(bias, spread)))
+    return TimeConstantPair(*tau, named[0], named[1], capped_rms_percent(np.hypot(bias, spread)))
 
 
-def reason(rows: tuple[Pair, ...], best: Pair) -> str:
+def choice_text(rows: tuple[TimeConstantPair, ...], best: TimeConstantPair) -> str:
     """Why a pair was chosen, in two sentences."""
     alike = [r for r in rows if r.tau1 == r.tau2]
     small, large = alike[0], alike[-1]
@@ -114,14 +116,14 @@ def reason(rows: tuple[Pair, ...], best: Pair) -> str:
             f"at {large.tau1:g} s {large.bias:.2g} % and {large.spread:.2g} %.")  # fmt: skip
 
 
-def draw(guide: Guide, path: Path) -> None:
+def save_error_maps(guide: TimeConstantChoice, path: Path) -> None:
     """Write a picture of total error, bias and spread over both time constants, the chosen pair marked."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 4.4), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)
     for axis, (title, name) in zip(axes, (("error", "score"), ("bias", "bias"), ("spread", "spread")), strict=True):
-        times, values = _grid(guide, name)
+        times, values = _error_grid(guide, name)
         levels = np.log10(np.clip(values, 0.01, 100.0))
         mesh = axis.pcolormesh(np.arange(len(times)), np.arange(len(times)), levels, cmap="viridis", vmin=-2, vmax=2)
         _label(axis, times, values, title, guide.chosen)
@@ -138,7 +140,7 @@ def draw(guide: Guide, path: Path) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _grid(guide: Guide, name: str) -> tuple[list[float], np.ndarray]:
+def _error_grid(guide: TimeConstantChoice, name: str) -> tuple[list[float], np.ndarray]:
     """Time constants, and a value of the pairs as (τ2, τ1), NaN below the diagonal."""
     times = sorted({r.tau1 for r in guide.rows})
     values = np.full((len(times), len(times)), np.nan)

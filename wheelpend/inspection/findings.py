@@ -26,7 +26,7 @@ class Finding(NamedTuple):
 
 
 @dataclass
-class Cures:
+class LogCorrections:
     """What would cure a log: where each quantity is found, its unit and sign, and the encoder."""
 
     known: Mapping[str, ColumnMap]  # with which the log was read
@@ -36,7 +36,9 @@ class Cures:
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
     encoder: str = ""  # absolute or relative, where the declared one is wrong
-    late_gyro: float = 0.0  # samples by which the gyro comes after the pitch; no line of a model file cures that
+    gyro_delay_samples: float = (
+        0.0  # samples by which the gyro comes after the pitch; no line of a model file cures that
+    )
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.estimation.data import noise_of
-from wheelpend.inspection.findings import Cures, Finding
-from wheelpend.inspection.standstill import _finite, find_gaps, repeated, standstills
+from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.standstill import _finite_or_none, constant_signal_times, find_gaps, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.logs import noise as sensors
 from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
-from wheelpend.logs.guess import guessed_map
-from wheelpend.logs.log import CHANNELS, GAP, Log
+from wheelpend.logs.guess import guess_column_maps
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, WHEEL_PENDULUM_CHANNELS, Log
 from wheelpend.logs.read import load_log
 from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.record import Model
 
-LONGEST = 40_000  # samples in which a step of the input is looked for
+MAX_QUANTUM_SAMPLES = 40_000  # samples in which a step of the input is looked for
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class Inspection:
             "rate_hz": self.rate_hz,
             "jitter": self.jitter,
             "gaps": dict(self.gaps),
-            "channels": {c: {k: _finite(v) for k, v in row.items()} for c, row in self.channels.items()},
-            "findings": [{**f._asdict(), "size": _finite(f.size)} for f in self.findings],
+            "channels": {c: {k: _finite_or_none(v) for k, v in row.items()} for c, row in self.channels.items()},
+            "findings": [{**f._asdict(), "size": _finite_or_none(f.size)} for f in self.findings],
             "proposal": self.proposal,
             "sensors": self.sensors,
             "stand_still": {c: [list(pair) for pair in times] for c, times in self.stand_still.items()},
@@ -73,26 +73,26 @@ def inspect_log(
     """
     noise = noise or sensors.sensor_noise(log, {}, {})
     interval = np.diff(log.t)
-    gaps = interval[interval > GAP * log.dt]
-    cures = Cures(columns or {}, table, guessed)
-    findings = [*find_gaps(log), *still_findings(log, repeated(log, noise, table))]
-    if set(CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
+    gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
+    cures = LogCorrections(columns or {}, table, guessed)
+    findings = [*find_gaps(log), *standstill_findings(log, constant_signal_times(log, noise, table))]
+    if set(WHEEL_PENDULUM_CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
         findings += find_faults(log, relative, cures)
     return Inspection(
         samples=len(log),
         duration_s=log.duration,
         rate_hz=1.0 / log.dt,
-        jitter=float(np.std(interval[interval <= GAP * log.dt]) / log.dt),
+        jitter=float(np.std(interval[interval <= GAP_INTERVAL_RATIO * log.dt]) / log.dt),
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
-        channels=describe(log, noise, table),
+        channels=channel_statistics(log, noise, table),
         findings=tuple(findings),
         proposal=cures.text(),
-        sensors=proposed_sensors(log, noise, table),
+        sensors=sensors_section_text(log, noise, table),
         stand_still=standstills(log, noise.sigma, table),
     )
 
 
-def inspect_for(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
+def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
     """Look over a log as a model's plant and sensors have it; ``guessed`` are columns that the model does not map."""
     return inspect_log(
         log,
@@ -106,15 +106,15 @@ def inspect_for(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None 
 
 def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
     """Read a log and look it over; columns that the model does not map are guessed where they can be."""
-    guessed = guessed_map(path, model.columns, model.table)
+    guessed = guess_column_maps(path, model.columns, model.table)
     log = load_log(path, {**model.columns, **guessed}, model.table)
-    return log, inspect_for(model, log, guessed)
+    return log, inspect_for_model(model, log, guessed)
 
 
-def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
+def channel_statistics(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
     """Range, noise, step and share of missing samples of the input and of every channel."""
     inputs = zip(table.inputs, log.inputs, strict=False)
-    rows = [(name, values, 0.0, sensors.find_quantum(values[:LONGEST])) for name, values in inputs]
+    rows = [(name, values, 0.0, sensors.find_quantum(values[:MAX_QUANTUM_SAMPLES])) for name, values in inputs]
     rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
     return {
         name: {
@@ -128,7 +128,7 @@ def describe(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, di
     }
 
 
-def proposed_sensors(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
+def sensors_section_text(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
     """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps."""
     levels: dict[str, float] = {}
     steps: dict[str, float] = {}
@@ -145,7 +145,7 @@ def proposed_sensors(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def still_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
+def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
     """What stands still, and for how long."""
     found = []
     for name, times in still.items():

@@ -8,32 +8,34 @@ from itertools import permutations
 
 import numpy as np
 
-from wheelpend.inspection.findings import Cures, Finding
+from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import (
-    ALIKE,
-    BLOCKS,
-    COARSER,
-    DEGREES,
-    FARTHEST,
-    INPUT,
-    Shift,
+    DEGREES_PER_RADIAN,
+    INPUT_COLUMN,
+    JACKKNIFE_BLOCKS,
+    MAX_SHIFT_SAMPLES,
+    MAX_SWAPPED_MISFIT_SHARE,
+    SMOOTHING_FACTORS,
     Signals,
-    channel,
-    scan,
+    TimeShift,
+    channel_values,
+    scan_time_shifts,
     uniform_signals,
     with_channel,
 )
-from wheelpend.logs.log import CHANNELS, Log
+from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
 
-PURE = 2e-4  # unexplained share of the power up to which noise, fed back by the controller, cannot feign a shift
-RELATED = 0.8  # correlation of gyro and derivative of the pitch from which they are compared
+MAX_RATE_NOISE_SHARE = (
+    2e-4  # unexplained share of the power up to which noise, fed back by the controller, cannot feign a shift
+)
+MIN_RATE_CORRELATION = 0.8  # correlation of gyro and derivative of the pitch from which they are compared
 
 
-def find_wrapped(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
+def find_wrapped_angles(log: Log, cures: LogCorrections) -> tuple[list[Finding], Log]:
     """Angles that jump by a whole turn; returns them continuous."""
     found = []
     for name in ("theta_w", "theta_p"):
-        values = channel(log, name)
+        values = channel_values(log, name)
         known = np.flatnonzero(np.isfinite(values))
         steps = np.diff(values[known])
         for turn, unit in ((2 * math.pi, "2π"), (360.0, "360°")):
@@ -51,36 +53,40 @@ def find_wrapped(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
     return found, log
 
 
-def find_swapped(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
+def find_swapped_columns(log: Log, cures: LogCorrections) -> tuple[list[Finding], Log]:
     """Columns under each other's names: another pair than pitch and gyro is an angle and its rate."""
     signals = uniform_signals(log, upright=False)
     if signals is None:
         return [], log
-    for coarseness in COARSER:
-        coarser = signals._replace(coarseness=coarseness)
-        if coarseness > 1 and len(coarser.rows) < 4 * BLOCKS:
+    for coarseness in SMOOTHING_FACTORS:
+        coarser = signals._replace(smoothing_factor=coarseness)
+        if coarseness > 1 and len(coarser.rows) < 4 * JACKKNIFE_BLOCKS:
             break
-        misfit = {p: rate_misfit(coarser, *p) for p in permutations((INPUT, *CHANNELS), 2) if p[1] != INPUT}
+        misfit = {
+            p: rate_misfit(coarser, *p)
+            for p in permutations((INPUT_COLUMN, *WHEEL_PENDULUM_CHANNELS), 2)
+            if p[1] != INPUT_COLUMN
+        }
         best = min(misfit, key=lambda p: misfit[p])
-        if misfit[best] < PURE:
+        if misfit[best] < MAX_RATE_NOISE_SHARE:
             break
-    if misfit[best] > ALIKE or 5 * misfit[best] > misfit["theta_p", "dtheta_p"]:
+    if misfit[best] > MAX_SWAPPED_MISFIT_SHARE or 5 * misfit[best] > misfit["theta_p", "dtheta_p"]:
         return [], log
-    source = interchange(*best)
+    source = interchanged_columns(*best)
     cures.source.update(source)
-    values = {INPUT: log.voltage, **{c: channel(log, c) for c in CHANNELS}}
+    values = {INPUT_COLUMN: log.voltage, **{c: channel_values(log, c) for c in WHEEL_PENDULUM_CHANNELS}}
     names = " and ".join(sorted(source))
     sentence = f"{best[1]} is the derivative of {best[0]}, so the columns {names} seem to be interchanged."
     finding = Finding("swapped_channels", names, sentence, "Map them in [columns].", None)
-    measured = np.column_stack([values[source[c]] if c in source else channel(log, c) for c in log.channels])
-    return [finding], replace(log, voltage=values[source.get(INPUT, INPUT)], measured=measured)
+    measured = np.column_stack([values[source[c]] if c in source else channel_values(log, c) for c in log.channels])
+    return [finding], replace(log, voltage=values[source.get(INPUT_COLUMN, INPUT_COLUMN)], measured=measured)
 
 
-def interchange(angle: str, rate: str) -> dict[str, str]:
+def interchanged_columns(angle: str, rate: str) -> dict[str, str]:
     """Which column holds each quantity that is not in its own, where two columns turn out to be pitch and gyro."""
     source = {"theta_p": angle, "dtheta_p": rate}
     free = [c for c in source if c not in (angle, rate)]
-    source |= {c: free.pop() for c in (INPUT, "theta_w") if c in (angle, rate)}
+    source |= {c: free.pop() for c in (INPUT_COLUMN, "theta_w") if c in (angle, rate)}
     return {c: s for c, s in source.items() if c != s}
 
 
@@ -92,7 +98,7 @@ def rate_misfit(signals: Signals, angle: str, rate: str, lenient: bool = False) 
     rows, leader, follower = signals.rows, signals.smooth(angle, 1)[signals.rows], signals.smooth(rate)
     own = (angle, rate) == ("theta_p", "dtheta_p")
     misfits = [1.0]
-    for k in range(-FARTHEST, FARTHEST + 1, 3):
+    for k in range(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1, 3):
         c = np.cov(leader, follower[rows + k])
         if c[0, 0] <= 0 or c[1, 1] <= 0:
             continue
@@ -104,12 +110,12 @@ def rate_misfit(signals: Signals, angle: str, rate: str, lenient: bool = False) 
 
 def is_rate(size: float, slack: float) -> bool:
     """Whether a signal this many times as large as another's derivative may be it, in one unit or another."""
-    return any(1 / slack < size / scale < slack for scale in (1.0, DEGREES, 1 / DEGREES))
+    return any(1 / slack < size / scale < slack for scale in (1.0, DEGREES_PER_RADIAN, 1 / DEGREES_PER_RADIAN))
 
 
-def find_degrees(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
+def find_pitch_in_degrees(log: Log, cures: LogCorrections) -> tuple[list[Finding], Log]:
     """A pitch beyond what a robot survives, time and again: it is in degrees. Returns it in rad."""
-    pitch = channel(log, "theta_p")
+    pitch = channel_values(log, "theta_p")
     state = np.where(np.abs(pitch) > 1.6, 1, np.where(np.abs(pitch) < 0.8, -1, 0))
     state = state[state != 0]  # far, near; what lies between belongs to what came before
     returns = int(np.sum(np.diff(state) < 0))
@@ -117,87 +123,94 @@ def find_degrees(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
         return [], log
     cures.unit["theta_p"] = "deg"
     sentence = f"theta_p goes to {np.nanmax(np.abs(pitch)):.3g} and comes back {returns} times: it looks like degrees."
-    finding = Finding("wrong_unit", "theta_p", sentence, 'Map it in [columns] with unit = "deg".', DEGREES)
-    return [finding], with_channel(log, "theta_p", pitch / DEGREES)
+    finding = Finding("wrong_unit", "theta_p", sentence, 'Map it in [columns] with unit = "deg".', DEGREES_PER_RADIAN)
+    return [finding], with_channel(log, "theta_p", pitch / DEGREES_PER_RADIAN)
 
 
-def find_kinematic(log: Log, cures: Cures) -> tuple[list[Finding], Log]:
+def find_gyro_faults(log: Log, cures: LogCorrections) -> tuple[list[Finding], Log]:
     """Compare the gyro with the derivative of the pitch: sign, scale, clock. Returns a gyro that agrees."""
     signals = uniform_signals(log, upright=False)
-    if signals is None or not agree(signals):
+    if signals is None or not gyro_matches_pitch(signals):
         return [], log
-    signals, late = purest(signals)
+    signals, late = smooth_until_consistent(signals)
     rows, rate, gyro = signals.rows, signals.smooth("theta_p", 1), signals.smooth("dtheta_p")
     cross = np.cov(rate[rows], gyro[rows + round(late.samples)])
     slopes = cross[0, 1] / cross[0, 0], cross[1, 1] / cross[0, 1]  # noise in the one or in the other: between them
-    found, log = check_scale(log, slopes, cures)
+    found, log = find_gyro_scale(log, slopes, cures)
     if slopes[0] < 0:  # which of the two it is, the equations tell
         cures.sign["dtheta_p"] = -1
-        log = with_channel(log, "dtheta_p", -channel(log, "dtheta_p"))
-    if late.share < PURE and late.is_clear(1.1):
-        cures.late_gyro = late.samples
-        log = shifted(log, "dtheta_p", late.samples * signals.dt)
+        log = with_channel(log, "dtheta_p", -channel_values(log, "dtheta_p"))
+    if late.share < MAX_RATE_NOISE_SHARE and late.is_significant(1.1):
+        cures.gyro_delay_samples = late.samples
+        log = with_channel_advanced(log, "dtheta_p", late.samples * signals.dt)
     return found, log
 
 
-def agree(signals: Signals) -> bool:
+def gyro_matches_pitch(signals: Signals) -> bool:
     """Whether the gyro is recognisable as the derivative of the pitch; without that the equations say nothing."""
-    return rate_misfit(signals, "theta_p", "dtheta_p", lenient=True) <= 1 - RELATED**2
+    return rate_misfit(signals, "theta_p", "dtheta_p", lenient=True) <= 1 - MIN_RATE_CORRELATION**2
 
 
-def purest(signals: Signals) -> tuple[Signals, Shift]:
+def smooth_until_consistent(signals: Signals) -> tuple[Signals, TimeShift]:
     """Smooth until gyro and derivative of the pitch agree but for a share PURE, and say by how much the gyro is late.
 
     Noise in the pitch moves the robot through the controller, a moment later: with too little smoothing that looks like
     a shift.
     """
-    for coarseness in COARSER:
-        smoothed = signals._replace(coarseness=coarseness)
-        if len(smoothed.rows) < 4 * BLOCKS:
+    for coarseness in SMOOTHING_FACTORS:
+        smoothed = signals._replace(smoothing_factor=coarseness)
+        if len(smoothed.rows) < 4 * JACKKNIFE_BLOCKS:
             break
-        signals, late = smoothed, rate_shift(smoothed)
-        if late.share < PURE:
+        signals, late = smoothed, gyro_time_shift(smoothed)
+        if late.share < MAX_RATE_NOISE_SHARE:
             break
     return signals, late
 
 
-def rate_shift(signals: Signals) -> Shift:
+def gyro_time_shift(signals: Signals) -> TimeShift:
     """By how much the gyro comes after the derivative of the pitch."""
     rows, rate, gyro = signals.rows, signals.smooth("theta_p", 1), signals.smooth("dtheta_p")
     ones = np.ones(len(rows))
-    return scan(lambda k: residual_of(np.column_stack((gyro[rows + k], ones)), rate[rows]))
+    return scan_time_shifts(lambda k: least_squares_residual(np.column_stack((gyro[rows + k], ones)), rate[rows]))
 
 
-def check_scale(log: Log, slopes: tuple[float, float], cures: Cures) -> tuple[list[Finding], Log]:
+def find_gyro_scale(log: Log, slopes: tuple[float, float], cures: LogCorrections) -> tuple[list[Finding], Log]:
     """Gross difference in scale between the gyro and the derivative of the pitch; returns a gyro of the right size."""
     low, high = sorted(abs(s) for s in slopes)
     if low < 1.15 and high > 1 / 1.15:
         return [], log
     factor = math.sqrt(low * high)
     sentence = f"dtheta_p is {factor:.3g} times the derivative of theta_p"
-    name = next((c for c, f in (("dtheta_p", DEGREES), ("theta_p", 1 / DEGREES)) if 0.85 < factor / f < 1.18), "")
+    name = next(
+        (
+            c
+            for c, f in (("dtheta_p", DEGREES_PER_RADIAN), ("theta_p", 1 / DEGREES_PER_RADIAN))
+            if 0.85 < factor / f < 1.18
+        ),
+        "",
+    )
     if name:
         unit = "deg/s" if name == "dtheta_p" else "deg"
         cures.unit[name] = unit
-        size, cure = DEGREES, f'Map {name} in [columns] with unit = "{unit}".'
+        size, cure = DEGREES_PER_RADIAN, f'Map {name} in [columns] with unit = "{unit}".'
         sentence += f": {name} looks like {unit}."
     else:
         name, size, cure = "dtheta_p", factor, "Find out the unit of each and convert the column."
         sentence += "; they cannot both be in rad and rad/s."
-    correct, scale = (name, DEGREES) if name == "theta_p" else ("dtheta_p", factor)
+    correct, scale = (name, DEGREES_PER_RADIAN) if name == "theta_p" else ("dtheta_p", factor)
     return [Finding("wrong_unit", name, sentence, cure, size)], with_channel(
-        log, correct, channel(log, correct) / scale
+        log, correct, channel_values(log, correct) / scale
     )
 
 
-def shifted(log: Log, name: str, seconds: float) -> Log:
+def with_channel_advanced(log: Log, name: str, seconds: float) -> Log:
     """The log with one channel moved to earlier times."""
-    values = channel(log, name)
+    values = channel_values(log, name)
     known = np.isfinite(values)
     return with_channel(log, name, np.interp(log.t + seconds, log.t[known], values[known]))
 
 
-def residual_of(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
+def least_squares_residual(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
     """What least squares leaves of a target, and the target's power about its mean."""
     solution = np.linalg.lstsq(matrix, target, rcond=None)[0]
     return target - matrix @ solution, float(np.sum((target - target.mean()) ** 2))

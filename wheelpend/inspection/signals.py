@@ -9,20 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.logs.log import Log, stretches
-from wheelpend.numerics import gaussian
+from wheelpend.logs.log import Log, gapless_ranges
+from wheelpend.numerics import gaussian_smoothed
 
-LONGEST = 40_000  # samples looked at for signs and clocks; a longer log is represented by its middle
-SHORTEST = 400  # samples, below which nothing is concluded on signs and clocks
-FARTHEST = 30  # samples, the largest time shift looked for
-NEAREST = 2.5  # samples, the smallest time shift reported
-BLOCKS = 8  # of a log, whose disagreement gives an estimate its standard error
-SMOOTHING = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
-COARSER = (1.0, 2.0, 4.0, 8.0)  # smoothing tried, against the finest, until noise no longer matters
-ALIKE = 0.05  # share that an angle's derivative may leave of a signal that counts as its rate under another name
-DEGREES = 180 / math.pi
-INPUT = "v_in"
-PLANT = "wheel_pendulum"
+MAX_ANALYSED_SAMPLES = 40_000  # samples looked at for signs and clocks; a longer log is represented by its middle
+MIN_ANALYSED_SAMPLES = 400  # samples, below which nothing is concluded on signs and clocks
+MAX_SHIFT_SAMPLES = 30  # samples, the largest time shift looked for
+MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
+JACKKNIFE_BLOCKS = 8  # of a log, whose disagreement gives an estimate its standard error
+MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
+SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # smoothing tried, against the finest, until noise no longer matters
+MAX_SWAPPED_MISFIT_SHARE = (
+    0.05  # share that an angle's derivative may leave of a signal that counts as its rate under another name
+)
+DEGREES_PER_RADIAN = 180 / math.pi
+INPUT_COLUMN = "v_in"
+PLANT_NAME = "wheel_pendulum"
 
 
 class Signals(NamedTuple):
@@ -31,40 +33,40 @@ class Signals(NamedTuple):
     dt: float  # s
     voltage: np.ndarray  # (N,) V, mean of what acted within dt around each sample
     channels: dict[str, np.ndarray]  # (N,) each
-    coarseness: float = 1.0  # of the smoothing, against the finest
+    smoothing_factor: float = 1.0  # of the smoothing, against the finest
 
     @property
     def width(self) -> float:
         """Standard deviation of the smoothing Gaussian [s]."""
-        return self.coarseness * max(SMOOTHING, 3 * self.dt)
+        return self.smoothing_factor * max(MIN_SMOOTHING_SIGMA_S, 3 * self.dt)
 
     @property
     def rows(self) -> np.ndarray:
         """Indices of the samples that are used, clear of the ends, as dense as smoothing leaves information."""
-        margin = int(4 * self.width / self.dt) + FARTHEST + 1
+        margin = int(4 * self.width / self.dt) + MAX_SHIFT_SAMPLES + 1
         return np.arange(margin, len(self.voltage) - margin, max(int(0.5 * self.width / self.dt), 1))
 
     def smooth(self, name: str, order: int = 0) -> np.ndarray:
         """A derivative of a channel, or of the voltage, behind the Gaussian (N,)."""
-        signal = self.voltage if name == INPUT else self.channels[name]
-        result = gaussian(signal, self.width / self.dt)
+        signal = self.voltage if name == INPUT_COLUMN else self.channels[name]
+        result = gaussian_smoothed(signal, self.width / self.dt)
         for _ in range(order):  # differences keep a constant exactly at zero, truncated Gaussians do not
             result = np.gradient(result, self.dt)
         return result
 
 
-class Shift(NamedTuple):
+class TimeShift(NamedTuple):
     """Where a scan over time shifts has its optimum."""
 
     samples: float  # by which the shifted signal is late
     sigma: float  # standard error [samples]
     gain: float  # unexplained power at no shift over that at the optimum
     share: float  # unexplained share of the power at the optimum
-    blocks: np.ndarray  # (BLOCKS,) that share, block by block
+    blocks: np.ndarray  # (JACKKNIFE_BLOCKS,) that share, block by block
 
-    def is_clear(self, gain: float) -> bool:
+    def is_significant(self, gain: float) -> bool:
         """Whether the shift is there beyond doubt: large, certain, inside the range scanned, and worth it."""
-        inside = NEAREST <= abs(self.samples) < FARTHEST - 0.5
+        inside = MIN_SHIFT_SAMPLES <= abs(self.samples) < MAX_SHIFT_SAMPLES - 0.5
         return inside and abs(self.samples) > 5 * self.sigma and self.gain > gain
 
 
@@ -73,11 +75,11 @@ def uniform_signals(log: Log, upright: bool) -> Signals | None:
 
     ``upright`` leaves out a robot that fell.
     """
-    runs = stretches(log if upright else replace(log, channels=("",) * len(log.channels)), 0, len(log))
+    runs = gapless_ranges(log if upright else replace(log, channels=("",) * len(log.channels)), 0, len(log))
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
-    spare = max(last - first - LONGEST, 0) // 2
+    spare = max(last - first - MAX_ANALYSED_SAMPLES, 0) // 2
     first, last = first + spare, last - spare
-    if last - first < SHORTEST:
+    if last - first < MIN_ANALYSED_SAMPLES:
         return None
     t, dt = log.t[first:last], log.dt
     grid = np.arange(t[0] + dt, t[-1] - dt, dt)
@@ -86,11 +88,11 @@ def uniform_signals(log: Log, upright: bool) -> Signals | None:
     channels = {}
     for name, values in zip(log.channels, log.measured[first:last].T, strict=True):
         known = np.isfinite(values)
-        if known.sum() < SHORTEST // 4:
+        if known.sum() < MIN_ANALYSED_SAMPLES // 4:
             return None
         channels[name] = np.interp(grid, t[known], values[known])
     signals = Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels)
-    return signals if len(signals.rows) >= 4 * BLOCKS else None
+    return signals if len(signals.rows) >= 4 * JACKKNIFE_BLOCKS else None
 
 
 def with_channel(log: Log, name: str, values: np.ndarray) -> Log:
@@ -100,34 +102,36 @@ def with_channel(log: Log, name: str, values: np.ndarray) -> Log:
     return replace(log, measured=measured)
 
 
-def channel(log: Log, name: str) -> np.ndarray:
+def channel_values(log: Log, name: str) -> np.ndarray:
     """Measured values (N,) of a channel."""
     return log.measured[:, log.channels.index(name)]
 
 
 def block_sums(squares: np.ndarray) -> np.ndarray:
     """Sums (BLOCKS,) over consecutive blocks."""
-    return np.array([part.sum() for part in np.array_split(squares, BLOCKS)])
+    return np.array([part.sum() for part in np.array_split(squares, JACKKNIFE_BLOCKS)])
 
 
-def scan(residual: Callable[[int], tuple[np.ndarray, float]]) -> Shift:
+def scan_time_shifts(residual: Callable[[int], tuple[np.ndarray, float]]) -> TimeShift:
     """Optimal time shift; ``residual`` gives what stays unexplained at a shift of some samples, and the total power."""
     shares = []
-    for k in range(-FARTHEST, FARTHEST + 1):
+    for k in range(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1):
         rest, power = residual(k)
         shares.append(block_sums(rest**2) / power)
     table = np.array(shares)  # (shifts, blocks)
-    others = [optimum(table.sum(axis=1) - table[:, b]) for b in range(BLOCKS)]
+    others = [parabolic_minimum(table.sum(axis=1) - table[:, b]) for b in range(JACKKNIFE_BLOCKS)]
     whole = table.sum(axis=1)
     best = int(np.argmin(whole))
-    sigma = math.sqrt((BLOCKS - 1) * float(np.var(others)))  # jackknife
-    return Shift(optimum(whole), sigma, float(whole[FARTHEST] / whole[best]), float(whole[best]), table[best])
+    sigma = math.sqrt((JACKKNIFE_BLOCKS - 1) * float(np.var(others)))  # jackknife
+    return TimeShift(
+        parabolic_minimum(whole), sigma, float(whole[MAX_SHIFT_SAMPLES] / whole[best]), float(whole[best]), table[best]
+    )
 
 
-def optimum(costs: np.ndarray) -> float:
+def parabolic_minimum(costs: np.ndarray) -> float:
     """Shift [samples] of least cost, by a parabola through the three lowest neighbours."""
     k = int(np.argmin(costs))
     if k in (0, len(costs) - 1):
-        return float(k - FARTHEST)
+        return float(k - MAX_SHIFT_SAMPLES)
     bend = costs[k - 1] - 2 * costs[k] + costs[k + 1]
-    return k - FARTHEST + (float(0.5 * (costs[k - 1] - costs[k + 1]) / bend) if bend > 0 else 0.0)
+    return k - MAX_SHIFT_SAMPLES + (float(0.5 * (costs[k - 1] - costs[k + 1]) / bend) if bend > 0 else 0.0)

@@ -8,54 +8,73 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.inspection.clocks import clock_findings, imu_shift, lone_finding, move_imu
-from wheelpend.inspection.findings import Cures, Finding
-from wheelpend.inspection.kinematics import agree, find_degrees, find_kinematic, find_swapped, find_wrapped
-from wheelpend.inspection.signals import BLOCKS, DEGREES, INPUT, PLANT, Shift, Signals, scan, uniform_signals
+from wheelpend.inspection.clocks import clock_findings, gyro_or_pitch_shift_findings, imu_time_shift, with_imu_advanced
+from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.kinematics import (
+    find_gyro_faults,
+    find_pitch_in_degrees,
+    find_swapped_columns,
+    find_wrapped_angles,
+    gyro_matches_pitch,
+)
+from wheelpend.inspection.signals import (
+    DEGREES_PER_RADIAN,
+    INPUT_COLUMN,
+    JACKKNIFE_BLOCKS,
+    PLANT_NAME,
+    Signals,
+    TimeShift,
+    scan_time_shifts,
+    uniform_signals,
+)
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 
-EXPLAINED = 0.3  # share of the voltage that may stay unexplained before nothing is concluded from the equations
-ODD = 0.6  # X7/X6 further than this from 1 raises doubts about theta_w
+MAX_UNEXPLAINED_SHARE = (
+    0.3  # share of the voltage that may stay unexplained before nothing is concluded from the equations
+)
+MAX_DAMPING_RATIO_DEVIATION = 0.6  # X7/X6 further than this from 1 raises doubts about theta_w
 
 
-class Equations(NamedTuple):
+class VoltageRegression(NamedTuple):
     """The plant's equations with unknown parameters, smoothed: voltage = matrix · parameters."""
 
     matrix: np.ndarray  # (rows, columns) as in COLUMNS
-    limited: np.ndarray  # (rows, columns) the same space, for coefficients that a machine has positive, then free ones
+    constrained: (
+        np.ndarray
+    )  # (rows, columns) the same space, for coefficients that a machine has positive, then free ones
 
 
-class Reading(NamedTuple):
+class EncoderHypothesis(NamedTuple):
     """A way to read theta_w, and how well the equations then explain the voltage."""
 
     relative: bool  # measured against the body
     unit: float  # units in a rad
-    shift: Shift  # of the voltage
+    shift: TimeShift  # of the voltage
     ratio: float  # X7/X6, the drive's damping on the body over that on the wheel: near 1 on a machine
 
 
-def find_faults(log: Log, relative: bool, cures: Cures) -> list[Finding]:
+def find_faults(log: Log, relative: bool, cures: LogCorrections) -> list[Finding]:
     """Faults of wiring, units, signs and clocks; each is cured in a copy before the next is looked for."""
     findings = []
-    for check in (find_wrapped, find_swapped, find_degrees, find_kinematic):
+    for check in (find_wrapped_angles, find_swapped_columns, find_pitch_in_degrees, find_gyro_faults):
         found, log = check(log, cures)
         findings += found
     signals = uniform_signals(log, upright=True)
-    if signals is None or not agree(signals):
-        return findings + lone_finding("dtheta_p", cures.late_gyro, log.dt)
+    if signals is None or not gyro_matches_pitch(signals):
+        return findings + gyro_or_pitch_shift_findings("dtheta_p", cures.gyro_delay_samples, log.dt)
     conflict = cures.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
-    found, signals = find_flipped(signals, conflict, cures)
+    found, signals = find_flipped_signs(signals, conflict, cures)
     findings += found
     return findings + find_clocks_and_encoder(signals, relative, cures)
 
 
-def equations(signals: Signals, relative: bool) -> Equations:
+def voltage_regression(signals: Signals, relative: bool) -> VoltageRegression:
     """Put smoothed signals into the regressor, with constant forces and dry friction of the drive beside it.
 
     Columns: X1 ... X7, a constant in each row, dry friction.
     """
-    module, rows = kernels.lean(PLANT, {}, ()), signals.rows
+    module, rows = kernels.model_module(PLANT_NAME, {}, ()), signals.rows
     pitch, rate, bend = (
         s[rows] for s in (signals.smooth("theta_p"), signals.smooth("dtheta_p"), signals.smooth("dtheta_p", 1))
     )
@@ -68,10 +87,10 @@ def equations(signals: Signals, relative: bool) -> Equations:
     slip = np.repeat(wheel - rate, 2)
     dry = np.tanh(slip / (0.05 * np.std(slip) + 1e-300))  # a sign, softened as much as the smoothing softens it
     first = np.arange(len(slip)) % 2 == 0
-    return Equations(np.column_stack((phi, first, ~first, dry)), limit(phi, first, dry))
+    return VoltageRegression(np.column_stack((phi, first, ~first, dry)), sign_constrained_columns(phi, first, dry))
 
 
-def limit(phi: np.ndarray, first: np.ndarray, dry: np.ndarray) -> np.ndarray:
+def sign_constrained_columns(phi: np.ndarray, first: np.ndarray, dry: np.ndarray) -> np.ndarray:
     """Columns whose coefficients a machine has positive, then the free ones.
 
     Positive: X1 + X2, X4, X5, dry friction, X7 − X6/2 and 3 X6/2 − X7 (most damping is in the drive, which body and
@@ -82,45 +101,48 @@ def limit(phi: np.ndarray, first: np.ndarray, dry: np.ndarray) -> np.ndarray:
     return np.column_stack((*positive, x2 - x1, x3, first, ~first))
 
 
-POSITIVE = 6  # columns of Equations.limited
+NONNEGATIVE_COLUMNS = 6  # columns of Equations.limited
 
 
-def explain_voltage(system: Equations, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
+def voltage_residual(system: VoltageRegression, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
     """What the equations, with parameters that a machine can have, leave of the voltage shifted by some samples."""
     from scipy.optimize import nnls  # imported late: it takes long to load
 
-    matrix = system.limited / (np.linalg.norm(system.limited, axis=0) + 1e-300)
+    matrix = system.constrained / (np.linalg.norm(system.constrained, axis=0) + 1e-300)
     q, r = np.linalg.qr(matrix)
-    both = np.column_stack((r, -r[:, POSITIVE:]))
-    voltage, rows = signals.smooth(INPUT), signals.rows
+    both = np.column_stack((r, -r[:, NONNEGATIVE_COLUMNS:]))
+    voltage, rows = signals.smooth(INPUT_COLUMN), signals.rows
 
     def residual(k: int) -> tuple[np.ndarray, float]:
         target = np.repeat(voltage[rows + k], 2)
         x = nnls(both, q.T @ target)[0]
-        x[POSITIVE : matrix.shape[1]] -= x[matrix.shape[1] :]
+        x[NONNEGATIVE_COLUMNS : matrix.shape[1]] -= x[matrix.shape[1] :]
         return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))
 
     return residual
 
 
-def unexplained(signals: Signals, relative: bool) -> float:
+def unexplained_voltage_share(signals: Signals, relative: bool) -> float:
     """Share of the voltage that the equations leave, at the best time shift."""
-    return scan(explain_voltage(equations(signals, relative), signals)).share
+    return scan_time_shifts(voltage_residual(voltage_regression(signals, relative), signals)).share
 
 
-def find_flipped(signals: Signals, conflict: bool, cures: Cures) -> tuple[list[Finding], Signals]:
+def find_flipped_signs(signals: Signals, conflict: bool, cures: LogCorrections) -> tuple[list[Finding], Signals]:
     """Signs between input, encoder and IMU; the smallest set of flips, as all together change nothing.
 
     ``conflict`` says that gyro and pitch disagreed and that the gyro was turned round.
     """
-    imu = pitch_against_wheel(signals) < 0
-    turned = flipped(signals, {"theta_p", "dtheta_p"} if imu else set())
-    as_is, other = (min(unexplained(flipped(turned, f), r) for r in (False, True)) for f in (set(), {INPUT}))
-    voltage = other < EXPLAINED and as_is > 2 * other
-    if min(as_is, other) > EXPLAINED:
+    imu = pitch_sign_against_wheel(signals) < 0
+    turned = with_signs_flipped(signals, {"theta_p", "dtheta_p"} if imu else set())
+    as_is, other = (
+        min(unexplained_voltage_share(with_signs_flipped(turned, f), r) for r in (False, True))
+        for f in (set(), {INPUT_COLUMN})
+    )
+    voltage = other < MAX_UNEXPLAINED_SHARE and as_is > 2 * other
+    if min(as_is, other) > MAX_UNEXPLAINED_SHARE:
         imu = voltage = False
-    flips = {"theta_w"} if imu and voltage else {"theta_p", "dtheta_p"} if imu else {INPUT} if voltage else set()
-    signals = flipped(signals, flips)
+    flips = {"theta_w"} if imu and voltage else {"theta_p", "dtheta_p"} if imu else {INPUT_COLUMN} if voltage else set()
+    signals = with_signs_flipped(signals, flips)
     flips ^= {"dtheta_p"} if conflict else set()
     cures.sign.clear()
     cures.sign.update(dict.fromkeys(sorted(flips), -1))
@@ -138,13 +160,13 @@ def flip_finding(name: str, kinematic: bool) -> Finding:
     return Finding("flipped_sign", name, sentence, f"Map {name} in [columns] with sign = -1.", None)
 
 
-def flipped(signals: Signals, names: set[str]) -> Signals:
+def with_signs_flipped(signals: Signals, names: set[str]) -> Signals:
     """The signals with some of them turned round."""
     channels = {c: -v if c in names else v for c, v in signals.channels.items()}
-    return signals._replace(voltage=-signals.voltage if INPUT in names else signals.voltage, channels=channels)
+    return signals._replace(voltage=-signals.voltage if INPUT_COLUMN in names else signals.voltage, channels=channels)
 
 
-def pitch_against_wheel(signals: Signals) -> int:
+def pitch_sign_against_wheel(signals: Signals) -> int:
     """Sign with which the wheel's acceleration follows the pitch, 1 on a machine that balances; 0 where unclear.
 
     From the sum of both rows, where the voltage cancels: sin θp is a positive multiple of the wheel's acceleration plus
@@ -153,61 +175,63 @@ def pitch_against_wheel(signals: Signals) -> int:
     rows = signals.rows
     columns = signals.smooth("theta_w", 2)[rows], signals.smooth("dtheta_p", 1)[rows], np.ones(len(rows))
     table = np.column_stack((*columns, np.sin(signals.smooth("theta_p")[rows])))
-    parts = np.array_split(table, BLOCKS)
+    parts = np.array_split(table, JACKKNIFE_BLOCKS)
     slopes = []
-    for left_out in range(-1, BLOCKS):
+    for left_out in range(-1, JACKKNIFE_BLOCKS):
         stack = np.concatenate([p for k, p in enumerate(parts) if k != left_out])
         slopes.append(float(np.linalg.lstsq(stack[:, :-1], stack[:, -1], rcond=None)[0][0]))
-    sigma = math.sqrt((BLOCKS - 1) * float(np.var(slopes[1:])))
+    sigma = math.sqrt((JACKKNIFE_BLOCKS - 1) * float(np.var(slopes[1:])))
     return 0 if abs(slopes[0]) < 5 * sigma else int(np.sign(slopes[0]))
 
 
-def find_clocks_and_encoder(signals: Signals, relative: bool, cures: Cures) -> list[Finding]:
+def find_clocks_and_encoder(signals: Signals, relative: bool, cures: LogCorrections) -> list[Finding]:
     """Clocks of input, encoder and IMU against each other, what the encoder measures against and in which unit."""
-    imu = imu_shift(signals)
-    moved = imu.is_clear(1.3)
-    aligned = move_imu(signals, imu.samples) if moved else signals
-    best = declared = read_wheel(aligned, relative, 1.0)
-    if abs(declared.ratio - 1) > ODD:
-        others = [read_wheel(aligned, not relative, 1.0)]
-        if 0.3 < declared.ratio / DEGREES < 3.0:  # the drive cannot damp the body so much more than the wheel
-            others.append(read_wheel(aligned, relative, DEGREES))
+    imu = imu_time_shift(signals)
+    moved = imu.is_significant(1.3)
+    aligned = with_imu_advanced(signals, imu.samples) if moved else signals
+    best = declared = evaluate_encoder(aligned, relative, 1.0)
+    if abs(declared.ratio - 1) > MAX_DAMPING_RATIO_DEVIATION:
+        others = [evaluate_encoder(aligned, not relative, 1.0)]
+        if (
+            0.3 < declared.ratio / DEGREES_PER_RADIAN < 3.0
+        ):  # the drive cannot damp the body so much more than the wheel
+            others.append(evaluate_encoder(aligned, relative, DEGREES_PER_RADIAN))
         best = min([o for o in others if is_better(o, declared)], key=lambda o: o.shift.share, default=declared)
-    found = wheel_findings(best, declared, cures)
-    explained = best.shift.share < EXPLAINED
+    found = encoder_findings(best, declared, cures)
+    explained = best.shift.share < MAX_UNEXPLAINED_SHARE
     return found + clock_findings(imu.samples if moved else 0.0, best.shift if explained else None, signals.dt, cures)
 
 
-def read_wheel(signals: Signals, relative: bool, unit: float) -> Reading:
+def evaluate_encoder(signals: Signals, relative: bool, unit: float) -> EncoderHypothesis:
     """Judge a reading of theta_w: its reference, and how many of its units make a rad."""
     wheel = signals.channels["theta_w"] / unit
     scaled = signals._replace(channels={**signals.channels, "theta_w": wheel})
-    system = equations(scaled, relative)
-    shift = scan(explain_voltage(system, scaled))
-    return Reading(relative, unit, shift, damping_ratio(system, scaled, round(shift.samples)))
+    system = voltage_regression(scaled, relative)
+    shift = scan_time_shifts(voltage_residual(system, scaled))
+    return EncoderHypothesis(relative, unit, shift, body_to_wheel_damping_ratio(system, scaled, round(shift.samples)))
 
 
-def damping_ratio(system: Equations, signals: Signals, shift: int) -> float:
+def body_to_wheel_damping_ratio(system: VoltageRegression, signals: Signals, shift: int) -> float:
     """Estimate X7/X6 by plain least squares."""
-    target = np.repeat(signals.smooth(INPUT)[signals.rows + shift], 2)
+    target = np.repeat(signals.smooth(INPUT_COLUMN)[signals.rows + shift], 2)
     x = np.linalg.lstsq(system.matrix, target, rcond=None)[0]
     return float(x[6] / x[5]) if x[5] else math.inf
 
 
-def is_better(other: Reading, declared: Reading) -> bool:
+def is_better(other: EncoderHypothesis, declared: EncoderHypothesis) -> bool:
     """Whether another reading of theta_w is right beyond doubt: a sane machine, clearly better nearly everywhere."""
     wins = int(np.sum(other.shift.blocks < declared.shift.blocks))
-    sane = abs(other.ratio - 1) < 0.5 * ODD and other.shift.share < EXPLAINED
-    return sane and declared.shift.share > 1.5 * other.shift.share and wins >= BLOCKS - 1
+    sane = abs(other.ratio - 1) < 0.5 * MAX_DAMPING_RATIO_DEVIATION and other.shift.share < MAX_UNEXPLAINED_SHARE
+    return sane and declared.shift.share > 1.5 * other.shift.share and wins >= JACKKNIFE_BLOCKS - 1
 
 
-def wheel_findings(best: Reading, declared: Reading, cures: Cures) -> list[Finding]:
+def encoder_findings(best: EncoderHypothesis, declared: EncoderHypothesis, cures: LogCorrections) -> list[Finding]:
     """Say what of the declared reading of theta_w is wrong."""
     gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
     if best.unit != declared.unit:
         cures.unit["theta_w"] = "deg"
         cure = 'Map theta_w in [columns] with unit = "deg".'
-        return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES)]
+        return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES_PER_RADIAN)]
     if best.relative != declared.relative:
         cures.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
         sentence = f"theta_w is measured against {against}: {gain}."

@@ -12,7 +12,7 @@ from pathlib import Path
 import derive
 from derive.files import HERE, TEMPLATES
 
-_kept: dict[Path, str] = {}  # what this process has read or made
+_texts_in_memory: dict[Path, str] = {}  # what this process has read or made
 
 
 def cache_folder() -> Path:
@@ -43,12 +43,12 @@ def derivation_fingerprint() -> str:
     return digest.hexdigest()[:16]
 
 
-def kept(kind: str, plant: str, decides: object, make: Callable[[], str]) -> str:
+def cached_text(kind: str, plant: str, depends_on: object, make: Callable[[], str]) -> str:
     """What was made of a plant before, from the same sources and with the same ``decides``; else it is made now."""
-    key = repr((plant, derive.plants.fingerprint(plant), decides, derivation_fingerprint()))
+    key = repr((plant, derive.plants.fingerprint(plant), depends_on, derivation_fingerprint()))
     path = cache_folder() / f"{kind}_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
-    if path not in _kept:
+    if path not in _texts_in_memory:
         if not path.exists():
             derive.write(path.parent, {path.name: make()})
-        _kept[path] = path.read_text(encoding="utf-8")
-    return _kept[path]
+        _texts_in_memory[path] = path.read_text(encoding="utf-8")
+    return _texts_in_memory[path]

@@ -10,33 +10,33 @@ import sys
 
 from numba.core.event import Event, Listener, register
 
-COMPILING = (
+COMPILING_NOTICE = (
     "Compiling kernels of this model, once per machine: it may take a minute or two. Later runs find them compiled; "
     "`wheelpend warm` compiles all of them ahead of time."
 )
 
 
-class FirstUse(Listener):
+class FirstUseNotice(Listener):
     """Says once in a process that kernels are being compiled, as the first of them is, and keeps whose they are."""
 
     def __init__(self, prefix: str) -> None:
         self.prefix = prefix  # of the names of modules that hold kernels
         self.compiled: set[str] = set()  # modules of which something was compiled
-        self.said: set[str] = set()
+        self.printed: set[str] = set()
         register("numba:compile", self)
 
     def on_start(self, event: Event) -> None:
         """Numba begins to compile a function."""
         module = event.data["dispatcher"].__module__
         if module.startswith(self.prefix):
-            self.say(COMPILING)
+            self.print_once(COMPILING_NOTICE)
             self.compiled.add(module)
 
     def on_end(self, event: Event) -> None:
         """Numba has compiled a function."""
 
-    def say(self, sentence: str) -> None:
+    def print_once(self, sentence: str) -> None:
         """Print a sentence on standard error, once."""
-        if sentence not in self.said:
-            self.said.add(sentence)
+        if sentence not in self.printed:
+            self.printed.add(sentence)
             print(sentence, file=sys.stderr, flush=True)

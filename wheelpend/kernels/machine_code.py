@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.runtime import rtsys
 
 
-class _Ready(FunctionCache):
+class _FastLoadCache(FunctionCache):
     """numba's cache of a function's machine code."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
@@ -26,9 +26,9 @@ class _Ready(FunctionCache):
         return super().load_overload(sig, target_context) if found is None else found
 
 
-def make_ready(module: ModuleType) -> None:
+def install_fast_load_cache(module: ModuleType) -> None:
     """Let a generated module's functions load their machine code in this way."""
     functions: list[Any] = [f for f in vars(module).values() if isinstance(f, Dispatcher)]
     for function in functions:
         if isinstance(getattr(function, "_cache", None), FunctionCache) and hasattr(FunctionCache, "_load_overload"):
-            function._cache = _Ready(function.py_func)
+            function._cache = _FastLoadCache(function.py_func)

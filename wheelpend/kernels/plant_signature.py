@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 
+from derive.plant_signature import Nameplate
+
 from derive import plants
-from derive.nameplate import Nameplate
-from wheelpend.kernels.cache import kept
+from wheelpend.kernels.cache import cached_text
 
 
-def nameplate(plant: str, assumptions: Mapping) -> Nameplate:
+def plant_signature(plant: str, assumptions: Mapping) -> Nameplate:
     """What a plant has under settled assumptions."""
-    return _read(kept("plate", plant, sorted(assumptions.items()), lambda: _text(plant, assumptions)))
+    return _parse_signature(
+        cached_text("plate", plant, sorted(assumptions.items()), lambda: _signature_json(plant, assumptions))
+    )
 
 
-def _text(plant: str, assumptions: Mapping) -> str:
-    return plants.build(plant, assumptions).nameplate.to_json()
+def _signature_json(plant: str, assumptions: Mapping) -> str:
+    return plants.build(plant, assumptions).plant_signature.to_json()
 
 
-_read = lru_cache(Nameplate.from_json)
+_parse_signature = lru_cache(Nameplate.from_json)

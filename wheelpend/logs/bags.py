@@ -16,11 +16,13 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.logs.tables import Table
 
-MAGIC = b"\x89MCAP0\r\n"
-TIME = "t"
-LONGEST_ARRAY = 64  # entries of an array that become columns
-ALIKE = 1.5  # times the interval of the fastest topic, up to which a slower one is interpolated
-NS = 1e-9  # s
+MCAP_MAGIC = b"\x89MCAP0\r\n"
+TIME_COLUMN = "t"
+MAX_ARRAY_ENTRIES = 64  # entries of an array that become columns
+MAX_INTERPOLATED_INTERVAL_RATIO = (
+    1.5  # times the interval of the fastest topic, up to which a slower one is interpolated
+)
+SECONDS_PER_NANOSECOND = 1e-9  # s
 
 Series = dict[str, tuple[np.ndarray, np.ndarray]]  # times [s] and values by column
 
@@ -31,7 +33,7 @@ def is_bag(path: Path) -> bool:
         return (path / "metadata.yaml").exists()
     try:
         with path.open("rb") as file:
-            return file.read(len(MAGIC)) == MAGIC
+            return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC
     except OSError:
         return False
 
@@ -39,7 +41,7 @@ def is_bag(path: Path) -> bool:
 def bag_table(path: Path) -> Table:
     """The columns of a bag; raises Failure where its reader is not installed, or it cannot be read."""
     try:
-        series = collected(messages_in_bag(path) if path.is_dir() else messages_in_mcap(path))
+        series = collect_series(messages_in_bag(path) if path.is_dir() else messages_in_mcap(path))
     except ImportError as error:
         raise Failure(f"{path.name} needs the reader {error.name}, which is not installed. "
                       "Install it with: pip install 'wheelpend[bags]'") from None  # fmt: skip
@@ -49,8 +51,8 @@ def bag_table(path: Path) -> Table:
         raise Failure(f"{path.name} is damaged and cannot be read as a bag: {error}.") from error
     if not series:
         raise Failure(f"{path.name} must hold messages with numbers, but it has none.")
-    return Table([TIME, *series], lambda wanted: together(series, wanted, []),
-                 lambda wanted, held: together(series, wanted, held))  # fmt: skip
+    return Table([TIME_COLUMN, *series], lambda wanted: resample_to_fastest(series, wanted, []),
+                 lambda wanted, held: resample_to_fastest(series, wanted, held))  # fmt: skip
 
 
 def messages_in_bag(path: Path) -> Iterator[tuple[str, int, Any]]:
@@ -81,21 +83,24 @@ def messages_in_mcap(path: Path) -> Iterator[tuple[str, int, Any]]:
                 yield channel.topic, message.log_time, decode(message.data)
 
 
-def collected(messages: Iterator[tuple[str, int, Any]]) -> Series:
+def collect_series(messages: Iterator[tuple[str, int, Any]]) -> Series:
     """Times and values of every number in messages; a message's own stamp counts where it has one."""
     times: dict[str, list[int]] = {}
     values: dict[str, list[float]] = {}
     for topic, logged, message in messages:
-        stamp = stamp_of(message) or logged
+        stamp = header_time_ns(message) or logged
         for field, value in numbers_in(message):
             name = f"{topic.strip('/')}/{field}" if field else topic.strip("/")
             times.setdefault(name, []).append(stamp)
             values.setdefault(name, []).append(value)
     first = min((min(t) for t in times.values()), default=0)  # a clock's large offset would cost digits
-    return {n: _ordered(NS * (np.array(times[n]) - first), np.array(v, dtype=float)) for n, v in values.items()}
+    return {
+        n: _sorted_by_time(SECONDS_PER_NANOSECOND * (np.array(times[n]) - first), np.array(v, dtype=float))
+        for n, v in values.items()
+    }
 
 
-def _ordered(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _sorted_by_time(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Samples in the order of their times, the last of those at one time."""
     order = np.argsort(t, kind="stable")
     t, values = t[order], values[order]
@@ -111,7 +116,7 @@ def fields_of(message: Any) -> list[tuple[str, Any]]:
     return [(n.lstrip("_"), getattr(message, n)) for n in names if not n.startswith("__")]
 
 
-def stamp_of(message: Any) -> int:
+def header_time_ns(message: Any) -> int:
     """Time of a message's header [ns], 0 where it has none."""
     header = dict(fields_of(message)).get("header")
     stamp = dict(fields_of(header)).get("stamp") if header is not None else None
@@ -131,13 +136,13 @@ def numbers_in(message: Any, prefix: str = "", labels: list[str] | None = None) 
         if isinstance(value, bool | int | float | np.integer | np.floating):
             yield place, float(value)
         elif isinstance(value, list | tuple | np.ndarray):
-            yield from _entries(place, value, labels)
+            yield from _array_entries(place, value, labels)
         elif not isinstance(value, str | bytes) and value is not None:
             yield from numbers_in(value, place, labels)
 
 
-def _entries(place: str, values: Any, labels: list[str] | None) -> Iterator[tuple[str, float]]:
-    if not 0 < len(values) <= LONGEST_ARRAY:
+def _array_entries(place: str, values: Any, labels: list[str] | None) -> Iterator[tuple[str, float]]:
+    if not 0 < len(values) <= MAX_ARRAY_ENTRIES:
         return
     known = labels if labels and len(labels) == len(values) else [str(k) for k in range(1, len(values) + 1)]
     for label, value in zip(known, values, strict=True):
@@ -145,32 +150,32 @@ def _entries(place: str, values: Any, labels: list[str] | None) -> Iterator[tupl
             yield f"{place}[{label}]", float(value)
 
 
-def together(series: Series, wanted: list[str], held: list[str]) -> dict[str, np.ndarray]:
+def resample_to_fastest(series: Series, wanted: list[str], zero_order_hold: list[str]) -> dict[str, np.ndarray]:
     """Columns at the times of the fastest of them, (N,) each; NaN where one has no value then.
 
     What is ``held``, inputs and commands, keeps its last value. What is nearly as fast as the fastest is interpolated;
     of what is slower each value stands at the sample nearest to its time.
     """
-    columns = [n for n in wanted if n != TIME]
+    columns = [n for n in wanted if n != TIME_COLUMN]
     clock = max((series[n][0] for n in columns), key=lambda t: (len(t), -t[0]))
-    found = {TIME: clock} if TIME in wanted else {}
+    found = {TIME_COLUMN: clock} if TIME_COLUMN in wanted else {}
     usual = float(np.median(np.diff(clock))) if len(clock) > 1 else 1.0
     for name in columns:
         t, values = series[name]
         interval = float(np.median(np.diff(t))) if len(t) > 1 else np.inf
-        if name in held:
+        if name in zero_order_hold:
             before = np.searchsorted(t, clock, side="right") - 1
             found[name] = np.where(before >= 0, values[np.maximum(before, 0)], np.nan)
-        elif interval <= ALIKE * usual:
-            near = np.abs(t[_nearest(t, clock)] - clock) <= ALIKE * usual
+        elif interval <= MAX_INTERPOLATED_INTERVAL_RATIO * usual:
+            near = np.abs(t[_nearest_indices(t, clock)] - clock) <= MAX_INTERPOLATED_INTERVAL_RATIO * usual
             found[name] = np.where(near, np.interp(clock, t, values), np.nan)
         else:
             found[name] = np.full(len(clock), np.nan)
-            found[name][_nearest(clock, t)] = values
+            found[name][_nearest_indices(clock, t)] = values
     return found
 
 
-def _nearest(t: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def _nearest_indices(t: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Index of the time nearest to each wanted one."""
     after = np.clip(np.searchsorted(t, wanted), 1, max(len(t) - 1, 1))
     after = np.minimum(after, len(t) - 1)

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import Source
-from wheelpend.logs.log import GAP, Log
+from wheelpend.logs.columns import ColumnSource
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 
 
 def check_time(log: str, t: np.ndarray) -> None:
@@ -38,7 +38,7 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
         raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
 
 
-def check_moves(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
+def check_input_varies(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
     """Raise Failure when the input never changes: nothing can be learnt from it."""
     lowest = np.nanmin(voltage)
     if lowest == np.nanmax(voltage):
@@ -48,16 +48,16 @@ def check_moves(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
         )
 
 
-def oddities(log: Log, inputs: Sequence[str], sources: Mapping[str, Source]) -> list[str]:
+def log_warnings(log: Log, inputs: Sequence[str], sources: Mapping[str, ColumnSource]) -> list[str]:
     """Sentences on what is unusual about a usable log."""
-    return [*odd_times(log), *odd_pitch(log, sources), *odd_channels(log, inputs)]
+    return [*time_warnings(log), *range_warnings(log, sources), *channel_warnings(log, inputs)]
 
 
-def odd_times(log: Log) -> list[str]:
+def time_warnings(log: Log) -> list[str]:
     """Gaps, and a sample interval that looks like another unit."""
     found = []
     interval, dt = np.diff(log.t), log.dt
-    gaps = np.flatnonzero(interval > GAP * dt)
+    gaps = np.flatnonzero(interval > GAP_INTERVAL_RATIO * dt)
     if len(gaps):
         k = int(gaps[np.argmax(interval[gaps])])
         count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
@@ -67,7 +67,7 @@ def odd_times(log: Log) -> list[str]:
     return found
 
 
-def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
+def range_warnings(log: Log, sources: Mapping[str, ColumnSource]) -> list[str]:
     """A pitch that looks like degrees, or a robot that fell over."""
     name = log.falls
     if name not in log.channels:
@@ -89,7 +89,7 @@ def odd_pitch(log: Log, sources: Mapping[str, Source]) -> list[str]:
     return found
 
 
-def odd_channels(log: Log, inputs: Sequence[str]) -> list[str]:
+def channel_warnings(log: Log, inputs: Sequence[str]) -> list[str]:
     """Missing cells and channels that never change."""
     found = []
     driven = zip(inputs, log.inputs, strict=False)

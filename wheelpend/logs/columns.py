@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.log import CHANNELS, PITCH, REFERENCE
+from wheelpend.logs.log import PITCH_CHANNEL, REFERENCE_COLUMN, WHEEL_PENDULUM_CHANNELS
 
-UNITS = {  # unit: (the unit it becomes, factor)
+UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "rad": ("rad", 1.0),
     "deg": ("rad", math.pi / 180),
     "rev": ("rad", 2 * math.pi),
@@ -31,7 +31,7 @@ UNITS = {  # unit: (the unit it becomes, factor)
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
 }
-ALIASES = {  # what other people call our columns; only used to propose a mapping
+COLUMN_ALIASES = {  # what other people call our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
     "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
     "theta_w": ("wheel", "encoder", "enc", "position"),
@@ -48,14 +48,14 @@ class ColumnMap:
     """Where a log keeps a quantity: name of its column, unit, and the sign that turns it our way."""
 
     column: str
-    unit: str = ""  # one of UNITS; empty means the quantity's own
+    unit: str = ""  # one of UNIT_CONVERSIONS; empty means the quantity's own
     sign: int = 1  # -1 where the log counts the other way
     scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
 
     def __post_init__(self) -> None:
-        if self.unit and self.unit not in UNITS:
-            hint = did_you_mean(self.unit, UNITS)
-            raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNITS)}.{hint}")
+        if self.unit and self.unit not in UNIT_CONVERSIONS:
+            hint = did_you_mean(self.unit, UNIT_CONVERSIONS)
+            raise Failure(f"No unit named '{self.unit}'. Known units: {', '.join(UNIT_CONVERSIONS)}.{hint}")
         if self.sign not in (1, -1):
             raise Failure(f"sign must be 1 or -1, not {self.sign}.")
         if not (math.isfinite(self.scale) and self.scale > 0):
@@ -79,26 +79,26 @@ class ColumnTable:
         return (*((self.input,) if self.input else ()), *self.further)
 
     @property
-    def needed(self) -> tuple[str, ...]:
+    def required(self) -> tuple[str, ...]:
         """Columns without which a log cannot be used."""
         return ("t", *self.inputs, *self.channels)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Every column that is read where a log has it."""
-        return (*self.needed, *((self.reference,) if self.reference else ()))
+        return (*self.required, *((self.reference,) if self.reference else ()))
 
 
 WHEEL_PENDULUM = ColumnTable(
     "v_in",
-    CHANNELS,
-    {"t": "s", "v_in": "V", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", REFERENCE: "rad"},
-    REFERENCE,
-    PITCH,
+    WHEEL_PENDULUM_CHANNELS,
+    {"t": "s", "v_in": "V", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", REFERENCE_COLUMN: "rad"},
+    REFERENCE_COLUMN,
+    PITCH_CHANNEL,
 )
 
 
-class Source(NamedTuple):
+class ColumnSource(NamedTuple):
     """A column of a file and the factor that brings it to our unit and sign."""
 
     column: str
@@ -107,38 +107,41 @@ class Source(NamedTuple):
 
 def find_sources(
     log: str, names: Sequence[str], table: ColumnTable, columns: Mapping[str, ColumnMap]
-) -> tuple[dict[str, Source], list[str]]:
+) -> tuple[dict[str, ColumnSource], list[str]]:
     """Where each quantity is in a file, with remarks; raises Failure when one that is needed is not there."""
     sources, notes = {}, []
     for name in table.names:
         mapped = columns.get(name)
         if mapped and mapped.column in names:
-            known = factor(name, mapped.unit, table.units[name])
-            sources[name] = Source(mapped.column, mapped.sign * mapped.scale * known)
+            known = unit_factor(name, mapped.unit, table.units[name])
+            sources[name] = ColumnSource(mapped.column, mapped.sign * mapped.scale * known)
         elif name in names:
-            sources[name] = Source(name, 1.0)
+            sources[name] = ColumnSource(name, 1.0)
             if mapped:
                 notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
-    absent = [n for n in table.needed if n not in sources]
+    absent = [n for n in table.required if n not in sources]
     if absent:
-        raise Failure(missing_columns(log, names, absent, {s.column for s in sources.values()}, table.units))
+        raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table.units))
     return sources, notes
 
 
-def factor(name: str, unit: str, own: str) -> float:
+def unit_factor(name: str, unit: str, own: str) -> float:
     """Factor from a unit to a quantity's own; raises Failure when the quantity cannot have that unit."""
-    becomes, value = UNITS[unit] if unit else (own, 1.0)
+    becomes, value = UNIT_CONVERSIONS[unit] if unit else (own, 1.0)
     if own != becomes:
-        fitting = ", ".join(u for u, (base, _) in UNITS.items() if base == own)
+        fitting = ", ".join(u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own)
         raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.")
     return value
 
 
-def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]) -> str:
+def missing_columns_text(
+    log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]
+) -> str:
     """Message that says what is there and how to map it."""
-    guesses = guessed_columns([n for n in names if n not in used], absent)
+    guesses = guess_columns([n for n in names if n not in used], absent)
     lines = [
-        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_part(units[name], guesses[name])} }}' for name in guesses
+        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(units[name], guesses[name])} }}'
+        for name in guesses
     ]
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
@@ -149,20 +152,20 @@ def missing_columns(log: str, names: Sequence[str], absent: list[str], used: set
 
 def guess_column(name: str, free: Sequence[str]) -> str:
     """The unused column that is most likely meant, or nothing."""
-    for alias in ALIASES.get(name, ()):
+    for alias in COLUMN_ALIASES.get(name, ()):
         for column in free:
             if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
                 return column
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
 
 
-def unit_part(own: str, column: str) -> str:
+def unit_entry(own: str, column: str) -> str:
     """The unit of a column as a part of its entry; nothing where the unit is none that turns into others."""
     unit = guess_unit(own, column)
     return f', unit = "{unit}"' if unit else ""
 
 
-def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
+def guess_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
     """The unused column that is most likely meant by each name, or nothing; none is meant twice."""
     left, found = list(free), {}
     for name in sorted(wanted, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
@@ -174,6 +177,6 @@ def guessed_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str
 def guess_unit(own: str, column: str) -> str:
     """The unit that a column's name ends with, or else the quantity's own."""
     ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
-    endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNITS.items() if base == own}
+    endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNIT_CONVERSIONS.items() if base == own}
     fitting = [u for u, known in endings.items() if ending.endswith(known)]
-    return max(fitting, key=len, default=own if own in UNITS else "")
+    return max(fitting, key=len, default=own if own in UNIT_CONVERSIONS else "")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from wheelpend.errors import Failure
 
-MISSING = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
+MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
 
 
 def header_line(path: Path) -> str:

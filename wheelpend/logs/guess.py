@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.logs.columns import ColumnMap, ColumnTable, guess_unit, guessed_columns
-from wheelpend.logs.read import find_clock, open_file
+from wheelpend.logs.columns import ColumnMap, ColumnTable, guess_columns, guess_unit
+from wheelpend.logs.read import find_time_column, open_file
 
 
-def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:
+def guess_column_maps(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:
     """Where a file may have what it has under no name that is known; raises Failure where it cannot be read.
 
     By name, with the unit that a name ends with; time also as the first column that grows from row to row, in the unit
@@ -19,9 +19,9 @@ def guessed_map(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable
     path = Path(path)
     file = open_file(path)
     known = {n: columns[n].column if n in columns else n for n in table.names}
-    absent = [n for n in table.needed if known[n] not in file.names and n not in file.names]
+    absent = [n for n in table.required if known[n] not in file.names and n not in file.names]
     free = [n for n in file.names if n not in known.values()]
-    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guessed_columns(free, absent).items() if c}
-    if "t" in absent and (clock := find_clock(file, found["t"].column if "t" in found else "", free)):
+    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guess_columns(free, absent).items() if c}
+    if "t" in absent and (clock := find_time_column(file, found["t"].column if "t" in found else "", free)):
         found["t"] = clock
     return {n: c if c.unit != table.units[n] else replace(c, unit="") for n, c in found.items()}

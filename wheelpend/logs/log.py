@@ -14,13 +14,13 @@ import numpy as np
 
 from wheelpend.errors import Failure
 
-CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
-REFERENCE = "theta_ref"
-PITCH = "theta_p"  # the angle that must stay within ±π/2
-SHORTEST_SEGMENT = 5  # samples
-ENOUGH, PIECES = 400_000, 8  # samples, in so many pieces, that tell of a long log's noise and interval
-SLOW = 0.5  # s, beyond which samples are too far apart to be those of a log
-GAP = 5.0  # an interval this many times the median one is a gap
+WHEEL_PENDULUM_CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
+REFERENCE_COLUMN = "theta_ref"
+PITCH_CHANNEL = "theta_p"  # the angle that must stay within ±π/2
+MIN_SEGMENT_SAMPLES = 5  # samples
+EXCERPT_SAMPLES, EXCERPT_PARTS = 400_000, 8  # samples, in so many pieces, that tell of a long log's noise and interval
+MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
+GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Log:
     channels: tuple[str, ...]  # column names of measured
     reference: np.ndarray | None = None  # (N,) rad, commanded pitch
     warnings: tuple[str, ...] = ()  # what is odd about the file, for people
-    falls: str = PITCH  # channel that must stay within ±π/2, where the log has it
+    falls: str = PITCH_CHANNEL  # channel that must stay within ±π/2, where the log has it
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -48,7 +48,7 @@ class Log:
     @cached_property
     def dt(self) -> float:
         """Median sample interval [s]."""
-        return float(np.median(np.diff(self.t[:ENOUGH])))
+        return float(np.median(np.diff(self.t[:EXCERPT_SAMPLES])))
 
     @property
     def duration(self) -> float:
@@ -57,10 +57,10 @@ class Log:
 
     def excerpt(self) -> Log:
         """Pieces from all over a long log, a missing sample between them; a shorter one as it is."""
-        if len(self) <= ENOUGH:
+        if len(self) <= EXCERPT_SAMPLES:
             return self
-        length = ENOUGH // PIECES
-        begins = np.arange(PIECES) * (len(self) - length) // (PIECES - 1)
+        length = EXCERPT_SAMPLES // EXCERPT_PARTS
+        begins = np.arange(EXCERPT_PARTS) * (len(self) - length) // (EXCERPT_PARTS - 1)
         places = (begins[:, None] + np.arange(length)).ravel()
         measured = self.measured[places]
         measured[::length] = np.nan
@@ -79,7 +79,7 @@ class Log:
         )
 
 
-def side_by_side(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
+def stack_inputs(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
     """Inputs as a log has them: zeros (N,) of none, (N,) of one, (N, inputs) of several."""
     if len(inputs) < 2:
         return inputs[0] if inputs else np.zeros(samples)
@@ -98,32 +98,36 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
     dt = log.dt
     # The sample nearest to the end of the horizon begins the next segment; just under a half, so that ties are stable.
     length = horizon_s - 0.49 * dt
-    shortest = max(SHORTEST_SEGMENT, math.ceil(horizon_s / (5 * dt) - 1e-6))
+    shortest = max(MIN_SEGMENT_SAMPLES, math.ceil(horizon_s / (5 * dt) - 1e-6))
     bounds = []
-    for begin, end in stretches(log, start, len(log) if stop is None else stop):
+    for begin, end in gapless_ranges(log, start, len(log) if stop is None else stop):
         first = begin
         while end - first >= shortest:
             following = int(np.searchsorted(log.t, log.t[first] + length))
-            last = min(max(following, first + SHORTEST_SEGMENT), end)
+            last = min(max(following, first + MIN_SEGMENT_SAMPLES), end)
             bounds.append((first, last))
             first = last
     return np.array(bounds, dtype=np.int64).reshape(-1, 2)
 
 
-def stretches(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
+def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     """Ranges of usable samples between start and stop, each without a gap."""
-    pieces = [(a, min(a + ENOUGH, stop)) for a in range(start, stop, ENOUGH)]  # a long log is not held twice for this
+    pieces = [
+        (a, min(a + EXCERPT_SAMPLES, stop)) for a in range(start, stop, EXCERPT_SAMPLES)
+    ]  # a long log is not held twice for this
     if not pieces:
         return []
-    usable = np.concatenate([_usable(log, a, b) for a, b in pieces])
-    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP * log.dt for a, b in pieces])[: len(usable) - 1]
+    usable = np.concatenate([_is_usable(log, a, b) for a, b in pieces])
+    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP_INTERVAL_RATIO * log.dt for a, b in pieces])[
+        : len(usable) - 1
+    ]
     joined = usable[1:] & usable[:-1] & near
     begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))
     ends = np.flatnonzero(usable & ~np.concatenate((joined, [False]))) + 1
     return [(start + int(a), start + int(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-def _usable(log: Log, start: int, stop: int) -> np.ndarray:
+def _is_usable(log: Log, start: int, stop: int) -> np.ndarray:
     """Which samples of a range have an input and the body within ±π/2."""
     known = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
     if log.falls in log.channels:

@@ -12,14 +12,20 @@ import numpy as np
 
 from wheelpend.logs.log import Log
 
-ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
-FAR = 4  # samples over which the scatter is compared with that from sample to sample, when colour is looked for
-MOST = 1.9  # growth of the scatter that is believed: at √FAR the noise would be a random walk, without a size
-COLOURED = {False: (0.021, 1.25), True: (0.0085, 1.6)}  # for an angle, for a rate, in which the controller shows: the
+DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
+COLOUR_LAG_SAMPLES = (
+    4  # samples over which the scatter is compared with that from sample to sample, when colour is looked for
+)
+# growth of the scatter that is believed: at √COLOUR_LAG_SAMPLES the noise would be a random walk, without a size
+MAX_SCATTER_GROWTH = 1.9
+COLOUR_LIMITS = {
+    False: (0.021, 1.25),
+    True: (0.0085, 1.6),
+}  # for an angle, for a rate, in which the controller shows: the
 # time [s] over which the motion is taken to be smooth, and the growth of the scatter above which the noise has colour
-FAR_OFF = 5.0  # standard deviations from its neighbours beyond which a reading is a spike
-RARE = 0.02  # share of readings above which they are no spikes but motion
-WINDOW = 50  # samples over which a variance is taken
+SPIKE_SIGMAS = 5.0  # standard deviations from its neighbours beyond which a reading is a spike
+MAX_SPIKE_SHARE = 0.02  # share of readings above which they are no spikes but motion
+VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
 
 
 class Noise(NamedTuple):
@@ -43,13 +49,13 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
         signal = log.measured[:, index]
         stated = quanta.get(channel)
         step = quantum_of(signal, stated)
-        scatter = rounding_only(step) if step and step == stated else difference_noise(signal)
+        scatter = rounding_sigma(step) if step and step == stated else difference_noise(signal)
         if not step and not given.get(channel):
-            scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spikes(signal, scatter)))
+            scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spike_sigma(signal, scatter)))
         known = given.get(channel)
-        rounding = rounding_only(step)
+        rounding = rounding_sigma(step)
         fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
-        sigma.append(known or max(fine, _resolution(signal)))
+        sigma.append(known or max(fine, _smallest_sigma(signal)))
         quantum.append(step)
         is_rounding = bool(step) and not known and fine == rounding
         squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
@@ -58,7 +64,7 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
 
 def quantum_of(signal: np.ndarray, stated: float | None) -> float:
     """Step of a signal [its unit]: the stated one unless the signal moves in others."""
-    if not (stated and on_grid(signal, stated)):
+    if not (stated and is_quantised(signal, stated)):
         return find_quantum(signal)
     seen = find_quantum(signal)
     return seen if seen > 1.5 * stated else stated
@@ -73,16 +79,16 @@ def find_quantum(signal: np.ndarray) -> float:
     span = float(values[-1] - values[0])
     steps = steps[steps > 1e-9 * span]
     step = float(np.median(steps[steps < 1.5 * steps.min()]))
-    return step if on_grid(values, step) and span < 1e6 * step else 0.0
+    return step if is_quantised(values, step) and span < 1e6 * step else 0.0
 
 
-def on_grid(signal: np.ndarray, step: float) -> bool:
+def is_quantised(signal: np.ndarray, step: float) -> bool:
     """Whether a signal moves in whole steps, as one does that was quantised and had no noise added afterwards."""
     counts = (signal[np.isfinite(signal)] - signal[np.isfinite(signal)][0]) / step
     return bool(np.mean(np.abs(counts - np.round(counts)) < 0.1) > 0.95)
 
 
-def rounding_only(step: float) -> float:
+def rounding_sigma(step: float) -> float:
     """Standard deviation of the error of rounding to a step."""
     return step / np.sqrt(12.0)
 
@@ -95,22 +101,27 @@ def coloured_noise(log: Log, channel: str) -> float:
     colour; for a rate it is an upper limit only, and a first-order filter is assumed.
     """
     signal, is_rate = log.measured[:, log.channels.index(channel)], f"{channel[1:]}" in log.channels
-    longest, growth = COLOURED[is_rate]
-    if FAR * log.dt > longest or len(signal) < 1000:
+    longest, growth = COLOUR_LIMITS[is_rate]
+    if COLOUR_LAG_SAMPLES * log.dt > longest or len(signal) < 1000:
         return 0.0
     near = difference_noise(signal)
-    far = float(np.median([difference_noise(signal[k::FAR]) for k in range(FAR)]))
+    far = float(np.median([difference_noise(signal[k::COLOUR_LAG_SAMPLES]) for k in range(COLOUR_LAG_SAMPLES)]))
     if not far > growth * near:
         return 0.0
-    limit, filtered = inconsistency(log, channel), near * first_order(min(far / near, MOST))
-    if far > MOST * near:  # smoother than any filter of first order makes it: only the contradiction tells
+    limit, filtered = (
+        angle_rate_inconsistency(log, channel),
+        near * filtered_noise_ratio(min(far / near, MAX_SCATTER_GROWTH)),
+    )
+    if (
+        far > MAX_SCATTER_GROWTH * near
+    ):  # smoother than any filter of first order makes it: only the contradiction tells
         return limit or filtered
     return min(limit or np.inf, filtered) if is_rate else (limit or filtered)
 
 
-def first_order(growth: float) -> float:
+def filtered_noise_ratio(growth: float) -> float:
     """Standard deviation of noise behind a first-order filter over the scatter, which grows so over FAR samples."""
-    rows = np.array([comb(ORDERS[-1], k) * (-1) ** k for k in range(ORDERS[-1] + 1)], dtype=float)
+    rows = np.array([comb(DIFFERENCE_ORDERS[-1], k) * (-1) ** k for k in range(DIFFERENCE_ORDERS[-1] + 1)], dtype=float)
     lags = np.abs(np.subtract.outer(np.arange(rows.size), np.arange(rows.size)))
 
     def scatter(share: float) -> float:
@@ -119,11 +130,11 @@ def first_order(growth: float) -> float:
     low, high = 0.0, 1.0 - 1e-6
     for _ in range(50):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if scatter(middle**FAR) < growth * scatter(middle) else (low, middle)
+        low, high = (middle, high) if scatter(middle**COLOUR_LAG_SAMPLES) < growth * scatter(middle) else (low, middle)
     return 1.0 / scatter(low)
 
 
-def inconsistency(log: Log, channel: str) -> float:
+def angle_rate_inconsistency(log: Log, channel: str) -> float:
     """How far an angle and its measured rate contradict each other within half a second [unit of the channel].
 
     0 where the channel has no such partner. The angle less the integrated rate should be constant; offset and drift are
@@ -163,20 +174,24 @@ def difference_noise(signal: np.ndarray) -> float:
     The variance is averaged over short windows, those with bursts left out, so that the noise need not be Gaussian.
     """
     estimates = []
-    for order in ORDERS:
+    for order in DIFFERENCE_ORDERS:
         squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
         squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
         if squares.size <= 10:
             break
         whole = (
-            squares[: squares.size // WINDOW * WINDOW].reshape(-1, WINDOW) if squares.size > WINDOW else squares[None]
+            squares[: squares.size // VARIANCE_WINDOW_SAMPLES * VARIANCE_WINDOW_SAMPLES].reshape(
+                -1, VARIANCE_WINDOW_SAMPLES
+            )
+            if squares.size > VARIANCE_WINDOW_SAMPLES
+            else squares[None]
         )
         means = whole.mean(axis=1)
         estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
     return min(estimates) if estimates else float(np.nanstd(signal))
 
 
-def spikes(signal: np.ndarray, scatter: float) -> float:
+def spike_sigma(signal: np.ndarray, scatter: float) -> float:
     """What single readings far off add to the standard deviation, of a signal with that scatter otherwise [its unit].
 
     A reading is compared with the median of its four neighbours: motion, however sudden, moves some of those along.
@@ -186,8 +201,8 @@ def spikes(signal: np.ndarray, scatter: float) -> float:
         return 0.0
     around = np.stack([known[:-4], known[1:-3], known[3:-1], known[4:]])
     off = known[2:-2] - np.median(around, axis=0)
-    far = np.abs(off) > FAR_OFF * scatter
-    return float(np.sqrt(np.mean(np.where(far, off**2, 0.0)))) if np.mean(far) < RARE else 0.0
+    far = np.abs(off) > SPIKE_SIGMAS * scatter
+    return float(np.sqrt(np.mean(np.where(far, off**2, 0.0)))) if np.mean(far) < MAX_SPIKE_SHARE else 0.0
 
 
 def rounding_error(signal: np.ndarray, step: float) -> float:
@@ -201,7 +216,7 @@ def rounding_error(signal: np.ndarray, step: float) -> float:
     return float(np.sqrt(np.mean(error**2)))
 
 
-def _resolution(signal: np.ndarray) -> float:
+def _smallest_sigma(signal: np.ndarray) -> float:
     """What no sensor resolves: a ten-thousandth of the change between samples, or of a still signal's size a billionth.
 
     A log from ideal sensors would otherwise be trusted beyond the accuracy of any integration.

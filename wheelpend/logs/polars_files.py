@@ -10,22 +10,22 @@ import numpy as np
 import polars as pl
 
 from wheelpend.errors import Failure
-from wheelpend.logs.csv_text import MISSING, check_unique, first_line
+from wheelpend.logs.csv_text import MISSING_CELLS, check_unique, first_line
 
 
 def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns of a CSV file."""
-    return numbers_of(path.name, read_csv(path, names, wanted, separator), wanted)
+    return numeric_columns(path.name, read_csv(path, names, wanted, separator), wanted)
 
 
 def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns of a Parquet file."""
-    return numbers_of(path.name, read_parquet(path, wanted), wanted)
+    return numeric_columns(path.name, read_parquet(path, wanted), wanted)
 
 
-def numbers_of(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
+def numeric_columns(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns as numbers, each let go of once it is turned."""
-    return {name: to_numbers(log, table.drop_in_place(name)) for name in wanted}
+    return {name: numeric_column(log, table.drop_in_place(name)) for name in wanted}
 
 
 def parquet_names(path: Path) -> list[str]:
@@ -48,7 +48,7 @@ def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) ->
                 separator=separator,
                 columns=[names.index(w) for w in wanted],
                 schema=schema,
-                null_values=list(MISSING),
+                null_values=list(MISSING_CELLS),
                 encoding="utf8-lossy",
                 low_memory=True,
             )
@@ -57,7 +57,7 @@ def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) ->
         except (pl.exceptions.PolarsError, OSError) as error:
             failure = error
         else:
-            return without_blank_end(table)
+            return without_trailing_blank_rows(table)
     reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
     raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
 
@@ -74,7 +74,7 @@ def uneven_row(path: Path, width: int, separator: str) -> str:
     return ""
 
 
-def without_blank_end(table: pl.DataFrame) -> pl.DataFrame:
+def without_trailing_blank_rows(table: pl.DataFrame) -> pl.DataFrame:
     """Leave out blank lines at the end of a file."""
     end = table.height
     while end and all(cell is None for cell in table.row(end - 1)):
@@ -90,11 +90,11 @@ def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
         raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
 
 
-def to_numbers(log: str, column: pl.Series) -> np.ndarray:
+def numeric_column(log: str, column: pl.Series) -> np.ndarray:
     """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
     if column.dtype == pl.String:
         text = column.str.strip_chars()
-        text = pl.select(pl.when(text.is_in(list(MISSING))).then(None).otherwise(text)).to_series()
+        text = pl.select(pl.when(text.is_in(list(MISSING_CELLS))).then(None).otherwise(text)).to_series()
         numbers = text.cast(pl.Float64, strict=False)
         bad = (text.is_not_null() & numbers.is_null()).arg_true()
         if len(bad):

@@ -17,11 +17,11 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.logs.bags import bag_table, is_bag
-from wheelpend.logs.checks import check_moves, check_time, check_values, oddities
-from wheelpend.logs.columns import UNITS, WHEEL_PENDULUM, ColumnMap, ColumnTable, find_sources
-from wheelpend.logs.log import SLOW, Log, side_by_side
+from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
+from wheelpend.logs.columns import UNIT_CONVERSIONS, WHEEL_PENDULUM, ColumnMap, ColumnTable, find_sources
+from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.tables import Table, check_length, open_table
-from wheelpend.logs.unwrap import continued
+from wheelpend.logs.unwrap import make_continuous
 
 
 def load_log(
@@ -39,7 +39,7 @@ def load_log(
     sources, notes = find_sources(path.name, file.names, table, columns or {})
     wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
     held = [sources[n].column for n in (*table.inputs, table.reference) if n in sources]
-    numbers = file.on_one_clock(wanted, held) if file.on_one_clock else file.read(wanted)
+    numbers = file.read_on_one_clock(wanted, held) if file.read_on_one_clock else file.read(wanted)
     check_length(path.name, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
     check_time(path.name, raw_t)
@@ -48,26 +48,26 @@ def load_log(
         values = numbers[source.column]
         scaled[name] = values if source.factor == 1.0 else values * source.factor
     del numbers, scaled["t"]
-    for name in table.needed[1:]:
+    for name in table.required[1:]:
         check_values(path.name, name, scaled[name])
     for name in table.inputs:
-        check_moves(path.name, name, scaled[name], table.units[name])
+        check_input_varies(path.name, name, scaled[name], table.units[name])
     for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
-        scaled[name], remarks = continued(
-            name, scaled[name], raw_t, table.units[name], starts_again=name != table.falls
+        scaled[name], remarks = make_continuous(
+            name, scaled[name], raw_t, table.units[name], can_reset=name != table.falls
         )
         notes += remarks
     reference = scaled.get(table.reference, np.array([math.nan])) if table.reference else np.array([math.nan])
     log = Log(
         name=path.name,
         t=(raw_t - raw_t[0]) * sources["t"].factor,  # subtract first: a clock's large offset would cost digits
-        voltage=side_by_side([scaled[name] for name in table.inputs], len(raw_t)),
+        voltage=stack_inputs([scaled[name] for name in table.inputs], len(raw_t)),
         measured=np.column_stack([scaled[c] for c in table.channels]),
         channels=table.channels,
         reference=None if np.isnan(reference).all() else reference,
         falls=table.falls,
     )
-    return replace(log, warnings=(*notes, *oddities(log, table.inputs, sources)))
+    return replace(log, warnings=(*notes, *log_warnings(log, table.inputs, sources)))
 
 
 def open_file(path: Path) -> Table:
@@ -112,7 +112,7 @@ def save_log(
         beside.unlink(missing_ok=True)
 
 
-def find_clock(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:
+def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:
     """The column that tells time: the likely one, or else the first that grows from row to row."""
     for name in (*([likely] if likely else []), *free):
         try:
@@ -122,6 +122,8 @@ def find_clock(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | Non
         steps = np.diff(values)
         if len(steps) and np.isfinite(values).all() and (steps > 0).all():
             usual = float(np.median(steps))
-            unit = next((u for u in ("s", "ms", "us", "ns") if usual * UNITS[u][1] < SLOW), "ns")
+            unit = next(
+                (u for u in ("s", "ms", "us", "ns") if usual * UNIT_CONVERSIONS[u][1] < MAX_SAMPLE_INTERVAL_S), "ns"
+            )
             return ColumnMap(name, unit)
     return None

@@ -17,12 +17,12 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.logs.csv_text import csv_names, find_separator, first_line
 
-SHORTEST = 20  # rows
-SHORT = 8_000_000  # bytes up to which a CSV file of plain numbers is read without Polars
-PLAIN = b"0123456789+-.eE,\n"
-WIDEST = 64  # columns of a matrix that is taken for as many quantities
-MATLAB = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
-KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
+MIN_LOG_SAMPLES = 20  # rows
+MAX_PLAIN_CSV_BYTES = 8_000_000  # bytes up to which a CSV file of plain numbers is read without Polars
+PLAIN_CSV_CHARACTERS = b"0123456789+-.eE,\n"
+MAX_MATRIX_COLUMNS = 64  # columns of a matrix that is taken for as many quantities
+MATLAB_FILE_HEADS = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
+FILE_KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
 
 
 class Table(NamedTuple):
@@ -31,26 +31,26 @@ class Table(NamedTuple):
     names: list[str]
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
     # The same of what has many clocks, with the names of the columns that are held until their next value.
-    on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
+    read_on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
 
 
 def open_table(path: Path) -> Table:
     """Look into a file; raises Failure when it is not there, empty, damaged or of another kind."""
-    head = beginning(path)
+    head = read_file_head(path)
     if head[:4] == b"PAR1":
         from wheelpend.logs import polars_files
 
         return Table(polars_files.parquet_names(path), partial(polars_files.parquet_columns, path))
-    if head.startswith(MATLAB):
+    if head.startswith(MATLAB_FILE_HEADS):
         return matlab_table(path)
     if b"\0" in head:
-        raise Failure(f"{path.name} is neither {KINDS}. Export it as one of them.")
+        raise Failure(f"{path.name} is neither {FILE_KINDS}. Export it as one of them.")
     separator = find_separator(path)
     names = csv_names(path, separator)
     return Table(names, partial(csv_columns, path, names, separator))
 
 
-def beginning(path: Path) -> bytes:
+def read_file_head(path: Path) -> bytes:
     """The first bytes of a file; raises Failure when there are none."""
     try:
         with path.open("rb") as file:
@@ -58,7 +58,7 @@ def beginning(path: Path) -> bytes:
     except FileNotFoundError:
         raise Failure(f"A measurement file must exist; there is none at {path}.") from None
     except IsADirectoryError:
-        raise Failure(f"A measurement file is a {KINDS} file; {path} is a folder.") from None
+        raise Failure(f"A measurement file is a {FILE_KINDS} file; {path} is a folder.") from None
     except OSError as error:
         raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
     if not head.strip():
@@ -68,8 +68,10 @@ def beginning(path: Path) -> bytes:
 
 def check_length(log: str, samples: int) -> None:
     """Raise Failure when there is too little to learn from."""
-    if samples < SHORTEST:
-        raise Failure(f"{log}: the log is too short. It must have at least {SHORTEST} samples; it has {samples}.")
+    if samples < MIN_LOG_SAMPLES:
+        raise Failure(
+            f"{log}: the log is too short. It must have at least {MIN_LOG_SAMPLES} samples; it has {samples}."
+        )
 
 
 def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
@@ -84,10 +86,10 @@ def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str])
 
 def plain_columns(path: Path, names: list[str]) -> np.ndarray | None:
     """All columns (names, N) of a short CSV file of nothing but numbers, one in every cell; None of any other."""
-    if path.stat().st_size > SHORT:
+    if path.stat().st_size > MAX_PLAIN_CSV_BYTES:
         return None
     header, _, rows = path.read_bytes().partition(b"\n")
-    if not rows or b'"' in header or b"\r" in header or rows.translate(None, PLAIN):
+    if not rows or b'"' in header or b"\r" in header or rows.translate(None, PLAIN_CSV_CHARACTERS):
         return None
     if rows.startswith(b"\n") or b"\n\n" in rows:  # blank lines
         return None
@@ -109,7 +111,7 @@ def matlab_table(path: Path) -> Table:
         raise Failure(f"{path.name} is a MATLAB 7.3 file, which is HDF5. Save it with save(..., '-v7').") from None
     except (MatReadError, ValueError, OSError, TypeError, KeyError, IndexError, EOFError) as error:
         raise Failure(f"{path.name} is damaged and cannot be read as a MATLAB file: {first_line(error)}.") from error
-    vectors = dict(vectors_in(found))
+    vectors = dict(numeric_vectors(found))
     if not vectors:
         there = ", ".join(n for n in found if not n.startswith("__")) or "nothing"
         raise Failure(f"{path.name} must hold numeric vectors, one for each quantity; it holds {there}.")
@@ -119,18 +121,18 @@ def matlab_table(path: Path) -> Table:
     return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
 
 
-def vectors_in(found: dict, prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
+def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
     """Names and values of the numeric vectors in a MATLAB file's variables, also in its structures: data.theta."""
     for name, value in found.items():
         if name.startswith("__") or not isinstance(value, np.ndarray | np.void):
             continue
         if value.dtype.names and value.size == 1:
-            yield from vectors_in({n: np.asarray(value[n].item() if value[n].dtype == object else value[n])
+            yield from numeric_vectors({n: np.asarray(value[n].item() if value[n].dtype == object else value[n])
                                    for n in value.dtype.names}, f"{prefix}{name}.")  # fmt: skip
         elif value.dtype.kind in "biuf" and value.ndim == 1 and value.size > 1:
             yield f"{prefix}{name}", value.astype(float)
         elif value.dtype.kind in "biuf" and value.ndim == 2:
             matrix = np.asarray(value, dtype=float)
             rows = matrix if matrix.shape[0] > matrix.shape[1] else matrix.T
-            if rows.shape[1] <= WIDEST < rows.shape[0]:
+            if rows.shape[1] <= MAX_MATRIX_COLUMNS < rows.shape[0]:
                 yield from ((f"{prefix}{name}[{k}]", rows[:, k - 1]) for k in range(1, rows.shape[1] + 1))

@@ -6,16 +6,16 @@ import math
 
 import numpy as np
 
-TURN = 2 * math.pi
-SLACK = 0.25  # of a turn, by which a jump may differ from a whole one
-BEYOND = 1.05  # turns that a wrapped angle covers at most
-SUDDEN = 20.0  # times the usual step from which a jump to zero is a new start
-NEIGHBOURS = 5.0  # times the usual interval, up to which samples are neighbours
-STAYS = 10  # samples that an encoder which started again stays there
+TURN_RAD = 2 * math.pi
+JUMP_TOLERANCE_TURNS = 0.25  # of a turn, by which a jump may differ from a whole one
+MAX_WRAPPED_RANGE_TURNS = 1.05  # turns that a wrapped angle covers at most
+RESET_JUMP_RATIO = 20.0  # times the usual step from which a jump to zero is a new start
+MAX_NEIGHBOUR_INTERVAL_RATIO = 5.0  # times the usual interval, up to which samples are neighbours
+MIN_RESET_SAMPLES = 10  # samples that an encoder which started again stays there
 
 
-def continued(
-    name: str, values: np.ndarray, t: np.ndarray, unit: str, starts_again: bool = True
+def make_continuous(
+    name: str, values: np.ndarray, t: np.ndarray, unit: str, can_reset: bool = True
 ) -> tuple[np.ndarray, list[str]]:
     """A channel (N,) without the jumps of wrapping and of a new start, and a sentence on each kind that was found.
 
@@ -25,13 +25,13 @@ def continued(
     known = np.flatnonzero(np.isfinite(values))
     if known.size < 2:
         return values, []
-    beside = (np.diff(known) == 1) & (np.diff(t[known]) < NEIGHBOURS * np.median(np.diff(t)))
+    beside = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
-    if unit == "rad" and (jumps := wraps(values[known], beside)):
+    if unit == "rad" and (jumps := count_wraps(values[known], beside)):
         values = values.copy()
         values[known] = np.unwrap(values[known])
         remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous.")
-    found = new_starts(values[known], beside) if starts_again else np.zeros(0, dtype=int)
+    found = find_counter_resets(values[known], beside) if can_reset else np.zeros(0, dtype=int)
     if len(found):
         steps = np.diff(values[known], prepend=values[known][0])
         steps[found] = 0.0
@@ -44,35 +44,35 @@ def continued(
     return values, remarks
 
 
-def wraps(values: np.ndarray, beside: np.ndarray) -> int:
+def count_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
     """How often an angle [rad] jumps because it is kept within one turn; 0 where it is not.
 
     ``beside`` says of each step whether it is one between neighbours.
     """
     steps = np.abs(np.diff(values))
-    jumps = beside & (np.abs(steps - TURN) < SLACK * TURN)
-    if not jumps.any() or np.ptp(values) > BEYOND * TURN:
+    jumps = adjacent & (np.abs(steps - TURN_RAD) < JUMP_TOLERANCE_TURNS * TURN_RAD)
+    if not jumps.any() or np.ptp(values) > MAX_WRAPPED_RANGE_TURNS * TURN_RAD:
         return 0
-    others = steps[beside & ~jumps]
+    others = steps[adjacent & ~jumps]
     usual = float(np.quantile(others, 0.99)) if others.size else 0.0
-    return int(jumps.sum()) if usual <= SLACK * TURN else 0
+    return int(jumps.sum()) if usual <= JUMP_TOLERANCE_TURNS * TURN_RAD else 0
 
 
-def new_starts(values: np.ndarray, beside: np.ndarray) -> np.ndarray:
+def find_counter_resets(values: np.ndarray, adjacent: np.ndarray) -> np.ndarray:
     """Places at which a counter jumps to zero and goes on from there; not where it ever jumps back.
 
     ``beside`` says of each step whether it is one between neighbours.
     """
-    if values.size < 4 * STAYS:
+    if values.size < 4 * MIN_RESET_SAMPLES:
         return np.zeros(0, dtype=int)
     steps = np.diff(values)
     sizes = np.abs(steps)
-    usual = float(np.quantile(sizes[beside], 0.999 if sizes.size > 5000 else 0.98)) if beside.any() else 0.0
+    usual = float(np.quantile(sizes[adjacent], 0.999 if sizes.size > 5000 else 0.98)) if adjacent.any() else 0.0
     if usual == 0.0:
         return np.zeros(0, dtype=int)
-    large = sizes > SUDDEN * usual
-    to_zero = large & beside & (np.abs(values[1:]) <= usual)
-    found = [k for k in np.flatnonzero(to_zero) if not large[k + 1 : k + 1 + STAYS].any()]
+    large = sizes > RESET_JUMP_RATIO * usual
+    to_zero = large & adjacent & (np.abs(values[1:]) <= usual)
+    found = [k for k in np.flatnonzero(to_zero) if not large[k + 1 : k + 1 + MIN_RESET_SAMPLES].any()]
     back = [k for k in np.flatnonzero(large) if not to_zero[k]]  # motion, or a sensor that gave nothing for a while
     alike = [k for k in found if any(steps[j] * steps[k] < 0 and sizes[j] > 0.5 * sizes[k] for j in back)]
     return np.array([k + 1 for k in found if k not in alike], dtype=int)

@@ -11,7 +11,7 @@ Noise = float | Literal["auto"]
 
 
 @dataclass(frozen=True)
-class Value:
+class ParameterValue:
     """A parameter: what it should be, and what the data said."""
 
     nominal: float | None = None
@@ -65,15 +65,15 @@ class Column:
 
 
 @dataclass(frozen=True)
-class File:
+class ModelFile:
     """The tables of a model.toml."""
 
     plant: str
     effects: tuple[str, ...] = ()
     assumptions: dict[str, Any] = field(default_factory=dict)
     constants: dict[str, float] = field(default_factory=dict)
-    parameters: dict[str, Value] = field(default_factory=dict)
-    effect: dict[str, dict[str, Value]] = field(default_factory=dict)
+    parameters: dict[str, ParameterValue] = field(default_factory=dict)
+    effect: dict[str, dict[str, ParameterValue]] = field(default_factory=dict)
     sensors: Sensors = field(default_factory=Sensors)
     controller: Controller | None = None
     columns: dict[str, Column] = field(default_factory=dict)

@@ -14,10 +14,10 @@ from wheelpend.errors import Failure, did_you_mean
 from wheelpend.model.record import Model
 
 Writer = Callable[[sp.Expr], str]
-REGRESSOR = "Regressor: tau = phi X, phi = d²/dt² phi2 + d/dt phi1 + phi0"
+REGRESSOR_TITLE = "Regressor: tau = phi X, phi = d²/dt² phi2 + d/dt phi1 + phi0"
 
 
-def composed(model: Model) -> derive.Model:
+def derived_model(model: Model) -> derive.Model:
     """The derived model behind a model file."""
     try:
         return derive.compose(model.plant, model.assumptions, model.effects)
@@ -25,15 +25,15 @@ def composed(model: Model) -> derive.Model:
         raise Failure(f"{model.path}: {error}") from None
 
 
-def describe(model: Model, latex: bool = False) -> str:
+def equations_text(model: Model, latex: bool = False) -> str:
     """Assumptions, parameters, equations of motion, sensors, regressor and its filtered pieces."""
     lines = [f"plant {model.plant}; effects {', '.join(model.effects) or 'none'}"]
-    for title, entries in sections(composed(model), sp.latex if latex else str).items():
+    for title, entries in equation_sections(derived_model(model), sp.latex if latex else str).items():
         lines += ["", title, *(f"  {entry}" for entry in entries)]
     return "\n".join(lines)
 
 
-def sections(derived: derive.Model, write: Writer) -> dict[str, list[str]]:
+def equation_sections(derived: derive.Model, write: Writer) -> dict[str, list[str]]:
     """Everything that a model derives to, in lines: 'name = value', or a term of a sum with its sign."""
     names = zip(derived.grouping.names, derived.grouping.definitions, strict=True)
     found = {
@@ -42,16 +42,19 @@ def sections(derived: derive.Model, write: Writer) -> dict[str, list[str]]:
     }
     for coordinate, row in zip(derived.plant.coordinates, derived.residual, strict=True):
         found[f"Equation of motion, {coordinate.row} row: 0 [V] ="] = [
-            signed(t, write) for t in sp.Add.make_args(sp.expand(row))
+            signed_term_text(t, write) for t in sp.Add.make_args(sp.expand(row))
         ]
     for surface in derived.surfaces:
         found[f"Dry friction at the {surface.port}, against its slip, or what holds it still"] = [write(surface.law)]
     found |= {"Input": input_lines(derived, write)} if input_lines(derived, write) else {}
     readings = zip(derived.plant.channels, derived.readings, strict=True)
-    return found | {"Sensors": [f"{c.name} = {write(r)}" for c, r in readings], REGRESSOR: columns(derived, write)}
+    return found | {
+        "Sensors": [f"{c.name} = {write(r)}" for c, r in readings],
+        REGRESSOR_TITLE: regressor_lines(derived, write),
+    }
 
 
-def signed(term: sp.Expr, write: Writer) -> str:
+def signed_term_text(term: sp.Expr, write: Writer) -> str:
     """A term with its sign set apart."""
     negative = sp.sympify(term).could_extract_minus_sign()
     return f"{'-' if negative else '+'} {write(-term if negative else term)}"
@@ -65,7 +68,7 @@ def input_lines(derived: derive.Model, write: Writer) -> list[str]:
     return lines
 
 
-def columns(derived: derive.Model, write: Writer) -> list[str]:
+def regressor_lines(derived: derive.Model, write: Writer) -> list[str]:
     """The regressor and its split, column by column."""
     regressor = derived.regressor
     lines = [f"tau = {', '.join(write(e) for e in regressor.tau)}"]
@@ -98,14 +101,14 @@ def other_model(model: Model, other: str) -> Model:
     return replace(model, assumptions=assumptions, effects=tuple(dict.fromkeys(effects)))
 
 
-def difference(one: Model, other: Model, latex: bool = False) -> str:
+def difference_text(one: Model, other: Model, latex: bool = False) -> str:
     """What changes from one model to the other: definitions from and to, terms that go (-) and come (+)."""
     write: Writer = sp.latex if latex else str
-    before, after = (sections(composed(m), write) for m in (one, other))
-    lines = changed(*([f"effects = {', '.join(m.effects) or 'none'}"] for m in (one, other)))
+    before, after = (equation_sections(derived_model(m), write) for m in (one, other))
+    lines = changed_lines(*([f"effects = {', '.join(m.effects) or 'none'}"] for m in (one, other)))
     touched = set()
     for title in dict.fromkeys([*before, *after]):
-        found = changed(before.get(title, []), after.get(title, []))
+        found = changed_lines(before.get(title, []), after.get(title, []))
         lines += ["", title, *found] if found else []
         touched |= {title} if found else set()
     if touched <= {"Assumptions"}:
@@ -115,9 +118,9 @@ def difference(one: Model, other: Model, latex: bool = False) -> str:
     return "\n".join(lines).strip()
 
 
-def changed(before: list[str], after: list[str]) -> list[str]:
+def changed_lines(before: list[str], after: list[str]) -> list[str]:
     """Lines that differ: 'name: old -> new' where both have the name, else gone (-) and new (+)."""
-    old, new = (dict(_keyed(line) for line in lines) for lines in (before, after))
+    old, new = (dict(_name_and_value(line) for line in lines) for lines in (before, after))
     lines = []
     for key in dict.fromkeys([*old, *new]):
         if old.get(key) == new.get(key):
@@ -130,6 +133,6 @@ def changed(before: list[str], after: list[str]) -> list[str]:
     return lines
 
 
-def _keyed(line: str) -> tuple[str, str]:
+def _name_and_value(line: str) -> tuple[str, str]:
     name, equals, value = line.partition(" = ")
     return (name.strip(), value) if equals else (line, line)

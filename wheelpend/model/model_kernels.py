@@ -8,7 +8,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from wheelpend.errors import Failure
-from wheelpend.kernels.load import _text, freed_by, library, load
+from wheelpend.kernels.load import _module_text, library_module, load_module, released_coordinates
 
 if TYPE_CHECKING:
     from wheelpend.model.record import Model
@@ -18,16 +18,16 @@ def derived_files(model: Model) -> dict[str, str]:
     """Generated files of a model, from the cache where the same model was derived before."""
     return {
         "__init__.py": '"""Kernels generated from model.toml by `wheelpend generate`."""\n',
-        f"{model.plant}.py": _text(model.plant, model.assumptions, tuple(model.effects), library=False),
-        f"{model.plant}_library.py": _text(
-            model.plant, model.assumptions, model.own, library=True, free=freed_by(model.effects)
+        f"{model.plant}.py": _module_text(model.plant, model.assumptions, tuple(model.effects), library=False),
+        f"{model.plant}_library.py": _module_text(
+            model.plant, model.assumptions, model.own, library=True, released=released_coordinates(model.effects)
         ),
     }
 
 
-def library_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
+def library_module_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
     """The library's module of a model's plant, assumptions and own effects, with what it or further effects free."""
-    return library(model.plant, model.assumptions, model.own, freed_by((*model.effects, *effects)))
+    return library_module(model.plant, model.assumptions, model.own, released_coordinates((*model.effects, *effects)))
 
 
 def load_kernels(workspace: str | Path = ".") -> ModuleType:
@@ -43,4 +43,4 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
     if not path.exists() or path.read_text(encoding="utf-8") != derived:
         raise Failure(f"{path} must be what {model.path} derives to, but it is missing, stale or edited. "
                       "Run `wheelpend generate` there.")  # fmt: skip
-    return load(derived, model.plant)
+    return load_module(derived, model.plant)

@@ -10,7 +10,7 @@ import numpy as np
 
 import derive
 from wheelpend.kernels import load as kernels
-from wheelpend.logs.log import side_by_side
+from wheelpend.logs.log import stack_inputs
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 
@@ -20,36 +20,39 @@ def compile_all(model: Model, progress: Callable[[str], None]) -> list[str]:
 
     Returns those of which something was compiled in this process.
     """
-    return compile_some(modules_of(model), progress)
+    return compile_modules(module_loaders(model), progress)
 
 
-def modules_of(model: Model) -> dict[str, Callable[[], ModuleType]]:
+def module_loaders(model: Model) -> dict[str, Callable[[], ModuleType]]:
     """What loads each module that the tool uses of a model, by what holds it."""
-    freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(model.nameplate) if e.frees}.items())
+    freeing = sorted({e.frees: e.name for e in derive.effects.possible_on(model.plant_signature) if e.frees}.items())
     return {
-        "library": partial(model_kernels.library_of, model),
-        "plain plant": partial(kernels.lean, model.plant, model.assumptions, ()),
-        "model": partial(kernels.lean, model.plant, model.assumptions, model.effects),
-        **{f"library with {name}": partial(model_kernels.library_of, model, [effect]) for name, effect in freeing},
+        "library": partial(model_kernels.library_module_of, model),
+        "plain plant": partial(kernels.model_module, model.plant, model.assumptions, ()),
+        "model": partial(kernels.model_module, model.plant, model.assumptions, model.effects),
+        **{
+            f"library with {name}": partial(model_kernels.library_module_of, model, [effect])
+            for name, effect in freeing
+        },
     }
 
 
-def compile_some(modules: Mapping[str, Callable[[], ModuleType]], progress: Callable[[str], None]) -> list[str]:
+def compile_modules(modules: Mapping[str, Callable[[], ModuleType]], progress: Callable[[str], None]) -> list[str]:
     """Compile modules by name; returns those of which something was compiled in this process."""
     new = []
     for number, (name, load) in enumerate(modules.items(), 1):
         progress(f"compiling the kernels of the {name}, once per machine ({number} of {len(modules)})")
         module = load()
-        exercise(module)
-        if module.__name__ in kernels.first_use().compiled:
+        call_every_kernel(module)
+        if module.__name__ in kernels.first_use_notice().compiled:
             new.append(name)
     return new
 
 
-def exercise(module: ModuleType) -> None:
+def call_every_kernel(module: ModuleType) -> None:
     """Call every public kernel once with the types that the tool uses."""
     t, command = np.arange(6) * 1e-3, np.zeros(6)
-    voltage = side_by_side([command] * len(module.INPUTS), 6)
+    voltage = stack_inputs([command] * len(module.INPUTS), 6)
     parameters = np.ones(len(module.PARAMETERS))
     states = np.zeros((6, module.NX))
     zeros, columns = np.zeros((6, module.NY)), np.arange(1)

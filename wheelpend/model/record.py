@@ -16,19 +16,20 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from derive.plant_signature import Nameplate
+
 from derive import effects as library
 from derive import plants
-from derive.nameplate import Nameplate
 from wheelpend.errors import Failure
-from wheelpend.kernels.plant_signature import nameplate
+from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnMap, ColumnTable
-from wheelpend.model.entries import NOISE_KEYS, Controller, File, Sensors, Value
-from wheelpend.model.toml_checks import ask, check_known
-from wheelpend.model.toml_file import read
-from wheelpend.model.user_effects import OWN_FILE
+from wheelpend.model.entries import NOISE_KEYS, Controller, ModelFile, ParameterValue, Sensors
+from wheelpend.model.toml_checks import call_look_up, check_known
+from wheelpend.model.toml_file import parse_model_file
+from wheelpend.model.user_effects import USER_EFFECTS_FILE
 
-FILE = "model.toml"
-BASE_PARAMETER = re.compile(r"X[1-9]\d*")
+MODEL_FILE = "model.toml"
+BASE_PARAMETER_PATTERN = re.compile(r"X[1-9]\d*")
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class Model:
     effects: tuple[str, ...]  # in the order they were added, then those that assumptions stand for
     assumptions: dict[str, Any]  # every one of the plant's, encoder included
     constants: dict[str, float]
-    parameters: dict[str, Value]  # X1, X2, ...
-    effect_values: dict[str, Value]  # by effect.parameter, of the effects in the model
+    parameters: dict[str, ParameterValue]  # X1, X2, ...
+    effect_values: dict[str, ParameterValue]  # by effect.parameter, of the effects in the model
     sensors: Sensors
     controller: Controller | None
     columns: dict[str, ColumnMap]
@@ -51,10 +52,10 @@ class Model:
     own: tuple[str, ...] = ()  # names of the effects that effects.toml beside it adds to the library
 
     @classmethod
-    def open(cls, path: str | os.PathLike = FILE) -> Model:
+    def open(cls, path: str | os.PathLike = MODEL_FILE) -> Model:
         """Read a model from its file or its workspace; raises Failure when it is not there or not valid."""
         path = Path(path)
-        path = path / FILE if path.is_dir() else path
+        path = path / MODEL_FILE if path.is_dir() else path
         try:
             text = path.read_bytes().decode("utf-8-sig")
         except FileNotFoundError:
@@ -69,9 +70,9 @@ class Model:
     def parse(cls, text: str, path: Path | None = None) -> Model:
         """Make a model from the text of a model.toml; raises Failure saying what in it is wrong."""
         try:
-            return build(read(text), text, path)
+            return checked_model(parse_model_file(text), text, path)
         except Failure as failure:
-            raise Failure(f"{path or FILE}: {failure}") from failure
+            raise Failure(f"{path or MODEL_FILE}: {failure}") from failure
 
     @classmethod
     def default(cls, plant: str = "wheel_pendulum") -> Model:
@@ -79,14 +80,16 @@ class Model:
 
         Raises Failure where there is no plant of that name.
         """
-        from wheelpend.model.template import text_of  # imported late: it makes the text that a Model is read from
+        from wheelpend.model.template import (
+            model_file_text,  # imported late: it makes the text that a Model is read from
+        )
 
-        return cls.parse(ask(text_of, plant))
+        return cls.parse(call_look_up(model_file_text, plant))
 
     @cached_property
-    def nameplate(self) -> Nameplate:
+    def plant_signature(self) -> Nameplate:
         """What the plant has under the model's assumptions."""
-        return nameplate(self.plant, self.assumptions)
+        return plant_signature(self.plant, self.assumptions)
 
     @property
     def workspace(self) -> Path:
@@ -139,7 +142,7 @@ class Model:
         target = Path(path) if path is not None else self.path
         if target is None:
             raise Failure("A model needs a path to be saved at; this one has none yet.")
-        target = target / FILE if target.is_dir() else target
+        target = target / MODEL_FILE if target.is_dir() else target
         beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
         try:
             beside.write_bytes(self.text.encode())
@@ -157,23 +160,23 @@ def check_finite(name: str, value: float) -> None:
         raise Failure(f"An identified value must be finite; {name} came out as {value}.")
 
 
-def build(file: File, text: str, path: Path | None) -> Model:
+def checked_model(file: ModelFile, text: str, path: Path | None) -> Model:
     """Check every name against plant and library."""
-    assumptions = settle(file)
-    plant = nameplate(file.plant, assumptions)
+    assumptions = settled_assumptions(file)
+    plant = plant_signature(file.plant, assumptions)
     brought = plants.brought(file.plant, assumptions)
-    own = own_of(path.parent, plant) if path else ()
+    own = user_effect_names(path.parent, plant) if path else ()
     effects = (*check_effects(file.effects, plant, own), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
-    table = columns_of(plant)
+    table = column_table(plant)
     check_known("quantity", file.columns, table.names, " in [columns]")
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
-    check_base(file.parameters, "[parameters]")
+    check_base_parameters(file.parameters, "[parameters]")
     further = (*NOISE_KEYS.values(), *(n for c in plant.coordinates for n in (c.q, c.dq)))
-    check_base([k for k in file.simulation or () if k not in further], "[simulation]", further)
+    check_base_parameters([k for k in file.simulation or () if k not in further], "[simulation]", further)
     for name, values in file.effect.items():
-        known = [p.name for p in ask(library.find, name).parameters]
+        known = [p.name for p in call_look_up(library.find, name).parameters]
         check_known("parameter", values, known, f" in [effect.{name}]")
     return Model(
         path=path,
@@ -193,21 +196,21 @@ def build(file: File, text: str, path: Path | None) -> Model:
     )
 
 
-def settle(file: File) -> dict[str, Any]:
+def settled_assumptions(file: ModelFile) -> dict[str, Any]:
     """Every assumption of the plant, with the encoder as [sensors] has it."""
-    known = [a.name for a in ask(plants.assumptions_of, file.plant)]
+    known = [a.name for a in call_look_up(plants.assumptions_of, file.plant)]
     encoder = {"encoder": file.sensors.encoder} if "encoder" in known else {}
     check_known("assumption", file.assumptions, [k for k in known if k != "encoder"], " in [assumptions]")
-    return ask(plants.settle, file.plant, {**file.assumptions, **encoder})
+    return call_look_up(plants.settle, file.plant, {**file.assumptions, **encoder})
 
 
-def own_of(workspace: Path, plant: Nameplate) -> tuple[str, ...]:
+def user_effect_names(workspace: Path, plant: Nameplate) -> tuple[str, ...]:
     """Names of the effects that a workspace's effects.toml adds, which are known from then on."""
-    if not os.path.exists(workspace / OWN_FILE):
+    if not os.path.exists(workspace / USER_EFFECTS_FILE):
         return ()
-    from wheelpend.model.user_effects import read_own  # imported late: reading laws takes SymPy
+    from wheelpend.model.user_effects import read_user_effects  # imported late: reading laws takes SymPy
 
-    return library.register(read_own(workspace, plant))
+    return library.register(read_user_effects(workspace, plant))
 
 
 def check_effects(names: tuple[str, ...], plant: Nameplate, own: tuple[str, ...]) -> tuple[str, ...]:
@@ -221,15 +224,15 @@ def check_effects(names: tuple[str, ...], plant: Nameplate, own: tuple[str, ...]
     return names
 
 
-def check_base(names: Iterable[str], place: str, further: tuple[str, ...] = ()) -> None:
+def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, ...] = ()) -> None:
     """Raise Failure unless every name is X1, X2, ..."""
     for name in names:
-        if not BASE_PARAMETER.fullmatch(name):
+        if not BASE_PARAMETER_PATTERN.fullmatch(name):
             others = "".join(f", {f}" for f in further)
             raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
 
 
-def columns_of(plant: Nameplate) -> ColumnTable:
+def column_table(plant: Nameplate) -> ColumnTable:
     """The columns that a log of this plant has."""
     units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
     if plant.driven:

@@ -6,14 +6,14 @@ import textwrap
 from collections.abc import Iterable
 
 import tomlkit
+from derive.plant_signature import Nameplate
 
 from derive import plants
-from derive.nameplate import Nameplate
 from derive.records import Assumption
-from wheelpend.kernels.plant_signature import nameplate
+from wheelpend.kernels.plant_signature import plant_signature
 
-PAPER = "wheel_pendulum"
-HEAD = """\
+PAPER_PLANT = "wheel_pendulum"
+HEADER_TEMPLATE = """\
 # The model of this workspace. It is the only source of the code in generated/: edit it, then run `wheelpend generate`.
 # Angles are in rad, times in s, voltages in V. Comments survive the tool.
 
@@ -29,20 +29,20 @@ rate_noise = "auto"                    # [rad/s]
 """
 
 
-def text_of(plant: str) -> str:
+def model_file_text(plant: str) -> str:
     """A first model.toml of a plant; raises KeyError naming the known plants."""
-    built = nameplate(plant, plants.settle(plant, {}))
+    built = plant_signature(plant, plants.settle(plant, {}))
     sections = [
-        HEAD.format(plant=plant),
-        section("assumptions", "", assumptions_of(plant)),
+        HEADER_TEMPLATE.format(plant=plant),
+        section("assumptions", "", assumption_lines(plant)),
         section("constants", "known, never identified; only some effects and the display in N·m need them",
-                described_constants(plant, built)),
-        section("parameters", parameters_comment(plant), nominal(plant)),
-        WHEEL_SENSORS if plant == PAPER else sensors(built),
+                constant_lines(plant, built)),
+        section("parameters", parameters_comment(plant), nominal_value_lines(plant)),
+        WHEEL_SENSORS if plant == PAPER_PLANT else noise_section(built),
         section("controller", "only where known: for closed-loop simulation, prediction and instruments",
-                controller(plant)),
-        columns(built),
-        section("simulation", machine_comment(plant), machine(plant, built)),
+                controller_lines(plant)),
+        columns_section(built),
+        section("simulation", simulation_comment(plant), simulation_lines(plant, built)),
     ]  # fmt: skip
     return "\n".join(s for s in sections if s)
 
@@ -54,12 +54,12 @@ def section(name: str, comment: str, lines: Iterable[str]) -> str:
     return "\n".join([header, *entries]) + "\n" if entries else ""
 
 
-def assumptions_of(plant: str) -> list[str]:
+def assumption_lines(plant: str) -> list[str]:
     """Every assumption at its default, under its sentence; the encoder is among the sensors."""
-    return [commented(a) for a in plants.assumptions_of(plant) if a.name != "encoder"]
+    return [commented_assumption(a) for a in plants.assumptions_of(plant) if a.name != "encoder"]
 
 
-def commented(assumption: Assumption) -> str:
+def commented_assumption(assumption: Assumption) -> str:
     """An assumption at its default, under its sentence and its choices."""
     choices = " or ".join(tomlkit.item(c).as_string() for c in assumption.choices)
     sentence = textwrap.wrap(f"{assumption.sentence} {choices}.", 118)
@@ -67,7 +67,7 @@ def commented(assumption: Assumption) -> str:
     return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
 
 
-def described_constants(plant: str, built: Nameplate) -> list[str]:
+def constant_lines(plant: str, built: Nameplate) -> list[str]:
     """The plant's constants, each with its unit and what it is."""
     known = {c.name: c for c in built.constants}
     entries = [(f"{n} = {v!r}", known[n]) for n, v in plants.constants_of(plant).items() if n in known]
@@ -76,46 +76,46 @@ def described_constants(plant: str, built: Nameplate) -> list[str]:
 
 def parameters_comment(plant: str) -> str:
     """What the nominal values are."""
-    source = "the paper's Table 1" if plant == PAPER else "those of the plant's file"
+    source = "the paper's Table 1" if plant == PAPER_PLANT else "those of the plant's file"
     return f"nominal: {source}, a tenth too small; identification corrects it"
 
 
-def nominal(plant: str) -> list[str]:
+def nominal_value_lines(plant: str) -> list[str]:
     """Nominal values a tenth below the plant's own."""
     return [f"{x} = {{ nominal = {0.9 * v:.6g} }}" for x, v in plants.reference_of(plant).items()]
 
 
-def sensors(built: Nameplate) -> str:
+def noise_section(built: Nameplate) -> str:
     """Noise and steps of every channel, to be found from the data."""
     rows = [f'{c.name} = "auto"'.ljust(39) + f"# [{c.unit}]" for c in built.channels]
     return section("sensors.noise", 'standard deviation of every channel, or "auto": from the data', rows)
 
 
-def controller(plant: str) -> list[str]:
+def controller_lines(plant: str) -> list[str]:
     """The PID that holds the plant, where its file gives one."""
     gains = plants.gains_of(plant)
     return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
 
 
-def columns(built: Nameplate) -> str:
+def columns_section(built: Nameplate) -> str:
     """How a log's columns are mapped."""
-    last = built.channels[-1] if built.name != PAPER else next(c for c in built.channels if c.name == "theta_p")
+    last = built.channels[-1] if built.name != PAPER_PLANT else next(c for c in built.channels if c.name == "theta_p")
     unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
     comment = "only where a log names or measures things differently, for instance"
     return section("columns", comment, [f'# {last.name} = {{ column = "{column}", unit = "{unit}" }}'])
 
 
-def machine_comment(plant: str) -> str:
+def simulation_comment(plant: str) -> str:
     """What the simulated machine is."""
-    return f"the machine that `wheelpend simulate` plays: the {'paper' if plant == PAPER else 'plant'}'s" + (
-        " Table 1" if plant == PAPER else " numbers"
+    return f"the machine that `wheelpend simulate` plays: the {'paper' if plant == PAPER_PLANT else 'plant'}'s" + (
+        " Table 1" if plant == PAPER_PLANT else " numbers"
     )
 
 
-def machine(plant: str, built: Nameplate) -> list[str]:
+def simulation_lines(plant: str, built: Nameplate) -> list[str]:
     """True parameters, noises and where a machine that nothing holds begins."""
     lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
-    if plant == PAPER:
+    if plant == PAPER_PLANT:
         lines += ["pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]",
                   "rate_noise = 0.008726646259971648      # 0.5 deg/s [rad/s]"]  # fmt: skip
     elif lines and not built.driven:

@@ -16,13 +16,13 @@ from wheelpend.errors import Failure, did_you_mean
 Check = Callable[[Any, str], Any]
 
 
-class Wrong(ValueError):
+class InvalidValue(ValueError):
     """What is wrong in a file: a phrase for each place."""
 
 
 def refuse(must: str, value: object, place: str) -> NoReturn:
     """Raise Wrong: where, what must hold, what came."""
-    raise Wrong(f"{place}: must be {must}, not {value!r:.60}")
+    raise InvalidValue(f"{place}: must be {must}, not {value!r:.60}")
 
 
 def number(value: object, place: str) -> float:
@@ -36,7 +36,7 @@ def number(value: object, place: str) -> float:
     return found if math.isfinite(found) else refuse("a finite number", value, place)
 
 
-def size(value: object, place: str) -> float:
+def nonnegative(value: object, place: str) -> float:
     """A number that is not negative."""
     found = number(value, place)
     return found if found >= 0.0 else refuse("at least 0", value, place)
@@ -48,26 +48,30 @@ def positive(value: object, place: str) -> float:
     return found if found > 0.0 else refuse("greater than 0", value, place)
 
 
-def truth(value: object, place: str) -> bool:
+def boolean(value: object, place: str) -> bool:
     """True or false."""
     return value if isinstance(value, bool) else refuse("true or false", value, place)
 
 
-def anything(value: object, place: str) -> object:
+def any_value(value: object, place: str) -> object:
     """Whatever it is."""
     return value
 
 
-def text(value: object, place: str, most: int | None = None) -> str:
+def text(value: object, place: str, max_length: int | None = None) -> str:
     """Text, of at most so many characters."""
     if not isinstance(value, str):
         refuse("text", value, place)
-    return value if most is None or len(value) <= most else refuse(f"at most {most} characters", value, place)
+    return (
+        value
+        if max_length is None or len(value) <= max_length
+        else refuse(f"at most {max_length} characters", value, place)
+    )
 
 
-def short_text(most: int) -> Check:
+def short_text(max_length: int) -> Check:
     """Text of at most so many characters."""
-    return lambda value, place: text(value, place, most)
+    return lambda value, place: text(value, place, max_length)
 
 
 def one_of(*choices: object) -> Check:
@@ -82,7 +86,7 @@ def one_of(*choices: object) -> Check:
     return check
 
 
-def or_word(word: str, check: Check) -> Check:
+def keyword_or(word: str, check: Check) -> Check:
     """A word, or what another check takes."""
 
     def either(value: object, place: str) -> object:
@@ -93,28 +97,28 @@ def or_word(word: str, check: Check) -> Check:
     return either
 
 
-def several(check: Check, count: int | None = None, most: int | None = None) -> Check:
+def list_of(check: Check, count: int | None = None, max_entries: int | None = None) -> Check:
     """A list as a tuple; of so many entries, or of at most so many."""
 
     def entries(value: object, place: str) -> tuple:
         if not isinstance(value, list | tuple) or (count is not None and len(value) != count):
             refuse("a list" if count is None else f"a list of {count}", value, place)
-        if most is not None and len(value) > most:
-            refuse(f"a list of at most {most}", value, place)
-        return tuple(each((check, v, f"{place}.{k}") for k, v in enumerate(value)))
+        if max_entries is not None and len(value) > max_entries:
+            refuse(f"a list of at most {max_entries}", value, place)
+        return tuple(run_checks((check, v, f"{place}.{k}") for k, v in enumerate(value)))
 
     return entries
 
 
-def mapping(check: Check, least: int = 0, most: int | None = None) -> Check:
+def mapping(check: Check, min_entries: int = 0, max_entries: int | None = None) -> Check:
     """A table with keys of any name, of at least and at most so many."""
 
     def entries(value: object, place: str) -> dict[str, Any]:
         if not isinstance(value, dict):
             refuse("a table", value, place)
-        if len(value) < least or (most is not None and len(value) > most):
-            refuse(f"a table of {least} to {most} entries", value, place)
-        return dict(zip(value, each((check, v, f"{place}.{k}") for k, v in value.items()), strict=True))
+        if len(value) < min_entries or (max_entries is not None and len(value) > max_entries):
+            refuse(f"a table of {min_entries} to {max_entries} entries", value, place)
+        return dict(zip(value, run_checks((check, v, f"{place}.{k}") for k, v in value.items()), strict=True))
 
     return entries
 
@@ -129,16 +133,16 @@ def table(make: Callable[..., Any], **checks: Check) -> Check:
         try:
             check_known("key", value, checks)
         except Failure as failure:
-            raise Wrong((f"[{place}]: " if place else "") + str(failure).rstrip(".")) from None
+            raise InvalidValue((f"[{place}]: " if place else "") + str(failure).rstrip(".")) from None
         inside = f"{place}." if place else ""
-        missing = [(_missing, None, inside + n) for n in needed if n not in value]
-        found = each([*missing, *((checks[n], v, inside + n) for n, v in value.items())])
+        missing = [(_refuse_missing, None, inside + n) for n in needed if n not in value]
+        found = run_checks([*missing, *((checks[n], v, inside + n) for n, v in value.items())])
         return make(**dict(zip(value, found, strict=True)))
 
     return entries
 
 
-def shorthand(key: str, check: Check) -> Check:
+def number_or_table(key: str, check: Check) -> Check:
     """A table, or a plain number that stands for one with this key."""
 
     def either(value: object, place: str) -> Any:
@@ -149,21 +153,21 @@ def shorthand(key: str, check: Check) -> Check:
     return either
 
 
-def _missing(value: object, place: str) -> NoReturn:
-    raise Wrong(f"{place} is missing")
+def _refuse_missing(value: object, place: str) -> NoReturn:
+    raise InvalidValue(f"{place} is missing")
 
 
-def each(checks: Iterable[tuple[Check, object, str]]) -> list:
+def run_checks(checks: Iterable[tuple[Check, object, str]]) -> list:
     """What several checks return; raises Wrong with all that is wrong."""
     found: list = []
     phrases: list[str] = []
     for check, value, place in checks:
         try:
             found.append(check(value, place))
-        except Wrong as wrong:
+        except InvalidValue as wrong:
             phrases += wrong.args
     if phrases:
-        raise Wrong(*phrases)
+        raise InvalidValue(*phrases)
     return found
 
 
@@ -179,7 +183,7 @@ def check_known(what: str, names: Iterable[str], known: Collection[str], place: 
 T = TypeVar("T")
 
 
-def ask(look_up: Callable[..., T], *arguments: Any) -> T:
+def call_look_up(look_up: Callable[..., T], *arguments: Any) -> T:
     """Call a look-up; its KeyError, whose text names the choices, becomes a Failure."""
     try:
         return look_up(*arguments)

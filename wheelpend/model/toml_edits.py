@@ -24,19 +24,19 @@ def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     if sigma is not None and math.isfinite(sigma):
         numbers["sigma"] = float(sigma)
     if entry is None and (not table or find_table(text.splitlines(), header)):
-        return insert_line(text, header, f"{parameter} = {inline(numbers).as_string()}")
+        return insert_line(text, header, f"{parameter} = {inline_table(numbers).as_string()}")
     if entry is None:  # the table is there without a header of its own, in dotted keys
-        table[parameter] = inline(numbers)
+        table[parameter] = inline_table(numbers)
     elif isinstance(entry, tomlkit.items.Table):
         entry.pop("sigma", None)
         entry.update(numbers)
     else:  # a plain number is the nominal value of a base parameter, the identified one of an effect's
         old = entry if isinstance(entry, Mapping) else {} if effect else {"nominal": entry}
-        table[parameter] = inline({**{k: v for k, v in old.items() if k != "sigma"}, **numbers})
+        table[parameter] = inline_table({**{k: v for k, v in old.items() if k != "sigma"}, **numbers})
     return tomlkit.dumps(document)
 
 
-def inline(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
+def inline_table(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
     """Numbers as an inline table, spaced as people write it."""
     return tomlkit.value(
         "{ " + ", ".join(f"{key} = {tomlkit.item(v).as_string()}" for key, v in numbers.items()) + " }"

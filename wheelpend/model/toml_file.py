@@ -5,48 +5,48 @@ from __future__ import annotations
 import tomllib
 
 from wheelpend.errors import Failure
-from wheelpend.model.entries import Column, Controller, File, Sensors, Value
+from wheelpend.model.entries import Column, Controller, ModelFile, ParameterValue, Sensors
 from wheelpend.model.toml_checks import (
-    Wrong,
-    anything,
+    InvalidValue,
+    any_value,
+    keyword_or,
+    list_of,
     mapping,
+    nonnegative,
     number,
+    number_or_table,
     one_of,
-    or_word,
     positive,
-    several,
-    shorthand,
-    size,
     table,
     text,
 )
 
-VALUE = table(Value, nominal=number, identified=number, sigma=size)
-NOISE = or_word("auto", positive)
-CHECKED = table(
-    File,
+VALUE_CHECK = table(ParameterValue, nominal=number, identified=number, sigma=nonnegative)
+NOISE_CHECK = keyword_or("auto", positive)
+MODEL_FILE_CHECK = table(
+    ModelFile,
     plant=text,
-    effects=several(text),
-    assumptions=mapping(anything),
+    effects=list_of(text),
+    assumptions=mapping(any_value),
     constants=mapping(number),
-    parameters=mapping(shorthand("nominal", VALUE)),
-    effect=mapping(mapping(shorthand("identified", VALUE))),
+    parameters=mapping(number_or_table("nominal", VALUE_CHECK)),
+    effect=mapping(mapping(number_or_table("identified", VALUE_CHECK))),
     sensors=table(
         Sensors,
         encoder=one_of("absolute", "relative"),
-        encoder_counts=size,
-        pitch_noise=NOISE,
-        rate_noise=NOISE,
-        noise=mapping(NOISE),
-        step=mapping(size),
+        encoder_counts=nonnegative,
+        pitch_noise=NOISE_CHECK,
+        rate_noise=NOISE_CHECK,
+        noise=mapping(NOISE_CHECK),
+        step=mapping(nonnegative),
     ),
-    controller=table(Controller, kind=one_of("pid"), gains=several(number, count=3)),
+    controller=table(Controller, kind=one_of("pid"), gains=list_of(number, count=3)),
     columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive)),
     simulation=mapping(number),
 )
 
 
-def read(text: str) -> File:
+def parse_model_file(text: str) -> ModelFile:
     """Parse and validate the shape of a model.toml."""
     try:
         data = tomllib.loads(text)
@@ -56,6 +56,6 @@ def read(text: str) -> File:
     if isinstance(assumptions, dict) and "encoder" in assumptions:
         raise Failure("[assumptions] must not hold encoder. It describes a sensor: set encoder in [sensors].")
     try:
-        return CHECKED(data, "")
-    except Wrong as wrong:
+        return MODEL_FILE_CHECK(data, "")
+    except InvalidValue as wrong:
         raise Failure("; ".join(wrong.args) + ".") from wrong

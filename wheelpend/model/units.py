@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from derive.nameplate import Nameplate
+from derive.plant_signature import Nameplate
+
 from wheelpend.model.record import Model
 
-NAME = re.compile(r"[A-Za-z_]\w*")
+NAME_PATTERN = re.compile(r"[A-Za-z_]\w*")
 
 
 @dataclass(frozen=True)
-class Quantities:
+class PlantUnits:
     """Units of a plant, and what a volt of its input is worth where that is known."""
 
     units: dict[str, str]  # of time, input, coordinates, rates and channels, by name
@@ -22,7 +23,7 @@ class Quantities:
 
     def unit(self, name: str) -> str:
         """Unit of a quantity, or of a sum of some: dtheta_w - dtheta_p."""
-        first = NAME.search(name)
+        first = NAME_PATTERN.search(name)
         return self.units.get(first[0], "") if first else ""
 
     def in_physical(self, value: float, unit: str) -> tuple[float, str] | None:
@@ -32,13 +33,13 @@ class Quantities:
         return value * self.worth, self.physical + unit[len(self.force) :]
 
 
-def quantities_of(model: Model) -> Quantities:
+def plant_units_of(model: Model) -> PlantUnits:
     """Names and units of a model's plant, with the worth of its input as its constants say."""
-    plant = model.nameplate
+    plant = model.plant_signature
     scale = plant.scale_constant
     worth = model.constants.get(scale.name) if scale else None
     physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""
-    return Quantities(units_of(plant), plant.input_unit, worth, physical)
+    return PlantUnits(units_of(plant), plant.input_unit, worth, physical)
 
 
 def units_of(plant: Nameplate) -> dict[str, str]:

@@ -11,23 +11,23 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
+from derive.plant_signature import Nameplate
 
 from derive import effects as library
 from derive.effects import Effect, EffectParameter
 from derive.effects.own import enters
 from derive.grammar import GrammarError
-from derive.nameplate import Nameplate
 from wheelpend.errors import Failure
-from wheelpend.model.toml_checks import Wrong, mapping, number, one_of, several, short_text, table, truth
+from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
 
 pass
 
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
-MOST = 20  # effects in a file, and parameters of one
+NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
+MAX_EFFECTS_AND_PARAMETERS = 20  # effects in a file, and parameters of one
 
 
 @dataclass(frozen=True)
-class OwnParameter:
+class UserParameter:
     """One number of an effect."""
 
     unit: str
@@ -39,42 +39,42 @@ class OwnParameter:
 
 
 @dataclass(frozen=True)
-class OwnEffect:
+class UserEffect:
     """One table of effects.toml."""
 
     family: str
     sentence: str
     on: str
     law: str
-    parameters: dict[str, OwnParameter]
+    parameters: dict[str, UserParameter]
     dissipates: bool = False
     means: str = ""
 
 
-PARAMETER = table(
-    OwnParameter,
+PARAMETER_CHECK = table(
+    UserParameter,
     unit=short_text(20),
     typical=number,
     minimum=number,
     maximum=number,
     scope=one_of("shared", "per log"),
-    starts=several(number, most=12),
+    starts=list_of(number, max_entries=12),
 )
-EFFECT = table(
-    OwnEffect,
+EFFECT_CHECK = table(
+    UserEffect,
     family=one_of("drive", "ground", "body", "actuator", "sensor"),
     sentence=short_text(400),
     on=short_text(400),
     law=short_text(1000),
-    parameters=mapping(PARAMETER, least=1, most=MOST),
-    dissipates=truth,
+    parameters=mapping(PARAMETER_CHECK, min_entries=1, max_entries=MAX_EFFECTS_AND_PARAMETERS),
+    dissipates=boolean,
     means=short_text(400),
 )
 
 
-def read_own(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
+def read_user_effects(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
     """Rows of a workspace's effects.toml; none without one. Raises Failure saying what in it is wrong."""
-    path = workspace / OWN_FILE
+    path = workspace / USER_EFFECTS_FILE
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:
@@ -82,26 +82,26 @@ def read_own(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
     except (OSError, UnicodeDecodeError) as error:
         raise Failure(f"{path} must be UTF-8 text that can be read: {error}.") from None
     try:
-        return rows_of(text, plant)
+        return effects_from_text(text, plant)
     except Failure as failure:
         raise Failure(f"{path}: {failure}") from None
 
 
-def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Nameplate) -> Path:
+def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Nameplate) -> Path:
     """Add tables to a workspace's effects.toml, whose text stays as it is; complete or not at all.
 
     Raises Failure where a name is taken or a table is no effect, and then changes nothing.
     """
-    path = workspace / OWN_FILE
-    taken = [row.name for row in read_own(workspace, plant)]
+    path = workspace / USER_EFFECTS_FILE
+    taken = [row.name for row in read_user_effects(workspace, plant)]
     for name in tables:
-        refuse_taken(name, taken, path)
+        check_name_is_free(name, taken, path)
     old = path.read_bytes().decode("utf-8-sig") if path.exists() else ""
     end = "\r\n" if "\r\n" in old else "\n"
-    added = (end * 2).join(text_of(name, table).replace("\n", end) for name, table in tables.items())
+    added = (end * 2).join(effect_table_text(name, table).replace("\n", end) for name, table in tables.items())
     gap = "" if not old else end if old.endswith(end) else end * 2
     text = old + gap + added + end
-    rows_of(text, plant)
+    effects_from_text(text, plant)
     beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
         beside.write_bytes(text.encode())
@@ -113,16 +113,16 @@ def write_own(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: N
     return path
 
 
-def refuse_taken(name: str, taken: Sequence[str], path: Path) -> None:
+def check_name_is_free(name: str, taken: Sequence[str], path: Path) -> None:
     """Raise Failure unless a name can be that of a new effect."""
-    if not NAME.fullmatch(name) or name.startswith("missing"):
+    if not NAME_PATTERN.fullmatch(name) or name.startswith("missing"):
         raise Failure(f"An effect must have a name of small letters, digits and _, not '{name}'. Choose another.")
     if name in taken or name in library.LIBRARY:
         where = "the library" if name in library.LIBRARY else str(path)
         raise Failure(f"A new effect needs a name that is free, but {name} is in {where} already. Choose another.")
 
 
-def text_of(name: str, table: Mapping[str, Any]) -> str:
+def effect_table_text(name: str, table: Mapping[str, Any]) -> str:
     """A table of effects.toml as text, each parameter on a line of its own."""
     lines = [f"[{name}]", *(f"{k} = {tomlkit.item(v).as_string()}" for k, v in table.items() if k != "parameters")]
     lines.append(f"[{name}.parameters]")
@@ -132,35 +132,35 @@ def text_of(name: str, table: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def rows_of(text: str, plant: Nameplate) -> tuple[Effect, ...]:
+def effects_from_text(text: str, plant: Nameplate) -> tuple[Effect, ...]:
     """Rows of the text of an effects.toml."""
     try:
         tables = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise Failure(f"this is not valid TOML: {error}. Correct that line.") from None
-    if len(tables) > MOST:
-        raise Failure(f"at most {MOST} effects may be written, not {len(tables)}. Take some out.")
-    return tuple(row_of(name, table, plant) for name, table in tables.items())
+    if len(tables) > MAX_EFFECTS_AND_PARAMETERS:
+        raise Failure(f"at most {MAX_EFFECTS_AND_PARAMETERS} effects may be written, not {len(tables)}. Take some out.")
+    return tuple(effect_from_table(name, table, plant) for name, table in tables.items())
 
 
-def row_of(name: str, given: object, plant: Nameplate) -> Effect:
+def effect_from_table(name: str, given: object, plant: Nameplate) -> Effect:
     """One table as a row."""
-    if not NAME.fullmatch(name) or name in library.LIBRARY or name.startswith("missing"):
+    if not NAME_PATTERN.fullmatch(name) or name in library.LIBRARY or name.startswith("missing"):
         raise Failure(f"[{name}] must be a new name of small letters, digits and _. "
                       f"{'That one is in the library. ' if name in library.LIBRARY else ''}Rename it.")  # fmt: skip
     try:
-        found = EFFECT(given, name)
-        parameters = tuple(_parameter(n, p) for n, p in found.parameters.items())
+        found = EFFECT_CHECK(given, name)
+        parameters = tuple(_effect_parameter(n, p) for n, p in found.parameters.items())
         way = enters(found.on, found.law, parameters, plant)
-    except Wrong as wrong:
+    except InvalidValue as wrong:
         raise Failure("; ".join(wrong.args) + ".") from None
     except GrammarError as error:
         raise Failure(f"[{name}]: {error}") from None
     return Effect(name, found.family, found.sentence, found.law, parameters, way, found.dissipates, found.means)
 
 
-def _parameter(name: str, given: OwnParameter) -> EffectParameter:
-    if not NAME.fullmatch(name):
+def _effect_parameter(name: str, given: UserParameter) -> EffectParameter:
+    if not NAME_PATTERN.fullmatch(name):
         raise GrammarError(f"A parameter must be a name of small letters, digits and _, not '{name}'.")
     low = -float("inf") if given.minimum is None else given.minimum
     high = float("inf") if given.maximum is None else given.maximum
@@ -176,4 +176,4 @@ def _parameter(name: str, given: OwnParameter) -> EffectParameter:
     )  # fmt: skip
 
 
-OWN_FILE = "effects.toml"
+USER_EFFECTS_FILE = "effects.toml"

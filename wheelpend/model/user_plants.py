@@ -18,11 +18,11 @@ from derive.late import sp
 from derive.records import Plant
 from wheelpend.errors import Failure
 
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
-PREFIX = "wheelpend_plant_"  # of the names of modules made from such files
+NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
+PLANT_MODULE_PREFIX = "wheelpend_plant_"  # of the names of modules made from such files
 
 
-def named_plant(name: str) -> str:
+def plant_name(name: str) -> str:
     """The name of a plant that is given by name or by its file; raises Failure where the file is no plant's."""
     return load_plant(Path(name)) if name.endswith(".py") else name
 
@@ -36,7 +36,7 @@ def load_plant(path: Path) -> str:
         text = path.read_bytes()
     except OSError as error:
         raise Failure(f"A plant's file must be there to be read, but {path}: {error.strerror or error}.") from None
-    module_name = f"{PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
+    module_name = f"{PLANT_MODULE_PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(module_name, path.resolve())
     if spec is None or spec.loader is None:
         raise Failure(f"A plant's file must be Python code with a name that ends in .py, not {path}.")
@@ -46,27 +46,27 @@ def load_plant(path: Path) -> str:
             spec.loader.exec_module(module)
             sys.modules[module_name] = module
         name = plants.register(module)
-        check(plants.build(name, plants.settle(name, {})), name)
+        check_plant(plants.build(name, plants.settle(name, {})), name)
         return name
     except Failure as failure:
         raise Failure(f"{path}: {failure}") from None
     except Exception as error:  # whatever a user's code may raise is theirs to hear of, with its line
         raise Failure(
-            f"{path} must state a plant, but {_where(error, path)}{type(error).__name__}: {error}."
+            f"{path} must state a plant, but {_failing_line_text(error, path)}{type(error).__name__}: {error}."
         ) from error
 
 
-def file_of(name: str) -> Path | None:
+def plant_file(name: str) -> Path | None:
     """The file that another process must load to know a plant too; None of a plant that it knows anyway."""
     module = plants.find(name)
-    return Path(str(module.__file__)) if module.__name__.startswith(PREFIX) else None
+    return Path(str(module.__file__)) if module.__name__.startswith(PLANT_MODULE_PREFIX) else None
 
 
-def check(plant: object, name: str) -> None:
+def check_plant(plant: object, name: str) -> None:
     """Raise Failure unless a plant's file states what the derivation needs."""
     if not isinstance(plant, Plant):
         raise Failure(f"build must return a Plant of derive.records, not {type(plant).__name__}.")
-    if not NAME.fullmatch(name) or plant.name != name:
+    if not NAME_PATTERN.fullmatch(name) or plant.name != name:
         raise Failure(f"NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'.")
     for what, entries in (("coordinate", plant.coordinates), ("port", plant.ports), ("channel", plant.channels)):
         if not entries:
@@ -99,7 +99,7 @@ def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:
         raise Failure(f"the {what} must be a sum of coordinates, or of rates, with plain numbers, not {expression}.")
 
 
-def _where(error: Exception, path: Path) -> str:
+def _failing_line_text(error: Exception, path: Path) -> str:
     """The line of the file in which an error came up."""
     own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path.resolve()]
     return f"line {own[-1].lineno} raises " if own else "it raises "

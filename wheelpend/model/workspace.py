@@ -13,7 +13,7 @@ from wheelpend.errors import Failure
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 
-HISTORY = "history.json"
+HISTORY_FILE = "history.json"
 
 
 def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
@@ -23,16 +23,16 @@ def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
         raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
     model = Model.default(plant)
     folder.mkdir(parents=True, exist_ok=True)
-    generate_into(folder / "generated", model)
+    write_generated_code(folder / "generated", model)
     return model.save(path)
 
 
-def generate_into(folder: Path, model: Model) -> None:
+def write_generated_code(folder: Path, model: Model) -> None:
     """Derive the model and write its generated code."""
     derive.write(folder, model_kernels.derived_files(model))
 
 
-def stale(model: Model) -> str:
+def generated_code_diff(model: Model) -> str:
     """What differs between the workspace's generated code and what its model derives to, as a unified diff."""
     files = model_kernels.derived_files(model)
     return derive.differences(model.workspace / "generated", files)
@@ -44,14 +44,14 @@ def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) 
     model_kernels.derived_files(model)  # a model that does not derive changes nothing
     added = [entries] if isinstance(entries, dict) else list(entries)
     if added:
-        _write_json(folder / HISTORY, [*history(folder), *added])
-    generate_into(folder / "generated", model)
+        _write_json(folder / HISTORY_FILE, [*history(folder), *added])
+    write_generated_code(folder / "generated", model)
     model.save()
 
 
 def history(folder: Path) -> list[dict]:
     """Every recorded change, oldest first; raises Failure where the file cannot be read."""
-    path = folder / HISTORY
+    path = folder / HISTORY_FILE
     if not path.exists():
         return []
     try:

@@ -18,7 +18,7 @@ from derive.records import Model, Plant, Regressor
 from wheelpend.paper.combination import combination
 from wheelpend.paper.filtering import derive_filter
 from wheelpend.paper.letters import (  # fmt: skip
-    COORDINATES,
+    GENERALISED_COORDINATES,
     PHI,
     RATE_OF,
     T_L,
@@ -54,13 +54,13 @@ from wheelpend.paper.letters import (  # fmt: skip
     speed,
 )
 
-PLANT = "wheel_pendulum"
+PLANT_NAME = "wheel_pendulum"
 Derived = dict[str, dict[str, Expression]]
 
 
 @lru_cache
 def _derive_for(choices: tuple) -> Derived:
-    model = derive.compose(PLANT, dict(choices), [])
+    model = derive.compose(PLANT_NAME, dict(choices), [])
     rows = mechanics(model.plant)
     return {**rows, **regression(model, rows["12"]["β"])}
 
@@ -78,7 +78,7 @@ def derive_all() -> Derived:
             **derive_filter()}  # fmt: skip
 
 
-def level(plant: Plant) -> Plant:
+def on_level_ground(plant: Plant) -> Plant:
     """The robot on level ground, without payload, with the centre of mass on the body's axis."""
     absent = dict.fromkeys(plant.geometry.values(), 0)
     bodies = tuple(b._replace(position=b.position.subs(absent), mass=b.mass.subs(absent)) for b in plant.bodies)
@@ -87,13 +87,13 @@ def level(plant: Plant) -> Plant:
 
 def mechanics(plant: Plant) -> Derived:
     """Lagrangian, inertia and generalised forces of the robot (paper eqs. 1-4 and 11-15)."""
-    equations = derive_equations(level(plant))
+    equations = derive_equations(on_level_ground(plant))
     inertia_w, inertia_p = equations.inertia
     force_w, force_p = equations.force
     drive = {"α": force_w.coeff(V), "β": sp.expand(force_w.coeff(dp) / 2)}
     force_w, force_p = in_drive_letters(force_w, drive, 1), in_drive_letters(force_p, drive, -1)
     rows = [inertia_w, inertia_p, inertia_w - force_w + alpha * V, -inertia_p + force_p + alpha * V]
-    eq_3, eq_4, eq_14, eq_15 = (by_motion(row) for row in rows)
+    eq_3, eq_4, eq_14, eq_15 = (collect_by_motion(row) for row in rows)
     return {
         "1": {"L": equations.lagrangian},
         "3": {"F_θw": eq_3},
@@ -106,7 +106,7 @@ def mechanics(plant: Plant) -> Derived:
     }
 
 
-def by_motion(row: sp.Expr) -> sp.Expr:
+def collect_by_motion(row: sp.Expr) -> sp.Expr:
     """Collect a row by accelerations and rates."""
     return sp.collect(sp.expand(row), (ddw, ddp, dw, dp))
 
@@ -152,12 +152,12 @@ def regression(model: Model, drag: sp.Expr) -> Derived:
     regressor = model.regressor
     rows = regressor.phi * sp.Matrix(regressor.parameters)
     named, entries = named_entries(regressor)
-    pieces = {ddphi2_t: accelerated(accelerated(regressor.phi2)), dphi1_t: accelerated(regressor.phi1),
+    pieces = {ddphi2_t: time_derivative(time_derivative(regressor.phi2)), dphi1_t: time_derivative(regressor.phi1),
               phi0_t: regressor.phi0}  # fmt: skip
     return {
         "18": parameter_definitions(model, drag),
-        "19": {"V_in": by_motion(rows[0] + V - regressor.tau[0])},
-        "20": {"V_in": by_motion(rows[1] + V - regressor.tau[1])},
+        "19": {"V_in": collect_by_motion(rows[0] + V - regressor.tau[0])},
+        "20": {"V_in": collect_by_motion(rows[1] + V - regressor.tau[1])},
         "21": {"τ(t)": regressor.tau},
         "22": {"φ(t)": named},
         "23": entries,
@@ -185,7 +185,7 @@ def named_entries(regressor: Regressor) -> tuple[sp.Matrix, dict[str, Expression
     return named, entries
 
 
-def accelerated(matrix: sp.Matrix) -> sp.Matrix:
+def time_derivative(matrix: sp.Matrix) -> sp.Matrix:
     """Time derivative of a matrix of functions of the angles and rates."""
     rates = {**RATE_OF, **{rate: sp.Symbol(f"d{rate.name}", real=True) for rate in RATE_OF.values()}}
     return matrix.applyfunc(lambda e: sp.expand(sp.Add(*(e.diff(q) * rate for q, rate in rates.items()))))
@@ -193,7 +193,7 @@ def accelerated(matrix: sp.Matrix) -> sp.Matrix:
 
 def _sum_of_pieces(pieces: dict[sp.Symbol, sp.Matrix], regressor: Regressor) -> sp.Expr:
     """How φ̈2, φ̇1 and φ0 must be added up to give φ (paper eq. 25)."""
-    moving = tuple(sp.Symbol(f"{d}{c.name}", real=True) for c in COORDINATES for d in ("", "d", "dd"))
+    moving = tuple(sp.Symbol(f"{d}{c.name}", real=True) for c in GENERALISED_COORDINATES for d in ("", "d", "dd"))
     marks = sp.symbols(f"entry_0:{len(regressor.phi)}")
     flattened = {name: sp.Add(*(mark * e for mark, e in zip(marks, piece, strict=True)))
                  for name, piece in pieces.items()}  # fmt: skip
@@ -204,7 +204,7 @@ def _sum_of_pieces(pieces: dict[sp.Symbol, sp.Matrix], regressor: Regressor) -> 
 def as_measured(plant: Plant, matrix: sp.Matrix) -> sp.Matrix:
     """Write a matrix with what the sensors read in place of the angles (paper eq. 26)."""
     readings = {c.name: c.reading for c in plant.channels}
-    shifts = {q: q - readings[q.name] for q in COORDINATES}
+    shifts = {q: q - readings[q.name] for q in GENERALISED_COORDINATES}
     moved = {q: q + shift for q, shift in shifts.items()}
     moved |= {RATE_OF[q]: RATE_OF[q] + shift.subs(RATE_OF) for q, shift in shifts.items()}
     return matrix.subs(moved, simultaneous=True)

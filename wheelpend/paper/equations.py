@@ -12,10 +12,10 @@ import sympy as sp
 
 from wheelpend.paper import letters
 from wheelpend.paper.letters import (  # fmt: skip
-    FILTERED,
+    FILTER_STATE_NAMES,
+    FILTER_STATE_RATES,
+    FILTER_STATES,
     PHI,
-    RATE,
-    STATE,
     T_L,
     B_m,
     F_w,
@@ -87,14 +87,14 @@ cos, sin = sp.cos, sp.sin
 X1, X2, X3, X4, X5, X6, X7 = X
 
 
-def stacked(name: str) -> sp.Matrix:
+def stacked_samples(name: str) -> sp.Matrix:
     """A matrix of samples of a quantity, at T, 2T, ... (equations 16, 24 and 43)."""
     return sp.Matrix(
         [*(sp.Symbol(f"{name}({time})") for time in ("T", "2 T")), sp.Symbol("..."), sp.Symbol(f"{name}(N T)")]
     )
 
 
-DYNAMICS: Printed = {
+PRINTED_DYNAMICS: Printed = {
     "1": {"L": (
         m * R**2 * dw**2 + M * R**2 * dw**2 / 2 + M * R * dw * dp * L * cos(p) + M * dp**2 * L**2 / 2 + J_w * dw**2
         + J_b * dp**2 / 2 + epsilon**2 * J_m * dw**2 - 2 * epsilon**2 * J_m * dw * dp + epsilon**2 * J_m * dp**2
@@ -124,8 +124,8 @@ DYNAMICS: Printed = {
         - (M * L * R * cos(p) - 2 * epsilon**2 * J_m) * ddw)},
 }  # fmt: skip
 
-REGRESSION: Printed = {
-    "16": {"Y": stacked("y"), "Φ": stacked("φ")},
+PRINTED_REGRESSION: Printed = {
+    "16": {"Y": stacked_samples("y"), "Φ": stacked_samples("φ")},
     "17": {"X": (PHI.T * PHI).inverse() * PHI.T * Y},
     "18": {
         "X1": ((2 * m + M) * R**2 + 2 * J_w) / alpha,
@@ -145,7 +145,7 @@ REGRESSION: Printed = {
         [ddw, ddw - ddp, phi13, 0, 0, dw, -dp],
         [0, ddw - ddp, phi23, -ddp, phi25, dw, -dp]])},
     "23": {"φ13": cos(p) * ddp - sin(p) * dp**2, "φ23": -cos(p) * ddw, "φ25": sin(p)},
-    "24": {"Y": stacked("τ"), "Φ": stacked("φ")},
+    "24": {"Y": stacked_samples("τ"), "Φ": stacked_samples("φ")},
     "25": {"φ(t)": ddphi2_t + dphi1_t + phi0_t},
     "26": {
         "φ2(t)": sp.Matrix([[w, w - p, 0, 0, 0, 0], [0, w - p, 0, -p, 0, 0]]),  # six of seven columns can be read
@@ -154,10 +154,10 @@ REGRESSION: Printed = {
     },
 }  # fmt: skip
 
-_slow = 1 / (tau1 * tau2)  # stands in front of most pieces of the filter
-_tau, _y21, _y22, _y11, _y12, _phi0 = (STATE[name] for name in FILTERED)
+_gain = 1 / (tau1 * tau2)  # stands in front of most pieces of the filter
+_tau, _y21, _y22, _y11, _y12, _phi0 = (FILTER_STATES[name] for name in FILTER_STATE_NAMES)
 
-FILTER: Printed = {
+PRINTED_FILTER: Printed = {
     "27": {"τ(s)": sp.Symbol("φ(s) X")},
     "28": {"φ(s)": phi_a + phi_b + phi_c},
     "29": {"φa(s)": s**2 * phi2_s - s * phi2_0 - dphi2_0, "φb(s)": s * phi1_s - phi1_0, "φc(s)": phi0_s},
@@ -165,48 +165,48 @@ FILTER: Printed = {
     "31": {"τ2f(s)": sp.Symbol("φ2f(s) X")},
     "32": {"τ2f(s)": I_o * tau_s, "φ2f(s)": sp.Add(*(sp.Symbol(f"φ{k},2f(s)") for k in (2, 1, 0)))},
     "34": {
-        "φ2,2f(s), first line": _slow / nu1 * (s**2 * phi2_s - s * phi2_0 - dphi2_0),
-        "φ2,2f(s), second line, first term": _slow * phi2_s,
-        "φ2,2f(s), second line, second term": _slow / nu1 * (-nu2 * phi2_s - (s + 1 / tau1) * phi2_0),
+        "φ2,2f(s), first line": _gain / nu1 * (s**2 * phi2_s - s * phi2_0 - dphi2_0),
+        "φ2,2f(s), second line, first term": _gain * phi2_s,
+        "φ2,2f(s), second line, second term": _gain / nu1 * (-nu2 * phi2_s - (s + 1 / tau1) * phi2_0),
         "φ2,2f(s), third line": (
-            _slow / nu1 * ((nu2 / tau1 - 1 / (tau1 * tau2)) * phi2_s + phi2_0 / tau1 - dphi2_0)),
+            _gain / nu1 * ((nu2 / tau1 - 1 / (tau1 * tau2)) * phi2_s + phi2_0 / tau1 - dphi2_0)),
     },
     "35": {
-        "φ2′(s)": _slow * phi2_s,
-        "Y2,1(s)": _slow * tau2 / (tau2 * s + 1) * (-nu2 * phi2_s - phi2_0),
-        "Y2,2(s)": _slow / nu1 * (phi2_s / tau1**2 + phi2_0 / tau1 - dphi2_0),
+        "φ2′(s)": _gain * phi2_s,
+        "Y2,1(s)": _gain * tau2 / (tau2 * s + 1) * (-nu2 * phi2_s - phi2_0),
+        "Y2,2(s)": _gain / nu1 * (phi2_s / tau1**2 + phi2_0 / tau1 - dphi2_0),
     },
     "36": {"ν1": (s + 1 / tau1) * (s + 1 / tau2), "ν2": 1 / tau1 + 1 / tau2},
     "37": {
         "φ1,2f(s), first line": (s * phi1_s - phi1_0) / ((tau1 * s + 1) * (tau2 * s + 1)),
-        "φ1,2f(s), second line, first term": _slow * (tau1 * s + 1) / (nu1 * tau1) * phi1_s,
-        "φ1,2f(s), second line, second term": _slow / nu1 * (-phi1_s / tau1 - phi1_0),
+        "φ1,2f(s), second line, first term": _gain * (tau1 * s + 1) / (nu1 * tau1) * phi1_s,
+        "φ1,2f(s), second line, second term": _gain / nu1 * (-phi1_s / tau1 - phi1_0),
     },
     "38": {
-        "Y1,1(s)": _slow * tau2 / (tau2 * s + 1) * phi1_s,
-        "Y1,2(s)": _slow / nu1 * (-phi1_s / tau1 - phi1_0),
+        "Y1,1(s)": _gain * tau2 / (tau2 * s + 1) * phi1_s,
+        "Y1,2(s)": _gain / nu1 * (-phi1_s / tau1 - phi1_0),
     },
     "39": {"τ2f(t)": sp.Symbol("φ2f(t) X")},
     "40": {"φ2f(t)": phi2_part_t + _y21 + _y22 + _y11 + _y12 + _phi0, "φ2′(t)": phi2_t / (tau1 * tau2)},
     "41": {
-        "τ̈2f(t)": -nu3 * RATE["τ2f"] - _slow * _tau + _slow * tau_t,
+        "τ̈2f(t)": -nu3 * FILTER_STATE_RATES["τ2f"] - _gain * _tau + _gain * tau_t,
         "Ẏ2,1(t)": -_y21 / tau2 - nu2 / (tau1 * tau2) * phi2_t,
-        "Ÿ2,2(t)": -nu3 * RATE["Y2,2"] - _slow * _y22 + phi2_t / (tau1 * tau2 * tau1**2),
-        "Ẏ1,1(t)": -_y11 / tau2 + _slow * phi1_t,
-        "Ÿ1,2(t)": -nu3 * RATE["Y1,2"] - _slow * _y12 - _slow * phi1_t,
-        "φ̈0,2f(t)": -nu3 * RATE["φ0,2f"] - _slow * _phi0 + _slow * phi0_t,
+        "Ÿ2,2(t)": -nu3 * FILTER_STATE_RATES["Y2,2"] - _gain * _y22 + phi2_t / (tau1 * tau2 * tau1**2),
+        "Ẏ1,1(t)": -_y11 / tau2 + _gain * phi1_t,
+        "Ÿ1,2(t)": -nu3 * FILTER_STATE_RATES["Y1,2"] - _gain * _y12 - _gain * phi1_t,
+        "φ̈0,2f(t)": -nu3 * FILTER_STATE_RATES["φ0,2f"] - _gain * _phi0 + _gain * phi0_t,
         "ν3": 1 / tau1 + 1 / tau2,
     },
     "42": {
         "τ2f(0)": sp.Integer(0), "τ̇2f(0)": sp.Integer(0),
-        "Y2,1(0)": -_slow * phi2_0,
-        "Y2,2(0)": sp.Integer(0), "Ẏ2,2(0)": _slow * (phi2_0 / tau1 - dphi2_0),
+        "Y2,1(0)": -_gain * phi2_0,
+        "Y2,2(0)": sp.Integer(0), "Ẏ2,2(0)": _gain * (phi2_0 / tau1 - dphi2_0),
         "Y1,1(0)": sp.Integer(0),
-        "Y1,2(0)": sp.Integer(0), "Ẏ1,2(0)": -_slow * phi1_0,
+        "Y1,2(0)": sp.Integer(0), "Ẏ1,2(0)": -_gain * phi1_0,
         "φ0,2f(0)": sp.Integer(0), "φ̇0,2f(0)": sp.Integer(0),
     },
-    "43": {"Y2f": stacked("τ2f"), "Φ2f": stacked("φ2f")},
+    "43": {"Y2f": stacked_samples("τ2f"), "Φ2f": stacked_samples("φ2f")},
 }  # fmt: skip
 
-PRINTED: Printed = {**DYNAMICS, **REGRESSION, **FILTER}
-NUMBERS = tuple(str(k) for k in range(1, 44))
+PRINTED_EQUATIONS: Printed = {**PRINTED_DYNAMICS, **PRINTED_REGRESSION, **PRINTED_FILTER}
+EQUATION_NUMBERS = tuple(str(k) for k in range(1, 44))

@@ -12,9 +12,9 @@ import sympy as sp
 
 from wheelpend.paper.combination import combination
 from wheelpend.paper.letters import (  # fmt: skip
-    FILTERED,
-    RATE,
-    STATE,
+    FILTER_STATE_NAMES,
+    FILTER_STATE_RATES,
+    FILTER_STATES,
     Expression,
     dphi2_0,
     nfc,
@@ -40,25 +40,29 @@ from wheelpend.paper.letters import (  # fmt: skip
     tau_t,
 )
 
-GAIN = 1 / (tau1 * tau2)
-FILTER = 1 / ((tau1 * s + 1) * (tau2 * s + 1))  # (30), a definition
-INVERSE = {phi2_s: phi2_t, phi1_s: phi1_t, phi0_s: phi0_t, tau_s: tau_t}
-ABBREVIATIONS = {nu1: (s + 1 / tau1) * (s + 1 / tau2), nu2: 1 / tau1 + 1 / tau2, nu3: 1 / tau1 + 1 / tau2}
+FILTER_GAIN = 1 / (tau1 * tau2)
+FILTER_TRANSFER_FUNCTION = 1 / ((tau1 * s + 1) * (tau2 * s + 1))  # (30), a definition
+INVERSE_LAPLACE_TRANSFORMS = {phi2_s: phi2_t, phi1_s: phi1_t, phi0_s: phi0_t, tau_s: tau_t}
+FILTER_ABBREVIATIONS = {nu1: (s + 1 / tau1) * (s + 1 / tau2), nu2: 1 / tau1 + 1 / tau2, nu3: 1 / tau1 + 1 / tau2}
 
 
 @lru_cache
 def derive_filter() -> dict[str, dict[str, Expression]]:
     """Every equation of the filter that can be derived."""
     derivatives = laplace_of_derivatives()
-    parts = {**split(derivatives["φa(s)"], 2), **split(derivatives["φb(s)"], 1)}
-    transforms = {"τ2f": FILTER * tau_s, **{n: parts[n] for n in FILTERED if n in parts}, "φ0,2f": FILTER * phi0_s}
+    parts = {**split_filtered_derivative(derivatives["φa(s)"], 2), **split_filtered_derivative(derivatives["φb(s)"], 1)}
+    transforms = {
+        "τ2f": FILTER_TRANSFER_FUNCTION * tau_s,
+        **{n: parts[n] for n in FILTER_STATE_NAMES if n in parts},
+        "φ0,2f": FILTER_TRANSFER_FUNCTION * phi0_s,
+    }
     equations = {name: differential_equation(name, transform) for name, transform in transforms.items()}
-    ordered = [equations[name] for name in FILTERED]
+    ordered = [equations[name] for name in FILTER_STATE_NAMES]
     return {
         "28": {"φ(s)": sum_of_pieces(derivatives)},
         "29": derivatives,
         "34": {
-            "φ2,2f(s), first line": GAIN / nu1 * derivatives["φa(s)"],
+            "φ2,2f(s), first line": FILTER_GAIN / nu1 * derivatives["φa(s)"],
             "φ2,2f(s), second line, first term": parts["φ2′"],
             "φ2,2f(s), second line, second term": parts["Y2,1"] * (s + 1 / tau2) * (s + 1 / tau1) / nu1,
             "φ2,2f(s), third line": parts["Y2,2"],
@@ -66,12 +70,12 @@ def derive_filter() -> dict[str, dict[str, Expression]]:
         "35": {f"{name}(s)": parts[name] for name in ("φ2′", "Y2,1", "Y2,2")},
         "36": abbreviations(),
         "37": {
-            "φ1,2f(s), first line": FILTER * derivatives["φb(s)"],
+            "φ1,2f(s), first line": FILTER_TRANSFER_FUNCTION * derivatives["φb(s)"],
             "φ1,2f(s), second line, first term": parts["Y1,1"],
             "φ1,2f(s), second line, second term": parts["Y1,2"],
         },
         "38": {f"{name}(s)": parts[name] for name in ("Y1,1", "Y1,2")},
-        "40": {"φ2f(t)": sum_of_filtered(parts, derivatives), "φ2′(t)": parts["φ2′"].subs(INVERSE)},
+        "40": {"φ2f(t)": sum_of_filtered(parts, derivatives), "φ2′(t)": parts["φ2′"].subs(INVERSE_LAPLACE_TRANSFORMS)},
         "41": {**{name: rhs for rates, _ in ordered for name, rhs in rates.items()}, "ν3": abbreviations()["ν2"]},
         "42": {name: value for _, initial in ordered for name, value in initial.items()},
     }  # fmt: skip
@@ -98,44 +102,51 @@ def sum_of_pieces(derivatives: dict[str, Expression]) -> sp.Expr:
 
 def abbreviations() -> dict[str, Expression]:
     """The filter's denominator with leading coefficient one, and its coefficient of s (paper eq. 36)."""
-    denominator = sp.expand(GAIN / FILTER)
+    denominator = sp.expand(FILTER_GAIN / FILTER_TRANSFER_FUNCTION)
     return {"ν1": sp.factor(denominator), "ν2": sp.expand(denominator.coeff(s, 1))}
 
 
-def split(derivative: sp.Expr, order: int) -> dict[str, Expression]:
+def split_filtered_derivative(derivative: sp.Expr, order: int) -> dict[str, Expression]:
     """Filter a derivative: what needs no filter, and two parts without s in front of what is filtered.
 
     The numerator is divided by ν1 and what remains by s + 1/τ1 (paper eqs. 35, 38).
     """
     moved, start = (phi2_s, phi2_0) if order == 2 else (phi1_s, phi1_0)
-    direct, rest = sp.div(sp.expand(derivative), s**2 + nu2 * s + GAIN, s)
+    direct, rest = sp.div(sp.expand(derivative), s**2 + nu2 * s + FILTER_GAIN, s)
     once, twice = sp.div(sp.expand(rest), s + 1 / tau1, s)
-    twice = sp.expand(twice.subs(nu2, ABBREVIATIONS[nu2]))
-    parts = {f"Y{order},1": GAIN * once / (s + 1 / tau2), f"Y{order},2": GAIN / nu1 * sp.collect(twice, (moved, start))}
-    return parts if order == 1 else {f"φ{order}′": GAIN * direct, **parts}
+    twice = sp.expand(twice.subs(nu2, FILTER_ABBREVIATIONS[nu2]))
+    parts = {
+        f"Y{order},1": FILTER_GAIN * once / (s + 1 / tau2),
+        f"Y{order},2": FILTER_GAIN / nu1 * sp.collect(twice, (moved, start)),
+    }
+    return parts if order == 1 else {f"φ{order}′": FILTER_GAIN * direct, **parts}
 
 
 def sum_of_filtered(parts: dict[str, Expression], derivatives: dict[str, Expression]) -> sp.Expr:
     """How the filtered pieces add up to the filtered regressor (paper eq. 40)."""
-    pieces = {phi2_part_t: parts["φ2′"], **{STATE[n]: parts[n] for n in FILTERED[1:5]}, STATE["φ0,2f"]: FILTER * phi0_s}
-    pieces = {name: sp.sympify(piece).subs(ABBREVIATIONS) for name, piece in pieces.items()}
+    pieces = {
+        phi2_part_t: parts["φ2′"],
+        **{FILTER_STATES[n]: parts[n] for n in FILTER_STATE_NAMES[1:5]},
+        FILTER_STATES["φ0,2f"]: FILTER_TRANSFER_FUNCTION * phi0_s,
+    }
+    pieces = {name: sp.sympify(piece).subs(FILTER_ABBREVIATIONS) for name, piece in pieces.items()}
     moving = (phi2_s, phi1_s, phi0_s, phi2_0, dphi2_0, phi1_0, s)
-    return combination(pieces, FILTER * sp.Add(*derivatives.values()), moving)
+    return combination(pieces, FILTER_TRANSFER_FUNCTION * sp.Add(*derivatives.values()), moving)
 
 
 def differential_equation(name: str, transform: Expression) -> tuple[dict[str, Expression], dict[str, Expression]]:
     """The differential equation that a transform solves, and the initial values it implies (paper eqs. 41, 42)."""
     letter, rest = name[0], name[1:]
-    plain = sp.cancel(sp.sympify(transform).subs(ABBREVIATIONS))
+    plain = sp.cancel(sp.sympify(transform).subs(FILTER_ABBREVIATIONS))
     order = sp.degree(sp.denom(plain), s)
-    poles = s + 1 / tau2 if order == 1 else ABBREVIATIONS[nu1]
+    poles = s + 1 / tau2 if order == 1 else FILTER_ABBREVIATIONS[nu1]
     numerator = sp.expand(sp.cancel(plain * poles))
-    driving = sp.Add(*(numerator.coeff(f) * g for f, g in INVERSE.items()))
-    values = sp.expand(numerator.subs(dict.fromkeys(INVERSE, 0)))
+    driving = sp.Add(*(numerator.coeff(f) * g for f, g in INVERSE_LAPLACE_TRANSFORMS.items()))
+    values = sp.expand(numerator.subs(dict.fromkeys(INVERSE_LAPLACE_TRANSFORMS, 0)))
     if order == 1:
-        rates = {nfc(f"{letter}̇{rest}(t)"): -STATE[name] / tau2 + driving}
+        rates = {nfc(f"{letter}̇{rest}(t)"): -FILTER_STATES[name] / tau2 + driving}
         return rates, {f"{name}(0)": values}
     start = values.coeff(s, 1)
-    rate = sp.expand(values.coeff(s, 0) - ABBREVIATIONS[nu2] * start)
-    rates = {nfc(f"{letter}̈{rest}(t)"): -nu3 * RATE[name] - GAIN * STATE[name] + driving}
+    rate = sp.expand(values.coeff(s, 0) - FILTER_ABBREVIATIONS[nu2] * start)
+    rates = {nfc(f"{letter}̈{rest}(t)"): -nu3 * FILTER_STATE_RATES[name] - FILTER_GAIN * FILTER_STATES[name] + driving}
     return rates, {f"{name}(0)": start, nfc(f"{letter}̇{rest}(0)"): rate}

@@ -46,18 +46,18 @@ phi2_t, phi1_t, phi0_t, tau_t = sp.symbols("φ2(t) φ1(t) φ0(t) τ(t)", real=Tr
 ddphi2_t, dphi1_t = sp.symbols("φ̈2(t) φ̇1(t)", real=True)
 phi2_0, dphi2_0, phi1_0 = sp.symbols("φ2(0) φ̇2(0) φ1(0)", real=True)
 phi_a, phi_b, phi_c = sp.symbols("φa(s) φb(s) φc(s)", real=True)
-FILTERED = ("τ2f", "Y2,1", "Y2,2", "Y1,1", "Y1,2", "φ0,2f")  # what (41) integrates, in the paper's order
-STATE = {name: sp.Symbol(f"{name}(t)", real=True) for name in FILTERED}
-RATE = {name: sp.Symbol(nfc(f"{name[0]}̇{name[1:]}(t)"), real=True) for name in FILTERED}
+FILTER_STATE_NAMES = ("τ2f", "Y2,1", "Y2,2", "Y1,1", "Y1,2", "φ0,2f")  # what (41) integrates, in the paper's order
+FILTER_STATES = {name: sp.Symbol(f"{name}(t)", real=True) for name in FILTER_STATE_NAMES}
+FILTER_STATE_RATES = {name: sp.Symbol(nfc(f"{name[0]}̇{name[1:]}(t)"), real=True) for name in FILTER_STATE_NAMES}
 phi2_part_t = sp.Symbol("φ2′(t)", real=True)
 
 # Least squares (17), on any matrices of fitting shapes.
 PHI, Y = sp.MatrixSymbol("Φ", 3, 2), sp.MatrixSymbol("Y", 3, 1)
 
-COORDINATES = (w, p)
+GENERALISED_COORDINATES = (w, p)
 RATE_OF = {w: dw, p: dp}
-MOVING = (  # what changes while the robot moves; everything else is a constant of it or of the filter
+TIME_VARYING_SYMBOLS = (  # what changes while the robot moves; everything else is a constant of it or of the filter
     w, dw, ddw, p, dp, ddp, V, F_w, F_p, current, dcurrent, speed, T_L, momentum_rate, slope_of_L, phi13, phi23, phi25,
     phi2_s, phi1_s, phi0_s, tau_s, phi_s, phi2_t, phi1_t, phi0_t, tau_t, ddphi2_t, dphi1_t, phi2_0, dphi2_0, phi1_0,
-    phi_a, phi_b, phi_c, phi2_part_t, *STATE.values(), *RATE.values(),
+    phi_a, phi_b, phi_c, phi2_part_t, *FILTER_STATES.values(), *FILTER_STATE_RATES.values(),
 )  # fmt: skip

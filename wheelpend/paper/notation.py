@@ -8,21 +8,21 @@ import sympy as sp
 from sympy.printing.precedence import PRECEDENCE
 from sympy.printing.str import StrPrinter
 
-from wheelpend.paper.letters import MOVING, Expression
+from wheelpend.paper.letters import TIME_VARYING_SYMBOLS, Expression
 
-GREEK = {
+GREEK_LETTERS = {
     "theta_w": "θw", "dtheta_w": "θ̇w", "ddtheta_w": "θ̈w", "theta_p": "θp", "dtheta_p": "θ̇p", "ddtheta_p": "θ̈p",
     "v_in": "V_in", "epsilon": "ε", "alpha": "α", "beta": "β",
 }  # fmt: skip
-SUPERSCRIPT = {"2": "²", "3": "³", "4": "⁴"}
-ORDER = ("alpha", "beta", "epsilon", "M", "m", "L", "R", "g", "J_w", "J_b", "J_m")  # in a product, then the rest
+SUPERSCRIPT_DIGITS = {"2": "²", "3": "³", "4": "⁴"}
+FACTOR_ORDER = ("alpha", "beta", "epsilon", "M", "m", "L", "R", "g", "J_w", "J_b", "J_m")  # in a product, then the rest
 
 
 class TextPrinter(StrPrinter):
     """Prints the paper's letters, constants before what moves, positive terms first."""
 
     def _print_Symbol(self, e: sp.Symbol) -> str:
-        return GREEK.get(e.name, e.name)
+        return GREEK_LETTERS.get(e.name, e.name)
 
     def _print_MatrixBase(self, e: sp.MatrixBase) -> str:
         rows = [", ".join(self._print(entry) for entry in e.row(k)) for k in range(e.rows)]
@@ -41,7 +41,7 @@ class TextPrinter(StrPrinter):
         if e.as_coeff_Mul()[0].is_negative:
             return "-" + self.parenthesize(-e, PRECEDENCE["Add"])
         numerator, denominator = sp.fraction(e)
-        factors = sorted((f for f in sp.Mul.make_args(numerator) if f != 1), key=_place)
+        factors = sorted((f for f in sp.Mul.make_args(numerator) if f != 1), key=_factor_sort_key)
         above = " ".join(self.parenthesize(f, PRECEDENCE["Mul"]) for f in factors) or "1"
         if denominator == 1:
             return above
@@ -49,17 +49,17 @@ class TextPrinter(StrPrinter):
         return f"{above}/{below}" if denominator.is_Atom or denominator.is_Pow else f"{above}/({below})"
 
 
-def _place(factor: sp.Expr) -> tuple:
+def _factor_sort_key(factor: sp.Expr) -> tuple:
     """Where a factor stands in a product."""
-    moves = factor.has(*MOVING)
+    moves = factor.has(*TIME_VARYING_SYMBOLS)
     base = str(factor.as_base_exp()[0])
-    known = ORDER.index(base) if base in ORDER else len(ORDER)
+    known = FACTOR_ORDER.index(base) if base in FACTOR_ORDER else len(FACTOR_ORDER)
     return (not factor.is_Number, moves, factor.is_Function, known if not factor.is_Add else -1, str(factor))
 
 
-def text(expression: Expression) -> str:
+def expression_text(expression: Expression) -> str:
     """One line of text for an expression or a matrix."""
     line = TextPrinter().doprint(expression)
-    line = re.sub(r"\*\*([234])(?![\d.])", lambda match: SUPERSCRIPT[match[1]], line)
+    line = re.sub(r"\*\*([234])(?![\d.])", lambda match: SUPERSCRIPT_DIGITS[match[1]], line)
     line = line.replace("**(-1)", "⁻¹").replace("*", " ")
     return line.replace("-", "−")

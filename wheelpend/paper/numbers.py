@@ -12,9 +12,17 @@ class Column(NamedTuple):
     errors: tuple[float, ...]
 
 
-REFERENCE = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
+REFERENCE_PARAMETERS = {
+    "X1": 0.0436,
+    "X2": 0.0178,
+    "X3": 0.1149,
+    "X4": 0.8719,
+    "X5": 4.6701,
+    "X6": 0.7268,
+    "X7": 0.7256,
+}
 
-PHYSICAL = {  # section 4; J_m and f_w are not given
+PHYSICAL_CONSTANTS = {  # section 4; J_m and f_w are not given
     "m": 4.6,  # kg
     "L": 1.8,  # m
     "M": 110.0,  # kg
@@ -28,7 +36,7 @@ PHYSICAL = {  # section 4; J_m and f_w are not given
     "J_b": 87.89,  # kg m²
 }
 
-SIMULATION: dict[str, str] = {  # section 4; what a simulation needs and the paper states
+SIMULATION_SETTINGS: dict[str, str] = {  # section 4; what a simulation needs and the paper states
     "integration step": "0.001 s",
     "proportional gain": "-168",
     "integral gain": "-800",
@@ -69,7 +77,7 @@ TABLE_3 = {  # case: time constant tau1 = tau2 [s], whether the initial pitch is
         (15.053, 29.844, 11.106, 11.886, 12.416, 0.0084, 1.3031))),
 }  # fmt: skip
 
-RMSE = {  # Figure 5, of the closed-loop predictions: (simple command, aggressive command)
+PREDICTION_RMSE = {  # Figure 5, of the closed-loop predictions: (simple command, aggressive command)
     "theta_w": (0.2423, 0.3260),  # rad
     "theta_p": (0.0016, 6.8181e-04),  # rad
     "dtheta_w": (0.1267, 0.1585),  # rad/s

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wheelpend.paper.verification import Checked, Verification
-from wheelpend.paper.wording import WORDS, finding, summary
+from wheelpend.paper.verification import EquationFinding, Verification
+from wheelpend.paper.verification_text import STATUS_TEXTS, finding_text, summary_text
 
-HEAD = """# The paper, checked
+PAGE_HEADER = """# The paper, checked
 
 Made by `wheelpend verify --page docs/paper.md`; do not edit.
 
@@ -19,46 +19,46 @@ character recognition destroyed in the copy at hand is *not readable* and counts
 """
 
 
-def page(verification: Verification) -> str:
+def page_text(verification: Verification) -> str:
     """The page as Markdown."""
     sections = [
-        HEAD,
-        summary(verification) + "\n",
-        section("Misprints", [details(c, "Correct") for c in verification.of("misprint")]),
-        section("Assumptions", [details(c, "Otherwise") for c in verification.of("assumption")]),
-        section("Numbers", [numbers(verification)]),
-        section("Every equation", [equations(verification)]),
+        PAGE_HEADER,
+        summary_text(verification) + "\n",
+        section_text("Misprints", [details_text(c, "Correct") for c in verification.of("misprint")]),
+        section_text("Assumptions", [details_text(c, "Otherwise") for c in verification.of("assumption")]),
+        section_text("Numbers", [number_table(verification)]),
+        section_text("Every equation", [equation_table(verification)]),
     ]
     return "\n".join(sections)
 
 
-def section(title: str, parts: Sequence[str]) -> str:
+def section_text(title: str, parts: Sequence[str]) -> str:
     """A titled section."""
     return "\n".join([f"## {title}\n", *(parts or ["None.\n"])])
 
 
-def grid(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
     return "\n".join(lines) + "\n"
 
 
-def details(checked: Checked, other: str) -> str:
+def details_text(checked: EquationFinding, other: str) -> str:
     """One misprint or assumption."""
     title = checked.assumption or f"{checked.name}"
-    forms = [("Printed", form(checked.printed)), (other, form(checked.derived))]
+    forms = [("Printed", formula_text(checked.printed)), (other, formula_text(checked.derived))]
     lines = [f"### ({checked.number}) {title}\n", f"{checked.note[:1].upper()}{checked.note[1:]}.\n"]
     lines += [f"- {name}: {text}" for name, text in forms if text]
     lines += [f"- How it shows: {sentence}; not as printed, but as corrected." for sentence in checked.shows]
     return "\n".join(lines) + "\n"
 
 
-def form(text: str) -> str:
+def formula_text(text: str) -> str:
     """Formulas as code, one after the other."""
-    return ", ".join(f"`{part}`" for part in split(text))
+    return ", ".join(f"`{part}`" for part in split_formulas(text))
 
 
-def split(text: str) -> list[str]:
+def split_formulas(text: str) -> list[str]:
     """Formulas that stand side by side; a semicolon inside a matrix separates its rows."""
     parts, depth = [""], 0
     for letter in text:
@@ -70,19 +70,20 @@ def split(text: str) -> list[str]:
     return [p.strip() for p in parts if p.strip()]
 
 
-def numbers(verification: Verification) -> str:
+def number_table(verification: Verification) -> str:
     """The numbers, checked against each other."""
     introduction = (
         "A value with ± carries the rounding of the printed numbers behind it; whole numbers count as exact, g is "
         "9.81 m/s². A percentage may be rounded or cut off.\n"
     )
     rows = [(c.name, c.status, c.printed, c.derived, c.note) for c in verification.parameters]
-    return introduction + "\n" + grid(("number", "status", "printed", "needed", "note"), rows)
+    return introduction + "\n" + markdown_table(("number", "status", "printed", "needed", "note"), rows)
 
 
-def equations(verification: Verification) -> str:
+def equation_table(verification: Verification) -> str:
     """Every finding in a table."""
     rows = [
-        (f"({c.number})", WORDS.get(c.status, c.status), form(c.printed), finding(c)) for c in verification.equations
+        (f"({c.number})", STATUS_TEXTS.get(c.status, c.status), formula_text(c.printed), finding_text(c))
+        for c in verification.equations
     ]
-    return grid(("equation", "status", "printed", "finding"), rows)
+    return markdown_table(("equation", "status", "printed", "finding"), rows)

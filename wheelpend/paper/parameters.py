@@ -13,15 +13,15 @@ from wheelpend.paper import numbers
 from wheelpend.paper.derivation import Derived, derive_all
 from wheelpend.paper.letters import J_m, alpha, beta, f_w, g
 
-GRAVITY = 9.81  # m/s², which the paper does not print
+GRAVITY_M_S2 = 9.81  # m/s², which the paper does not print
 X_OF_MISSING = {"J_m": ("X2",), "f_w": ("X6", "X7")}
-UNITS = {
+CONSTANT_UNITS = {
     "m": "kg", "M": "kg", "L": "m", "R": "m", "f_m": "N m s/rad", "f_w": "N m s/rad", "K_b": "V s/rad", "K_t": "N m/A",
     "R_m": "Ω", "J_w": "kg m²", "J_b": "kg m²", "J_m": "kg m²",
 }  # fmt: skip
 
 
-TO_SIMULATE = {  # what a closed-loop simulation and its tables need, and what for
+SIMULATION_REQUIREMENTS = {  # what a closed-loop simulation and its tables need, and what for
     "integration step": "the solver's step",
     "duration": "how long the log is over which the tables are made",
     "proportional gain": "the controller",
@@ -54,7 +54,7 @@ class Interval(NamedTuple):
     value: float
     half_width: float
 
-    def meets(self, other: Interval) -> bool:
+    def overlaps(self, other: Interval) -> bool:
         """Whether both can be the same number."""
         return abs(self.value - other.value) <= self.half_width + other.half_width
 
@@ -62,7 +62,7 @@ class Interval(NamedTuple):
         return f"{self.value:.4g} ± {self.half_width:.1g}"
 
 
-def half_unit(value: float) -> float:
+def rounding_half_width(value: float) -> float:
     """Half a unit in the last printed digit; a whole number counts as exact."""
     if value == int(value):
         return 0.0
@@ -73,17 +73,17 @@ def half_unit(value: float) -> float:
 
 def printed_interval(value: float) -> Interval:
     """A printed number and its rounding."""
-    return Interval(value, half_unit(value))
+    return Interval(value, rounding_half_width(value))
 
 
-REFERENCE = {name: printed_interval(value) for name, value in numbers.REFERENCE.items()}
+REFERENCE_INTERVALS = {name: printed_interval(value) for name, value in numbers.REFERENCE_PARAMETERS.items()}
 Values = dict[str, Interval]
 
 
-def definitions(derived: Derived) -> dict[str, sp.Expr]:
+def parameter_formulas(derived: Derived) -> dict[str, sp.Expr]:
     """X1 ... X7 in the constants that the paper lists."""
     drive = {alpha: derived["12"]["α"], beta: derived["12"]["β"]}
-    return {name: sp.sympify(e).subs(drive).subs(g, GRAVITY) for name, e in derived["18"].items()}
+    return {name: sp.sympify(e).subs(drive).subs(g, GRAVITY_M_S2) for name, e in derived["18"].items()}
 
 
 def evaluate(expression: sp.Expr, values: Values) -> Interval:
@@ -93,7 +93,7 @@ def evaluate(expression: sp.Expr, values: Values) -> Interval:
     return Interval(float(expression.subs(at)), spread)
 
 
-def needed(expression: sp.Expr, target: Interval, name: str, values: Values) -> Interval | None:
+def solve_for_constant(expression: sp.Expr, target: Interval, name: str, values: Values) -> Interval | None:
     """The value of one constant with which an expression becomes a printed number, or None."""
     unknown = next((x for x in expression.free_symbols if x.name == name), None)
     if unknown is None or any(x.name not in values for x in expression.free_symbols - {unknown}):
@@ -110,40 +110,40 @@ def needed(expression: sp.Expr, target: Interval, name: str, values: Values) -> 
 def check_numbers(x2_printed: sp.Expr) -> tuple[NumberCheck, ...]:
     """Every number that can be checked against others; X2 may be printed otherwise than derived."""
     derived = derive_all()
-    known = {name: printed_interval(value) for name, value in numbers.PHYSICAL.items()}
-    formulas = definitions(derived)
-    repaired = {**known, **repairs(formulas, known)}
+    known = {name: printed_interval(value) for name, value in numbers.PHYSICAL_CONSTANTS.items()}
+    formulas = parameter_formulas(derived)
+    repaired = {**known, **corrected_constants(formulas, known)}
     checks = [*check_parameters(formulas, known, repaired), back_emf(known, formulas, repaired)]
     checks += [*missing_inertia(formulas, x2_printed, derived, known), missing_friction(formulas, known)]
     checks += check_references(formulas, known, repaired)
     return (*checks, *check_simulation(), *check_tables())
 
 
-def outcome(formulas: dict[str, sp.Expr], values: Values) -> dict[str, bool]:
+def parameter_agreement(formulas: dict[str, sp.Expr], values: Values) -> dict[str, bool]:
     """Which of X1 ... X7 come out as printed, of those that the listed constants determine."""
     complete = {n: e for n, e in formulas.items() if all(x.name in values for x in e.free_symbols)}
-    return {n: evaluate(e, values).meets(REFERENCE[n]) for n, e in complete.items()}
+    return {n: evaluate(e, values).overlaps(REFERENCE_INTERVALS[n]) for n, e in complete.items()}
 
 
-def repairs(formulas: dict[str, sp.Expr], known: Values) -> Values:
+def corrected_constants(formulas: dict[str, sp.Expr], known: Values) -> Values:
     """Constants of which one other value makes every wrong parameter come out right and leaves the rest right."""
-    wrong = [n for n, right in outcome(formulas, known).items() if not right]
+    wrong = [n for n, right in parameter_agreement(formulas, known).items() if not right]
     found: Values = {}
     for name in known:
-        values = [needed(formulas[n], REFERENCE[n], name, known) for n in wrong]
+        values = [solve_for_constant(formulas[n], REFERENCE_INTERVALS[n], name, known) for n in wrong]
         agreed = [v for v in values if v is not None]
         if not wrong or len(agreed) < len(wrong):
             continue
         best = min(agreed, key=lambda v: v.half_width)
-        if all(best.meets(v) for v in agreed) and all(outcome(formulas, {**known, name: best}).values()):
+        if all(best.overlaps(v) for v in agreed) and all(parameter_agreement(formulas, {**known, name: best}).values()):
             found[name] = best
     return found
 
 
 def check_simulation() -> Iterator[NumberCheck]:
     """What somebody needs to repeat the simulations and does not find."""
-    for name, why in TO_SIMULATE.items():
-        if name not in numbers.SIMULATION:
+    for name, why in SIMULATION_REQUIREMENTS.items():
+        if name not in numbers.SIMULATION_SETTINGS:
             yield NumberCheck(
                 name, "missing", "", "", f"{why}; `wheelpend reproduce` measures what depends on it", "read"
             )
@@ -151,7 +151,7 @@ def check_simulation() -> Iterator[NumberCheck]:
 
 def check_parameters(formulas: dict[str, sp.Expr], known: Values, repaired: Values) -> Iterator[NumberCheck]:
     """Each listed constant: whether the parameters that contain it come out right."""
-    before, after = outcome(formulas, known), outcome(formulas, repaired)
+    before, after = parameter_agreement(formulas, known), parameter_agreement(formulas, repaired)
     for name in (n for n in known if n != "K_b"):
         containing = [n for n, e in formulas.items() if n in before and name in {x.name for x in e.free_symbols}]
         if known[name] == repaired[name]:
@@ -164,7 +164,7 @@ def check_parameters(formulas: dict[str, sp.Expr], known: Values, repaired: Valu
             )
             note = "; ".join(notes) or "no parameter agrees with it"
             yield NumberCheck(
-                name, status, with_unit(name, known[name].value), with_unit(name, known[name].value), note
+                name, status, quantity_text(name, known[name].value), quantity_text(name, known[name].value), note
             )
         else:
             yield contradiction(name, formulas, [n for n in containing if not before[n]], known, repaired)
@@ -175,9 +175,9 @@ def changed_names(known: Values, repaired: Values) -> str:
     return ", ".join(n for n in known if known[n] != repaired[n])
 
 
-def with_unit(name: str, value: float, digits: int = 6) -> str:
+def quantity_text(name: str, value: float, digits: int = 6) -> str:
     """A number with the unit of the constant."""
-    return f"{value:.{digits}g} {UNITS.get(name, '')}".rstrip()
+    return f"{value:.{digits}g} {CONSTANT_UNITS.get(name, '')}".rstrip()
 
 
 def contradiction(
@@ -186,62 +186,70 @@ def contradiction(
     """A constant that the reference parameters contradict, all with the same other value."""
     parts = []
     for n in wrong:
-        value = needed(formulas[n], REFERENCE[n], name, known)
-        parts.append(f"{n} = {REFERENCE[n].value:g} needs {value} (printed: {evaluate(formulas[n], known).value:.4g})")
-    derived = with_unit(name, repaired[name].value, 3)
-    return NumberCheck(name, "contradiction", with_unit(name, known[name].value), derived, "; ".join(parts))
+        value = solve_for_constant(formulas[n], REFERENCE_INTERVALS[n], name, known)
+        parts.append(
+            f"{n} = {REFERENCE_INTERVALS[n].value:g} needs {value} (printed: {evaluate(formulas[n], known).value:.4g})"
+        )
+    derived = quantity_text(name, repaired[name].value, 3)
+    return NumberCheck(name, "contradiction", quantity_text(name, known[name].value), derived, "; ".join(parts))
 
 
 def back_emf(known: Values, formulas: dict[str, sp.Expr], repaired: Values) -> NumberCheck:
     """K_b against K_t, which (7) takes to be equal, and against X7."""
-    value = needed(formulas["X7"], REFERENCE["X7"], "K_b", repaired)
-    same = known["K_b"].meets(known["K_t"])
-    fits = value is not None and value.meets(known["K_b"])
-    note = (f"(7) needs K_b = K_t, which is {known['K_t'].value:g}; X7 = {REFERENCE['X7'].value:g} needs {value}, "
-            f"which {'agrees' if fits else 'disagrees'} with the printed value")  # fmt: skip
+    value = solve_for_constant(formulas["X7"], REFERENCE_INTERVALS["X7"], "K_b", repaired)
+    same = known["K_b"].overlaps(known["K_t"])
+    fits = value is not None and value.overlaps(known["K_b"])
+    note = (
+        f"(7) needs K_b = K_t, which is {known['K_t'].value:g}; X7 = {REFERENCE_INTERVALS['X7'].value:g} needs "
+        f"{value}, which {'agrees' if fits else 'disagrees'} with the printed value"
+    )
     status = "match" if same and fits else "contradiction"
-    return NumberCheck("K_b", status, with_unit("K_b", known["K_b"].value), with_unit("K_b", known["K_t"].value), note)
+    return NumberCheck(
+        "K_b", status, quantity_text("K_b", known["K_b"].value), quantity_text("K_b", known["K_t"].value), note
+    )
 
 
 def missing_inertia(
     formulas: dict[str, sp.Expr], x2_printed: sp.Expr, derived: Derived, known: Values
 ) -> Iterator[NumberCheck]:
     """The rotor's inertia, from X2 as derived and as printed."""
-    right = needed(formulas["X2"], REFERENCE["X2"], J_m.name, known)
+    right = solve_for_constant(formulas["X2"], REFERENCE_INTERVALS["X2"], J_m.name, known)
     if right is None or J_m.name in known:
         return
     as_printed = x2_printed.subs(alpha, derived["12"]["α"])
-    other = needed(as_printed, REFERENCE["X2"], J_m.name, known)
-    note = f"X2 = {REFERENCE['X2'].value:g} needs {right.value:.3g}"
-    note += f"; with X2 as printed in (18) {other.value:.3g}" if other and not right.meets(other) else ""
-    yield NumberCheck("J_m", "missing", "", with_unit("J_m", right.value, 3), note)
+    other = solve_for_constant(as_printed, REFERENCE_INTERVALS["X2"], J_m.name, known)
+    note = f"X2 = {REFERENCE_INTERVALS['X2'].value:g} needs {right.value:.3g}"
+    note += f"; with X2 as printed in (18) {other.value:.3g}" if other and not right.overlaps(other) else ""
+    yield NumberCheck("J_m", "missing", "", quantity_text("J_m", right.value, 3), note)
 
 
 def missing_friction(formulas: dict[str, sp.Expr], known: Values) -> NumberCheck:
     """The ground friction, from X6 − X7."""
-    gap = Interval(REFERENCE["X6"].value - REFERENCE["X7"].value, REFERENCE["X6"].half_width * 2)
-    value = needed(sp.expand(formulas["X6"] - formulas["X7"]), gap, f_w.name, known)
+    gap = Interval(
+        REFERENCE_INTERVALS["X6"].value - REFERENCE_INTERVALS["X7"].value, REFERENCE_INTERVALS["X6"].half_width * 2
+    )
+    value = solve_for_constant(sp.expand(formulas["X6"] - formulas["X7"]), gap, f_w.name, known)
     assert value is not None
     note = f"X6 − X7 = {gap.value:.4f} needs {value}"
-    return NumberCheck("f_w", "missing", "", with_unit("f_w", value.value, 1), note)
+    return NumberCheck("f_w", "missing", "", quantity_text("f_w", value.value, 1), note)
 
 
 def check_references(formulas: dict[str, sp.Expr], known: Values, repaired: Values) -> Iterator[NumberCheck]:
     """X1 ... X7 of Table 1 from the constants, corrected where they had to be."""
-    for name, reference in REFERENCE.items():
+    for name, reference in REFERENCE_INTERVALS.items():
         lacking = sorted(x.name for x in formulas[name].free_symbols if x.name not in known)
         if lacking:
             note = f"{', '.join(lacking)} not given"
             yield NumberCheck(name, "missing", f"{reference.value:g}", "", note)
             continue
         value, as_listed = evaluate(formulas[name], repaired), evaluate(formulas[name], known)
-        note = "" if as_listed.meets(reference) else (
+        note = "" if as_listed.overlaps(reference) else (
             f"{as_listed.value:.4g} with {changed_names(known, repaired) or 'the constants'} as printed")  # fmt: skip
-        status = "match" if value.meets(reference) else "contradiction"
+        status = "match" if value.overlaps(reference) else "contradiction"
         yield NumberCheck(name, status, f"{reference.value:g}", str(value), note)
 
 
-def columns() -> dict[str, numbers.Column]:
+def estimate_columns() -> dict[str, numbers.Column]:
     """Every column of estimates in Tables 1 to 3; Table 2 repeats a column of Table 1."""
     return {
         "Table 1, differentiation": numbers.SIMPLE_DIFFERENTIATION,
@@ -253,32 +261,32 @@ def columns() -> dict[str, numbers.Column]:
 
 def percentage(estimate: float, reference: float) -> Interval:
     """Relative error of an estimate [%], with the rounding of the estimate and of the reference."""
-    spread = half_unit(estimate) + half_unit(reference) * abs(estimate / reference)
+    spread = rounding_half_width(estimate) + rounding_half_width(reference) * abs(estimate / reference)
     return Interval(100 * abs(estimate - reference) / abs(reference), 100 * spread / abs(reference))
 
 
-def cut_off(error: float) -> Interval:
+def printed_percentage(error: float) -> Interval:
     """A printed percentage, which may have been rounded or cut off."""
-    return Interval(error, 2 * half_unit(error))
+    return Interval(error, 2 * rounding_half_width(error))
 
 
 def check_tables() -> Iterator[NumberCheck]:
     """Percentages against the estimates beside them."""
-    for title, column in columns().items():
-        rows = list(zip(numbers.REFERENCE.items(), column.estimates, column.errors, strict=True))
-        wrong = [r for r in rows if not percentage(r[1], r[0][1]).meets(cut_off(r[2]))]
+    for title, column in estimate_columns().items():
+        rows = list(zip(numbers.REFERENCE_PARAMETERS.items(), column.estimates, column.errors, strict=True))
+        wrong = [r for r in rows if not percentage(r[1], r[0][1]).overlaps(printed_percentage(r[2]))]
         count = f"{len(rows) - len(wrong)} of {len(rows)} percentages follow from the estimates beside them"
         yield NumberCheck(title, "match", "", "", count)
         for (name, reference), estimate, error in wrong:
             value = percentage(estimate, reference)
-            status, note = slip(value, cut_off(error))
+            status, note = classify_wrong_percentage(value, printed_percentage(error))
             note = f"estimate {estimate:g} beside {reference:g}; {note}"
             yield NumberCheck(f"{title}, {name}", status, f"{error:g} %", f"{value.value:.5g} %", note)
 
 
-def slip(correct: Interval, printed: Interval) -> tuple[str, str]:
+def classify_wrong_percentage(correct: Interval, printed: Interval) -> tuple[str, str]:
     """Whether a wrong percentage is right but for its decimal point, and the factor that is missing."""
     for shift in (0.01, 0.1, 10.0, 100.0):
-        if Interval(printed.value * shift, printed.half_width * shift).meets(correct):
+        if Interval(printed.value * shift, printed.half_width * shift).overlaps(correct):
             return "misprint", f"the decimal point is off by a factor {shift:g}"
     return "contradiction", f"the ratio {correct.value / printed.value:.4g} is no slip of the decimal point"

@@ -12,14 +12,14 @@ import sympy as sp
 
 from derive.lagrange import lagrange_row
 from derive.records import coordinate
-from wheelpend.paper.derivation import accelerated
-from wheelpend.paper.differences import terms, vanishes
+from wheelpend.paper.derivation import time_derivative
+from wheelpend.paper.differences import coefficients_by_term, is_zero
 from wheelpend.paper.equations import Printed
-from wheelpend.paper.filtering import ABBREVIATIONS
+from wheelpend.paper.filtering import FILTER_ABBREVIATIONS
 from wheelpend.paper.letters import (  # fmt: skip
-    FILTERED,
-    RATE,
-    STATE,
+    FILTER_STATE_NAMES,
+    FILTER_STATE_RATES,
+    FILTER_STATES,
     I_o,
     K,
     K_b,
@@ -46,10 +46,10 @@ from wheelpend.paper.letters import (  # fmt: skip
     tau_s,
     tau_t,
 )
-from wheelpend.paper.notation import text
+from wheelpend.paper.notation import expression_text
 
 Residuals = dict[str, sp.Expr]  # what must vanish, by the place where it was found
-TRANSFORM = {tau_t: tau_s, phi2_t: phi2_s, phi1_t: phi1_s, phi0_t: phi0_s}
+LAPLACE_TRANSFORMS = {tau_t: tau_s, phi2_t: phi2_s, phi1_t: phi1_s, phi0_t: phi0_s}
 
 
 class Relation(NamedTuple):
@@ -60,9 +60,12 @@ class Relation(NamedTuple):
     residuals: Callable[[Printed], Mapping[str, sp.Expr]]
 
 
-def by_term(expression: sp.Expr, prefix: str = "") -> Residuals:
+def residual_terms(expression: sp.Expr, prefix: str = "") -> Residuals:
     """Split what must vanish into its terms."""
-    return {prefix + text(moving): c for moving, c in terms(expression.subs(ABBREVIATIONS)).items()}
+    return {
+        prefix + expression_text(moving): c
+        for moving, c in coefficients_by_term(expression.subs(FILTER_ABBREVIATIONS)).items()
+    }
 
 
 def lagrange(number: str, row: int) -> Callable[[Printed], Residuals]:
@@ -71,44 +74,44 @@ def lagrange(number: str, row: int) -> Callable[[Printed], Residuals]:
 
     def residuals(equations: Printed) -> Residuals:
         (printed,) = equations[number].values()
-        return by_term(lagrange_row(equations["1"]["L"], coordinates[row], coordinates) - printed)
+        return residual_terms(lagrange_row(equations["1"]["L"], coordinates[row], coordinates) - printed)
 
     return residuals
 
 
 def circuit(equations: Printed) -> Residuals:
     """(5) without its inductance against (7)."""
-    return by_term(equations["5"]["V_in"].subs({L_i: 0, K_e: K}) - equations["7"]["V_in"])
+    return residual_terms(equations["5"]["V_in"].subs({L_i: 0, K_e: K}) - equations["7"]["V_in"])
 
 
 def actuator(equations: Printed) -> Residuals:
     """(7) in (6) against (8)."""
     settled = sp.solve(equations["7"]["V_in"] - V, current)[0]
     rotor = equations["6"]["J_m dw/dt"].subs(K_t, K).subs(current, settled)
-    return by_term(rotor - equations["8"]["J_m dw/dt"])
+    return residual_terms(rotor - equations["8"]["J_m dw/dt"])
 
 
 def friction(equations: Printed) -> Residuals:
     """The load (9) of two motors against what (11) and (12) take from the wheels."""
     drag = equations["11"]["F_θw"].subs(beta, equations["12"]["β"]).subs({V: 0, K_b: 0, f_w: 0})
-    return by_term(-2 * equations["9"]["T_L"] - drag)
+    return residual_terms(-2 * equations["9"]["T_L"] - drag)
 
 
-def opposite(equations: Printed) -> Residuals:
+def opposite_forces(equations: Printed) -> Residuals:
     """The text's F_θp = −F_θw."""
-    return by_term(equations["13"]["F_θp"] + equations["11"]["F_θw"])
+    return residual_terms(equations["13"]["F_θp"] + equations["11"]["F_θw"])
 
 
 def wheel_row(equations: Printed) -> Residuals:
     """(3) and (11) against (14)."""
     force = equations["3"]["F_θw"] - equations["11"]["F_θw"] + alpha * V
-    return by_term(force - equations["14"]["α V_in"])
+    return residual_terms(force - equations["14"]["α V_in"])
 
 
 def body_row(equations: Printed) -> Residuals:
     """(4) and (13) against (15)."""
     force = equations["13"]["F_θp"] - equations["4"]["F_θp"] + alpha * V
-    return by_term(force - equations["15"]["α V_in"])
+    return residual_terms(force - equations["15"]["α V_in"])
 
 
 def with_parameters(linear: str, physical: str) -> Callable[[Printed], Residuals]:
@@ -116,7 +119,7 @@ def with_parameters(linear: str, physical: str) -> Callable[[Printed], Residuals
 
     def residuals(equations: Printed) -> Residuals:
         values = {x: equations["18"][str(x)] for x in X}
-        return by_term(alpha * equations[linear]["V_in"].subs(values) - equations[physical]["α V_in"])
+        return residual_terms(alpha * equations[linear]["V_in"].subs(values) - equations[physical]["α V_in"])
 
     return residuals
 
@@ -131,17 +134,17 @@ def regressor_row(number: str, row: int) -> Callable[[Printed], Residuals]:
     """A row of (22), with (23), times X against that row as an equation."""
 
     def residuals(equations: Printed) -> Residuals:
-        return by_term((full_regressor(equations) * sp.Matrix(X))[row] - equations[number]["V_in"])
+        return residual_terms((full_regressor(equations) * sp.Matrix(X))[row] - equations[number]["V_in"])
 
     return residuals
 
 
-def pieces(equations: Printed) -> Residuals:
+def regressor_decomposition(equations: Printed) -> Residuals:
     """(26) in (25) against (22) with (23); the column of φ2 that cannot be read holds zeros."""
     printed = sp.Matrix(equations["26"]["φ2(t)"])
     phi2 = printed.row_join(sp.zeros(2, 7 - printed.cols))
     phi1, phi0 = (sp.Matrix(equations["26"][name]) for name in ("φ1(t)", "φ0(t)"))
-    whole = accelerated(accelerated(phi2)) + accelerated(phi1) + phi0
+    whole = time_derivative(time_derivative(phi2)) + time_derivative(phi1) + phi0
     differing = whole - full_regressor(equations)
     return {f"entry ({k // 7 + 1}, {k % 7 + 1})": entry for k, entry in enumerate(differing)}
 
@@ -150,15 +153,15 @@ def second_derivative(equations: Printed) -> Residuals:
     """The second and third line of (34) against (35)."""
     lines, parts = equations["34"], equations["35"]
     pairs = zip(list(lines.values())[1:], parts.values(), strict=True)
-    return {k: v for line, part in pairs for k, v in by_term(line - part, f"{text(part)}: ").items()}
+    return {k: v for line, part in pairs for k, v in residual_terms(line - part, f"{expression_text(part)}: ").items()}
 
 
-def filtered(number: str, derivative: str) -> Callable[[Printed], Residuals]:
+def filtered_derivative(number: str, derivative: str) -> Callable[[Printed], Residuals]:
     """The filter (30) on (29) against the first line of (34) or (37)."""
 
     def residuals(equations: Printed) -> Residuals:
         first = next(iter(equations[number].values()))
-        return by_term(equations["30"]["I_o(s)"] * equations["29"][derivative] - first)
+        return residual_terms(equations["30"]["I_o(s)"] * equations["29"][derivative] - first)
 
     return residuals
 
@@ -168,7 +171,7 @@ def sum_of_parts(parts: str, derivative: str) -> Callable[[Printed], Residuals]:
 
     def residuals(equations: Printed) -> Residuals:
         whole = equations["30"]["I_o(s)"] * equations["29"][derivative]
-        return by_term(sp.Add(*equations[parts].values()) - whole)
+        return residual_terms(sp.Add(*equations[parts].values()) - whole)
 
     return residuals
 
@@ -176,27 +179,27 @@ def sum_of_parts(parts: str, derivative: str) -> Callable[[Printed], Residuals]:
 def first_derivative(equations: Printed) -> Residuals:
     """The second line of (37) against (38)."""
     pairs = zip(list(equations["37"].values())[1:], equations["38"].values(), strict=True)
-    return {k: v for line, part in pairs for k, v in by_term(line - part, f"{text(part)}: ").items()}
+    return {k: v for line, part in pairs for k, v in residual_terms(line - part, f"{expression_text(part)}: ").items()}
 
 
-def integrated(name: str, number: str) -> Callable[[Printed], Residuals]:
+def filter_solution(name: str, number: str) -> Callable[[Printed], Residuals]:
     """The transform of an equation of (41), with its initial values from (42), against (32), (35) or (38)."""
 
     def residuals(equations: Printed) -> Residuals:
         transform = equations[number].get(f"{name}(s)", I_o * phi0_s).subs(I_o, equations["30"]["I_o(s)"])
-        return by_term(solution(name, equations) - transform)
+        return residual_terms(transform_of_solution(name, equations) - transform)
 
     return residuals
 
 
-def solution(name: str, equations: Printed) -> sp.Expr:
+def transform_of_solution(name: str, equations: Printed) -> sp.Expr:
     """Laplace transform of the solution of one equation of (41) with (42)."""
     letter, rest = name[0], name[1:]
     first, second = (nfc(f"{letter}{dot}{rest}(t)") for dot in "̇̈")
     order = 1 if first in equations["41"] else 2
     right = sp.expand(equations["41"][first if order == 1 else second])
-    value, rate = right.coeff(STATE[name]), right.coeff(RATE[name])
-    driving = right.subs({STATE[name]: 0, RATE[name]: 0}).subs(TRANSFORM)
+    value, rate = right.coeff(FILTER_STATES[name]), right.coeff(FILTER_STATE_RATES[name])
+    driving = right.subs({FILTER_STATES[name]: 0, FILTER_STATE_RATES[name]: 0}).subs(LAPLACE_TRANSFORMS)
     start = equations["42"][f"{name}(0)"]
     if order == 1:
         return (driving + start) / (s - value)
@@ -204,48 +207,48 @@ def solution(name: str, equations: Printed) -> sp.Expr:
     return (driving + s * start + start_rate - rate * start) / (s**2 - rate * s - value)
 
 
-RELATIONS = (
+EQUATION_RELATIONS = (
     Relation("(1) in (2) gives (3)", ("1", "3"), lagrange("3", 0)),
     Relation("(1) in (2) gives (4)", ("1", "4"), lagrange("4", 1)),
     Relation("(5) without inductance is (7)", ("5", "7"), circuit),
     Relation("(7) in (6) gives (8)", ("6", "7", "8"), actuator),
     Relation("(9) is the friction that (11) with (12) takes out", ("9", "11", "12"), friction),
-    Relation("(13) is (11) with the opposite sign", ("11", "13"), opposite),
+    Relation("(13) is (11) with the opposite sign", ("11", "13"), opposite_forces),
     Relation("(3) with (11) gives (14)", ("3", "11", "14"), wheel_row),
     Relation("(4) with (13) gives (15)", ("4", "13", "15"), body_row),
     Relation("(18) in (19) gives (14)", ("14", "18", "19"), with_parameters("19", "14")),
     Relation("(18) in (20) gives (15)", ("15", "18", "20"), with_parameters("20", "15")),
     Relation("(22) with (23) times X is (19)", ("19", "22", "23"), regressor_row("19", 0)),
     Relation("(22) with (23) times X is (20)", ("20", "22", "23"), regressor_row("20", 1)),
-    Relation("(26) in (25) gives (22) with (23)", ("22", "23", "26"), pieces),
-    Relation("(30) on (29) gives the first line of (34)", ("29", "30", "34"), filtered("34", "φa(s)")),
-    Relation("(30) on (29) gives the first line of (37)", ("29", "30", "37"), filtered("37", "φb(s)")),
+    Relation("(26) in (25) gives (22) with (23)", ("22", "23", "26"), regressor_decomposition),
+    Relation("(30) on (29) gives the first line of (34)", ("29", "30", "34"), filtered_derivative("34", "φa(s)")),
+    Relation("(30) on (29) gives the first line of (37)", ("29", "30", "37"), filtered_derivative("37", "φb(s)")),
     Relation("the lines of (34) are the parts in (35)", ("34", "35"), second_derivative),
     Relation("the lines of (37) are the parts in (38)", ("37", "38"), first_derivative),
     Relation("the parts in (35) add up to (30) on (29)", ("29", "30", "35"), sum_of_parts("35", "φa(s)")),
     Relation("the parts in (38) add up to (30) on (29)", ("29", "30", "38"), sum_of_parts("38", "φb(s)")),
     *(Relation(f"{name} from (41) with (42) has the transform in ({number})", ("41", "42", number),
-               integrated(name, number))
-      for name, number in zip(FILTERED, ("32", "35", "35", "38", "38", "32"), strict=True)),
+               filter_solution(name, number))
+      for name, number in zip(FILTER_STATE_NAMES, ("32", "35", "35", "38", "38", "32"), strict=True)),
 )  # fmt: skip
 
 
-class Witness(NamedTuple):
+class ViolatedRelation(NamedTuple):
     """A relation that fails with an equation as printed and holds once it is corrected."""
 
     sentence: str
     equations: tuple[str, ...]  # the others in it
 
 
-def witnesses(printed: Printed, number: str, name: str, correct: sp.Expr) -> Iterator[Witness]:
+def violated_relations(printed: Printed, number: str, name: str, correct: sp.Expr) -> Iterator[ViolatedRelation]:
     """The relations in which a misprint shows: some residual is there as printed and gone with the correct form."""
     corrected = {**printed, number: {**printed[number], name: correct}}
-    for relation in RELATIONS:
+    for relation in EQUATION_RELATIONS:
         if number not in relation.equations:
             continue
         before, after = relation.residuals(printed), relation.residuals(corrected)
-        cured = [k for k, v in before.items() if not vanishes(v) and vanishes(after.get(k, sp.Integer(0)))]
+        cured = [k for k, v in before.items() if not is_zero(v) and is_zero(after.get(k, sp.Integer(0)))]
         if cured:
-            yield Witness(
+            yield ViolatedRelation(
                 f"{relation.sentence}, at {', '.join(cured)}", tuple(n for n in relation.equations if n != number)
             )

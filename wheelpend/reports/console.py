@@ -21,18 +21,18 @@ err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 @contextmanager
-def failures(json_file: str | None = None) -> Iterator[None]:
+def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
     """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1."""
     try:
         yield
     except Failure as failure:
-        err.print(f"[bold red]Failure:[/] {_plain(str(failure))}")
+        err.print(f"[bold red]Failure:[/] {_without_markup(str(failure))}")
         if json_file:
             emit_json({"schema": 1, "failure": str(failure)}, json_file)
         raise typer.Exit(1) from None
 
 
-def _plain(text: str) -> str:
+def _without_markup(text: str) -> str:
     from rich.markup import escape
 
     return escape(text)
@@ -42,20 +42,20 @@ def _plain(text: str) -> str:
 def progress(first: str) -> Iterator[Callable[[str], None]]:
     """A line of progress on standard error; where that is not a terminal, a plain line every ten seconds at most."""
     if not err.is_terminal:
-        yield _plain_progress()
+        yield _progress_lines()
         return
     with err.status(first) as status:
         yield lambda text: status.update(text)
 
 
-def _plain_progress(every_s: float = 10.0) -> Callable[[str], None]:
+def _progress_lines(every_s: float = 10.0) -> Callable[[str], None]:
     said = monotonic()
 
     def update(text: str) -> None:
         nonlocal said
         if monotonic() - said >= every_s:
             said = monotonic()
-            err.print(_plain(text))
+            err.print(_without_markup(text))
 
     return update
 
@@ -71,7 +71,7 @@ def emit_json(data: dict, json_file: str) -> None:
     write_text(Path(json_file), text)
 
 
-def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
+def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
     """Give a result: as JSON where asked for, and as text unless standard output is taken."""
     if json_file:
         from wheelpend.serialise import to_json  # imported late
@@ -81,27 +81,27 @@ def show(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
         text()
 
 
-def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], words: bool = False) -> None:
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool = False) -> None:
     """Print a table; its columns but the first hold numbers, or words where so said."""
-    grid = Table(title=_plain(title), title_justify="left", title_style="bold")
+    grid = Table(title=_without_markup(title), title_justify="left", title_style="bold")
     for column in columns:
         grid.add_column(
-            _plain(column),
-            justify="left" if words or column in columns[:1] else "right",
+            _without_markup(column),
+            justify="left" if text_columns or column in columns[:1] else "right",
             overflow="fold",
             no_wrap=column in columns[:1],
         )
     for row in rows:
-        grid.add_row(*(_plain(str(cell)) for cell in row))
+        grid.add_row(*(_without_markup(str(cell)) for cell in row))
     out.print(grid)
 
 
-def say(text: str) -> None:
+def print_line(text: str) -> None:
     """Print a line as it is."""
-    out.print(_plain(text))
+    out.print(_without_markup(text))
 
 
-def warn(warnings: Sequence[str]) -> None:
+def print_warnings(warnings: Sequence[str]) -> None:
     """Print warnings on standard error."""
     for warning in warnings:
-        err.print(f"[yellow]Warning:[/] {_plain(warning)}")
+        err.print(f"[yellow]Warning:[/] {_without_markup(warning)}")

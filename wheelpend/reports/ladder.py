@@ -9,9 +9,9 @@ import jinja2
 
 from wheelpend.diagnosis.explain import Explanation
 
-WIDTH, BAR, LABEL = 720, 34, 190  # px
+PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX = 720, 34, 190  # px
 
-TEMPLATE = """<svg xmlns="http://www.w3.org/2000/svg" width="{{ width }}" height="{{ height }}" \
+SVG_TEMPLATE = """<svg xmlns="http://www.w3.org/2000/svg" width="{{ width }}" height="{{ height }}" \
 font-family="sans-serif" font-size="15">
 <rect width="100%" height="100%" fill="white"/>
 <text x="12" y="24" font-weight="bold">Held-out error, in standard deviations of the sensors (logarithmic)</text>
@@ -36,14 +36,20 @@ def draw_ladder(result: Explanation, path: Path) -> Path:
             "name": name,
             "error": f"{error:.4g}",
             "colour": colour,
-            "y": 36 + BAR * k,
-            "length": round(4 + (WIDTH - LABEL - 90) * log10(max(error / result.noise_floor, 1.0)) / top),
+            "y": 36 + BAR_HEIGHT_PX * k,
+            "length": round(
+                4 + (PICTURE_WIDTH_PX - LABEL_WIDTH_PX - 90) * log10(max(error / result.noise_floor, 1.0)) / top
+            ),
         }
         for k, (name, error, colour) in enumerate(rungs)
     ]
     environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    text = environment.from_string(TEMPLATE).render(
-        rungs=rows, width=WIDTH, label=LABEL, height=36 + BAR * len(rows) + 36, floor=f"{result.noise_floor:.4g}"
+    text = environment.from_string(SVG_TEMPLATE).render(
+        rungs=rows,
+        width=PICTURE_WIDTH_PX,
+        label=LABEL_WIDTH_PX,
+        height=36 + BAR_HEIGHT_PX * len(rows) + 36,
+        floor=f"{result.noise_floor:.4g}",
     )
     path.write_text(text, encoding="utf-8")
     return path

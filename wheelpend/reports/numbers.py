@@ -6,28 +6,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheelpend.model.units import quantities_of
+from wheelpend.model.units import plant_units_of
 
 if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 
-def number(value: float | None) -> str:
+def number_text(value: float | None) -> str:
     """Four significant digits."""
     return "-" if value is None or not np.isfinite(value) else f"{value:.4g}"
 
 
-def with_sigma(value: float, sigma: float | None, unit: str) -> str:
+def estimate_text(value: float, sigma: float | None, unit: str) -> str:
     """A value with its standard error and unit."""
     spread = f" ± {sigma:.2g}" if sigma is not None and np.isfinite(sigma) else ""
     return f"{value:.5g}{spread} {unit if unit != '1' else ''}".rstrip()
 
 
-def size(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float | None = None) -> str:
+def effect_size_text(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float | None = None) -> str:
     """Coefficients of an effect, in N·m or N too where a volt's worth is known, and as a share of the drive voltage."""
-    parts, quantities = [], quantities_of(model)
+    parts, quantities = [], plant_units_of(model)
     for name, value in coefficients.items():
-        text = f"{name} {with_sigma(value, sigma.get(name), unit[name])}"
+        text = f"{name} {estimate_text(value, sigma.get(name), unit[name])}"
         if found := quantities.in_physical(value, unit[name]):
             text += f" = {found[0]:.4g} {found[1]}"
         if drive and unit[name] == quantities.force:
@@ -36,6 +36,6 @@ def size(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float
     return "; ".join(parts)
 
 
-def drive_voltage(study) -> float:
+def rms_drive_voltage(problem) -> float:
     """Root mean square of the voltage of the training logs [V]."""
-    return float(np.sqrt(np.nanmean(np.concatenate([p.log.voltage for p in study.training]) ** 2)))
+    return float(np.sqrt(np.nanmean(np.concatenate([p.log.voltage for p in problem.training]) ** 2)))

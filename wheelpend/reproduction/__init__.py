@@ -11,7 +11,7 @@ wording     findings as sentences, and the tables on the terminal
 """
 
 from wheelpend.reproduction.record import Reproduction
-from wheelpend.reproduction.reproduce import PARTS, run
-from wheelpend.reproduction.wording import show
+from wheelpend.reproduction.reproduce import REPRODUCTION_PARTS, run
+from wheelpend.reproduction.results_text import print_reproduction
 
-__all__ = ["PARTS", "Reproduction", "run", "show"]
+__all__ = ["REPRODUCTION_PARTS", "Reproduction", "print_reproduction", "run"]

@@ -11,24 +11,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wheelpend.paper import numbers
-from wheelpend.reproduction.estimators import NOMINAL, filtered
-from wheelpend.reproduction.experiment import COMMANDS, Robot, Setup, play
-from wheelpend.reproduction.tables import DEVIATION, rehearsed, table3_errors
-from wheelpend.reproduction.trials import PREDICTED, Trial
+from wheelpend.reproduction.estimators import NOMINAL_FACTOR, filtered
+from wheelpend.reproduction.experiment import COMMAND_NAMES, Robot, Setup, play
+from wheelpend.reproduction.tables import PITCH_DEVIATION_RAD, prediction_errors, table3_errors
+from wheelpend.reproduction.trials import PREDICTION_SETUP, Trial
 
-SHORT, LONG = 10.0, 30.0  # s
-SEEDS = 20  # for the choices that need experiments of their own
-SEEDS_ABOVE = 4  # for the other start of multiple shooting
-BULK = (0, 1, 2, 3, 4)  # X1 to X5, which the factors are taken over: X6 and X7 are nearly exact in every method
-VARIANTS = {
-    f"{SHORT:g} s": lambda c: Setup(c, duration=SHORT),
-    f"{LONG:g} s": lambda c: Setup(c, duration=LONG),
+SHORT_DURATION_S, LONG_DURATION_S = 10.0, 30.0  # s
+VARIANT_SEED_COUNT = 20  # for the choices that need experiments of their own
+NOMINAL_ABOVE_SEED_COUNT = 4  # for the other start of multiple shooting
+COMPARED_PARAMETER_INDICES = (
+    0,
+    1,
+    2,
+    3,
+    4,
+)  # X1 to X5, which the factors are taken over: X6 and X7 are nearly exact in every method
+SETUP_VARIANTS = {
+    f"{SHORT_DURATION_S:g} s": lambda c: Setup(c, duration=SHORT_DURATION_S),
+    f"{LONG_DURATION_S:g} s": lambda c: Setup(c, duration=LONG_DURATION_S),
     "−measured rate": lambda c: Setup(c, rate_error=False),
 }
 
 
 @dataclass(frozen=True)
-class Effect:
+class ChoiceEffect:
     """What another choice does to a table: the range of the factors by which its numbers change."""
 
     table: str
@@ -45,102 +51,106 @@ class Choice:
     name: str
     open: str  # what the paper says or does not say
     made: str
-    effects: tuple[Effect, ...]
+    effects: tuple[ChoiceEffect, ...]
 
 
-def factors(
+def choice_effects(
     table: str, alternative: str, ours: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray]
-) -> Iterator[Effect]:
+) -> Iterator[ChoiceEffect]:
     """Effects of an alternative, from absolute numbers with our choice and with the other."""
     for key, base in ours.items():
         if key in other:
             ratio = np.abs(other[key]) / np.abs(base)
-            yield Effect(table, key, alternative, float(np.min(ratio)), float(np.max(ratio)))
+            yield ChoiceEffect(table, key, alternative, float(np.min(ratio)), float(np.max(ratio)))
 
 
 # ---- what each table makes of an alternative
 
 
-def of_table3(robot: Robot) -> dict[str, tuple[Effect, ...]]:
+def table3_effects(robot: Robot) -> dict[str, tuple[ChoiceEffect, ...]]:
     """Effects on Table 3 (FOH), by choice."""
     base = play(robot, Setup())
-    ours = _bulk(table3_errors(robot, base))
-    tilted = play(robot, Setup(tilt=DEVIATION))
+    ours = _compared_parameters(table3_errors(robot, base))
+    tilted = play(robot, Setup(tilt=PITCH_DEVIATION_RAD))
 
-    def changed(alternative: str, other: Mapping[str, np.ndarray]) -> tuple[Effect, ...]:
-        return tuple(factors("Table 3", alternative, ours, _bulk(other)))
+    def changed(alternative: str, other: Mapping[str, np.ndarray]) -> tuple[ChoiceEffect, ...]:
+        return tuple(choice_effects("Table 3", alternative, ours, _compared_parameters(other)))
 
-    def played(alternative: str) -> tuple[Effect, ...]:
-        return changed(alternative, table3_errors(robot, play(robot, VARIANTS[alternative]("aggressive"))))
+    def played(alternative: str) -> tuple[ChoiceEffect, ...]:
+        return changed(alternative, table3_errors(robot, play(robot, SETUP_VARIANTS[alternative]("aggressive"))))
 
     free = {
-        case: np.array(robot.percent(filtered(robot, base.log, fit_start=True, tau=(tau, tau))))
+        case: np.array(robot.percent_error(filtered(robot, base.log, fit_start=True, tau=(tau, tau))))
         for case, (tau, off, _) in numbers.TABLE_3.items() if off
     }  # fmt: skip
     off = {k: v for k, v in table3_errors(robot, tilted, deviation=0.0).items() if numbers.TABLE_3[k][1]}
-    negative = {k: v for k, v in table3_errors(robot, base, deviation=-DEVIATION).items() if k in off}
+    negative = {k: v for k, v in table3_errors(robot, base, deviation=-PITCH_DEVIATION_RAD).items() if k in off}
     return {
-        "duration": (*played(f"{SHORT:g} s"), *played(f"{LONG:g} s")),
+        "duration": (*played(f"{SHORT_DURATION_S:g} s"), *played(f"{LONG_DURATION_S:g} s")),
         "rate": played("−measured rate"),
         "hold": changed("ZOH", table3_errors(robot, base, hold="zoh")),
         "start": changed("fitted along", free),
         "deviation": (*changed("−0.5°", negative), *changed("robot tilted, filters not", off)),
-        "equal": changed("a hundredth apart", table3_errors(robot, base, apart=1.01)),
+        "equal": changed("a hundredth apart", table3_errors(robot, base, tau_ratio=1.01)),
     }
 
 
-def _bulk(errors: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    return {case: np.asarray(e)[list(BULK)] for case, e in errors.items()}
+def _compared_parameters(errors: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return {case: np.asarray(e)[list(COMPARED_PARAMETER_INDICES)] for case, e in errors.items()}
 
 
-def of_tables12(trials: Sequence[Trial], commands: Sequence[str]) -> dict[str, tuple[Effect, ...]]:
+def tables12_effects(trials: Sequence[Trial], commands: Sequence[str]) -> dict[str, tuple[ChoiceEffect, ...]]:
     """Effects on the filtered method's median errors in Tables 1 and 2 (FOH), and on shooting's, by choice."""
-    few = {t.seed for t in trials if t.setup not in [Setup(c) for c in COMMANDS]}
+    few = {t.seed for t in trials if t.setup not in [Setup(c) for c in COMMAND_NAMES]}
     above = {t.seed for t in trials if "shooting_above" in t.errors}
 
     def medians(method: str, seeds: set[int] | None = None, setup: Callable[[str], Setup] = Setup):
         chosen = [t for t in trials if method in t.errors and (seeds is None or t.seed in seeds)]
         rows = {c: [t.errors[method] for t in chosen if t.setup == setup(c)] for c in commands}
-        return _bulk({c: np.median(np.abs(r), axis=0) for c, r in rows.items() if r})
+        return _compared_parameters({c: np.median(np.abs(r), axis=0) for c, r in rows.items() if r})
 
     def changed(
         alternative: str, ours: Mapping[str, np.ndarray], other: Mapping[str, np.ndarray], of: str = "filtered"
-    ) -> tuple[Effect, ...]:
-        return tuple(factors(f"Tables 1, 2 ({of})", alternative, ours, other))
+    ) -> tuple[ChoiceEffect, ...]:
+        return tuple(choice_effects(f"Tables 1, 2 ({of})", alternative, ours, other))
 
     base, some = medians("filtered_foh"), medians("filtered_foh", few)
-    varied = {k: changed(k, some, medians("filtered_foh", few, setup)) for k, setup in VARIANTS.items()}
+    varied = {k: changed(k, some, medians("filtered_foh", few, setup)) for k, setup in SETUP_VARIANTS.items()}
     return {
-        "duration": (*varied[f"{SHORT:g} s"], *varied[f"{LONG:g} s"]),
+        "duration": (*varied[f"{SHORT_DURATION_S:g} s"], *varied[f"{LONG_DURATION_S:g} s"]),
         "rate": varied["−measured rate"],
         "hold": changed("ZOH", base, medians("filtered_zoh")),
         "start": (*changed("all zero", base, medians("filtered_rest")),
                   *changed("first sample, wheel at rest", base, medians("filtered_still")),
                   *changed("fitted along", base, medians("filtered_free"))),
         "nominal": changed(
-            f"{2 - NOMINAL:g} times the truth", medians("shooting", above), medians("shooting_above"), "shooting"
+            f"{2 - NOMINAL_FACTOR:g} times the truth", medians("shooting", above), medians("shooting_above"), "shooting"
         ),
         "seeds": changed(f"the first {len(few)} seeds", base, some) if len(few) < len({t.seed for t in trials}) else (),
     }  # fmt: skip
 
 
-def of_figures(robot: Robot) -> dict[str, tuple[Effect, ...]]:
+def figure_effects(robot: Robot) -> dict[str, tuple[ChoiceEffect, ...]]:
     """Effects on the prediction errors of Figure 5 with the paper's printed estimates, by choice."""
-    ours = rehearsed(robot, PREDICTED)
+    ours = prediction_errors(robot, PREDICTION_SETUP)
 
-    def played(alternative: str, setup: Setup) -> tuple[Effect, ...]:
-        return tuple(factors("Figure 5", alternative, ours, rehearsed(robot, setup)))
+    def played(alternative: str, setup: Setup) -> tuple[ChoiceEffect, ...]:
+        return tuple(choice_effects("Figure 5", alternative, ours, prediction_errors(robot, setup)))
 
-    printed = {c: np.array([v[k] for v in numbers.RMSE.values()]) for k, c in enumerate(COMMANDS)}
+    printed = {c: np.array([v[k] for v in numbers.PREDICTION_RMSE.values()]) for k, c in enumerate(COMMAND_NAMES)}
     against = [
         effect
-        for command in COMMANDS
-        for effect in factors(f"Figure 5 against the printed RMSE, {command} command", "", printed,
-                              rehearsed(robot, replace(PREDICTED, command=command)))
+        for command in COMMAND_NAMES
+        for effect in choice_effects(f"Figure 5 against the printed RMSE, {command} command", "", printed,
+                              prediction_errors(robot, replace(PREDICTION_SETUP, command=command)))
     ]  # fmt: skip
     return {
-        "duration": tuple(e for k in (f"{SHORT:g} s", f"{LONG:g} s") for e in played(k, VARIANTS[k]("aggressive"))),
-        "rate": played("−measured rate", VARIANTS["−measured rate"]("aggressive")),
+        "duration": tuple(
+            e
+            for k in (f"{SHORT_DURATION_S:g} s", f"{LONG_DURATION_S:g} s")
+            for e in played(k, SETUP_VARIANTS[k]("aggressive"))
+        ),
+        "rate": played("−measured rate", SETUP_VARIANTS["−measured rate"]("aggressive")),
         "predicted": tuple(against),
     }
 
@@ -148,7 +158,7 @@ def of_figures(robot: Robot) -> dict[str, tuple[Effect, ...]]:
 # ---- the list
 
 
-LIST = (
+OPEN_CHOICES = (
     ("duration", "Length of the experiments", "Not given.", "20 s."),
     ("seeds", "Noise", "One draw, its seed not given.", "{seeds} seeds: median, and range from 10 to 90 %."),
     ("rate", "D-term of the controller",
@@ -173,10 +183,10 @@ LIST = (
 )  # fmt: skip
 
 
-def collect(seeds: int, parts: Sequence[Mapping[str, tuple[Effect, ...]]]) -> tuple[Choice, ...]:
+def collect_choices(seeds: int, parts: Sequence[Mapping[str, tuple[ChoiceEffect, ...]]]) -> tuple[Choice, ...]:
     """The choices that matter to the tables that were made, with their effects."""
     found = []
-    for key, name, open_, made in LIST:
+    for key, name, open_, made in OPEN_CHOICES:
         effects = tuple(e for part in parts for e in part.get(key, ()))
         if effects:
             found.append(Choice(name, open_, made.format(seeds=seeds), effects))

@@ -8,11 +8,11 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation import least_squares
-from wheelpend.estimation.continuation import fit_model, fit_parts
-from wheelpend.estimation.criteria import HORIZON
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Part
+from wheelpend.estimation.continuation import fit_model, fit_segments
+from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
 from wheelpend.identification import instrumental as instruments
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.logs.noise import sensor_noise
@@ -20,8 +20,8 @@ from wheelpend.paper.numbers import TABLE_1_TAU
 from wheelpend.reproduction.experiment import Robot
 from wheelpend.simulation.simulate import noise_levels
 
-NOMINAL = 0.9  # times the truth, where an iteration starts
-LABELS = {
+NOMINAL_FACTOR = 0.9  # times the truth, where an iteration starts
+METHOD_LABELS = {
     "differentiation": "differentiation",
     "filtered_zoh": "filtered, ZOH",
     "filtered_foh": "filtered, FOH",
@@ -34,7 +34,7 @@ LABELS = {
 
 def differentiation(robot: Robot, log: Log) -> np.ndarray:
     """Least squares with differentiated rates (paper eqs. 16, 17, 24)."""
-    return least_squares.differentiation(robot.module, log, parameters(robot, log)).estimate
+    return least_squares.differentiation_least_squares(robot.module, log, parameter_vector(robot, log)).estimate
 
 
 def filtered(
@@ -48,25 +48,25 @@ def filtered(
 ) -> np.ndarray:
     """Filtered least squares, the filters started at a state, by default the one measured first."""
     begin = None if fit_start else first_sample(robot, log) if start is None else start
-    return least_squares.filtered(
-        robot.module, log, parameters(robot, log), tau, first_order_hold=hold == "foh", start=begin
+    return least_squares.filtered_least_squares(
+        robot.module, log, parameter_vector(robot, log), tau, first_order_hold=hold == "foh", start=begin
     ).estimate
 
 
 def instrumental(robot: Robot, log: Log) -> np.ndarray:
     """Instruments from the simulated closed loop, started at the model's nominal values; NaN where that fails."""
     try:
-        found = instruments.instrumental(
-            robot.model, robot.module, log, parameters(robot, log), instruments.TAU, errors=False
+        found = instruments.instrumental_estimate(
+            robot.model, robot.module, log, parameter_vector(robot, log), instruments.IV_TIME_CONSTANTS_S, errors=False
         )
     except Failure:
         return np.full(len(robot.names), np.nan)
     return found.fit.estimate
 
 
-def shooting(robot: Robot, log: Log, nominal: float = NOMINAL) -> np.ndarray:
+def shooting(robot: Robot, log: Log, nominal: float = NOMINAL_FACTOR) -> np.ndarray:
     """Multiple shooting with the sensors' true noise, started at a multiple of the true values."""
-    fitted = fit_model(study_of(robot, log), robot.scaled(nominal), robot.names, horizons=(0.1, 1.0))
+    fitted = fit_model(estimation_problem(robot, log), robot.scaled(nominal), robot.names, horizons=(0.1, 1.0))
     return np.array([fitted.values[n] for n in robot.names])
 
 
@@ -75,14 +75,14 @@ def cramer_rao(robot: Robot, log: Log) -> np.ndarray:
 
     From the information matrix at the true parameters.
     """
-    study = study_of(robot, log)
-    fitted = fit_parts(study, study.training, robot.values, robot.names, rounds=0)
+    problem = estimation_problem(robot, log)
+    fitted = fit_segments(problem, problem.training, robot.values, robot.names, rounds=0)
     return np.sqrt(np.diag(fitted.covariance))
 
 
-def parameters(robot: Robot, log: Log) -> np.ndarray:
+def parameter_vector(robot: Robot, log: Log) -> np.ndarray:
     """The known constants as the kernels want them; the regressions do not look at the values that they identify."""
-    return vector(robot.module, robot.values, log)
+    return kernel_parameters(robot.module, robot.values, log)
 
 
 def first_sample(robot: Robot, log: Log) -> np.ndarray:
@@ -99,36 +99,39 @@ def wheel_at_rest(robot: Robot, log: Log) -> np.ndarray:
     return state
 
 
-def study_of(robot: Robot, log: Log) -> Study:
+def estimation_problem(robot: Robot, log: Log) -> EstimationProblem:
     """A log made ready for shooting, with the noise that its sensors are known to have."""
     given = {n: s or None for n, s in zip(log.channels, noise_levels(robot.model, log.channels), strict=True)}
     counts = robot.model.sensors.encoder_counts
     noise = sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
-    part = Part(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, HORIZON), dtype=np.int64))
-    return Study(robot.model, robot.module, (part,), (), (noise,), HORIZON, log.dt, ())
+    part = Segments(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, DEFAULT_HORIZON_S), dtype=np.int64))
+    return EstimationProblem(robot.model, robot.module, (part,), (), (noise,), DEFAULT_HORIZON_S, log.dt, ())
 
 
 def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:
     """Condition number of ΦᵀΦ per method, as it stands and with the columns of Φ scaled to unit length."""
     module = robot.module
-    known, states = parameters(robot, log), least_squares.measured_states(robot.module, log)
+    known, states = parameter_vector(robot, log), least_squares.measured_states(robot.module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     rows = [
         module.regressor(t, s, a, v, known)[1] for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)
     ]
     start = first_sample(robot, log)
     behind = module.filter_regressor(log.t, states, log.voltage, known, *TABLE_1_TAU, True, start)[1]
-    return {"differentiation": conditions(np.array(rows)), "filtered_foh": conditions(behind)}
+    return {
+        "differentiation": plain_and_scaled_condition(np.array(rows)),
+        "filtered_foh": plain_and_scaled_condition(behind),
+    }
 
 
-def conditions(regressor: np.ndarray) -> tuple[float, float]:
+def plain_and_scaled_condition(regressor: np.ndarray) -> tuple[float, float]:
     """Condition number of ΦᵀΦ, plain and column-scaled."""
     triangle = np.linalg.qr(regressor.reshape(-1, regressor.shape[-1]), mode="r")
     scaled = triangle / np.linalg.norm(triangle, axis=0)
     return float(np.linalg.cond(triangle)) ** 2, float(np.linalg.cond(scaled)) ** 2
 
 
-METHODS: dict[str, Callable[[Robot, Log], np.ndarray]] = {
+METHOD_ESTIMATORS: dict[str, Callable[[Robot, Log], np.ndarray]] = {
     "differentiation": differentiation,
     "filtered_zoh": lambda robot, log: filtered(robot, log, hold="zoh"),
     "filtered_foh": filtered,
@@ -137,5 +140,5 @@ METHODS: dict[str, Callable[[Robot, Log], np.ndarray]] = {
     "filtered_rest": lambda robot, log: filtered(robot, log, start=np.zeros(robot.module.NX)),
     "filtered_still": lambda robot, log: filtered(robot, log, start=wheel_at_rest(robot, log)),
     "filtered_free": lambda robot, log: filtered(robot, log, fit_start=True),
-    "shooting_above": lambda robot, log: shooting(robot, log, 2.0 - NOMINAL),
+    "shooting_above": lambda robot, log: shooting(robot, log, 2.0 - NOMINAL_FACTOR),
 }

@@ -11,16 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
-from wheelpend.simulation.simulate import SAMPLE, sensor_errors
+from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S, sensor_errors
 
-COMMANDS = ("simple", "aggressive")
-DURATION = 20.0  # s
+COMMAND_NAMES = ("simple", "aggressive")
+EXPERIMENT_DURATION_S = 20.0  # s
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Setup:
     """One closed-loop experiment."""
 
     command: str = "aggressive"
-    duration: float = DURATION  # s
+    duration: float = EXPERIMENT_DURATION_S  # s
     rate_error: bool = True  # whether the D-term sees reference rate − measured rate, or −measured rate alone
     tilt: float = 0.0  # rad, true pitch at the beginning
 
@@ -40,7 +40,7 @@ class Run(NamedTuple):
     log: Log  # what the sensors and the controller gave
 
     @property
-    def upright(self) -> bool:
+    def is_upright(self) -> bool:
         """Whether the robot stayed up."""
         return bool(np.isfinite(self.states).all() and np.abs(self.states[:, 1]).max() < np.pi / 2)
 
@@ -62,7 +62,7 @@ class Robot(NamedTuple):
         """Their true values."""
         return np.array([self.values[n] for n in self.names])
 
-    def percent(self, estimate: np.ndarray) -> tuple[float, ...]:
+    def percent_error(self, estimate: np.ndarray) -> tuple[float, ...]:
         """Signed error of an estimate in percent of the truth."""
         return tuple(map(float, 100.0 * (estimate / self.truth - 1.0)))
 
@@ -72,13 +72,13 @@ class Robot(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def robot_of(text: str) -> Robot:
+def load_robot(text: str) -> Robot:
     """The robot of a model.toml's text, loaded once in each process; raises Failure without values or controller."""
     model = Model.parse(text)
     if model.controller is None:
         raise Failure("The model must have a [controller] with kind and gains to play the paper's closed loop, but has "
                       "none. Add the paper's, -168, -800 and -8.8.")  # fmt: skip
-    return Robot(model, kernels.lean(model.plant, model.assumptions, ()), machine_values(model, {}))
+    return Robot(model, kernels.model_module(model.plant, model.assumptions, ()), machine_values(model, {}))
 
 
 def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[str, float] | None = None) -> Run:
@@ -86,7 +86,7 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
 
     ``values`` are parameters to run it with in place of the true ones.
     """
-    module, t = robot.module, np.arange(round(setup.duration / SAMPLE) + 1) * SAMPLE
+    module, t = robot.module, np.arange(round(setup.duration / SAMPLE_INTERVAL_S) + 1) * SAMPLE_INTERVAL_S
     angle, rate = reference(setup.command, t)
     log = Log(setup.command, t, np.zeros_like(t), np.zeros((t.size, module.NY)), tuple(module.OUTPUTS), angle)
     start = np.zeros(module.NX)
@@ -95,7 +95,7 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
     assert robot.model.controller is not None
     states, measured, voltage = module.closed_loop(
         t, angle, rate * setup.rate_error, np.array(robot.model.controller.gains, dtype=float), start,
-        vector(module, {**robot.values, **(values or {})}, log), noise, quantum, SAMPLE,
+        kernel_parameters(module, {**robot.values, **(values or {})}, log), noise, quantum, SAMPLE_INTERVAL_S,
     )  # fmt: skip
     return Run(states, Log(setup.command, t, voltage, measured, log.channels, angle))
 
@@ -103,7 +103,7 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
 def unstable_pole(robot: Robot) -> float:
     """Real part of the fastest growing motion near the upright robot without its controller [1/s]."""
     module, small = robot.module, 1e-5
-    parameters = vector(module, robot.values, Log("", np.zeros(1), np.zeros(1), np.zeros((1, 3)), ()))
+    parameters = kernel_parameters(module, robot.values, Log("", np.zeros(1), np.zeros(1), np.zeros((1, 3)), ()))
     matrix = np.zeros((4, 4))
     matrix[:2, 2:] = np.eye(2)
     for k in range(4):

@@ -18,19 +18,19 @@ from wheelpend.reproduction.figures import draw
 from wheelpend.reproduction.gallery import render
 from wheelpend.reproduction.record import Reproduction
 
-GALLERY = "gallery.html"
+GALLERY_FILE_NAME = "gallery.html"
 
 
 def write_all(result: Reproduction, folder: Path) -> tuple[str, ...]:
     """Write tables, figures and gallery; returns their paths."""
     pictures = draw(result)
-    files = {f"{name}.csv": text.encode() for name, text in tables(result).items()}
+    files = {f"{name}.csv": text.encode() for name, text in csv_tables(result).items()}
     files |= {f"{name}.png": data for name, data in pictures.items()}
-    files[GALLERY] = render(result, pictures).encode()
+    files[GALLERY_FILE_NAME] = render(result, pictures).encode()
     return write(Path(folder), files)
 
 
-def tables(result: Reproduction) -> dict[str, str]:
+def csv_tables(result: Reproduction) -> dict[str, str]:
     """One tidy CSV text per table."""
     found: dict[str, Sequence[Any]] = {
         "table1": result.table1,
@@ -60,7 +60,7 @@ def _cell(value: Any) -> Any:
     return value
 
 
-def claim(folder: Path) -> None:
+def make_writable_folder(folder: Path) -> None:
     """Make a folder that can be written to; raises Failure where that is not possible."""
     with os_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -70,7 +70,7 @@ def claim(folder: Path) -> None:
 
 def write(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
     """Write files, all of them or none, and return their paths; raises Failure where that is not possible."""
-    claim(folder)
+    make_writable_folder(folder)
     beside = {name: folder / f".{name}.{os.getpid()}.new" for name in files}
     with os_errors(folder):
         try:

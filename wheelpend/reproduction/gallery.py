@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import jinja2
 from markupsafe import Markup
 
-from wheelpend.reproduction import wording
+from wheelpend.reproduction import results_text
+from wheelpend.reproduction.estimators import METHOD_LABELS
 from wheelpend.reproduction.figures import SHOWN_SEED
 
 if TYPE_CHECKING:
@@ -34,11 +35,11 @@ def render(result: Reproduction, pictures: Mapping[str, bytes]) -> str:
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     sources = {name: Markup("data:image/png;base64," + base64.b64encode(d).decode()) for name, d in pictures.items()}
-    return environment.from_string(PAGE).render(
-        style=Markup(STYLE),
+    return environment.from_string(PAGE_TEMPLATE).render(
+        style=Markup(PAGE_STYLE_SHEET),
         sections=list(sections(result)),
-        findings=wording.findings(result),
-        choices=[(c, wording.effect_sentences(c)) for c in result.choices],
+        findings=results_text.finding_sentences(result),
+        choices=[(c, results_text.effect_sentences(c)) for c in result.choices],
         sources=sources,
         result=result,
     )
@@ -54,7 +55,7 @@ def sections(result: Reproduction) -> Iterator[Section]:
         yield Section("Condition numbers", [
             "Of ΦᵀΦ, as the regressor stands and with its columns scaled to unit length, which takes the parameters' "
             "units out. Medians over seeds; the filtered regressor with FOH.",
-        ], [("", wording.condition_table(result))], [])  # fmt: skip
+        ], [("", results_text.condition_table(result))], [])  # fmt: skip
     if result.table3:
         yield table3(result)
     if result.predictions:
@@ -65,15 +66,15 @@ def table12(result: Reproduction, which: int) -> Section:
     """Table 1 or 2."""
     cells = result.table1 if which == 1 else result.table2
     titles = ("Table 1: differentiation and filtering, simple command", "Table 2: filtering, both commands")
-    grids = [(f"{command.capitalize()} command", wording.error_table(list(own)))
+    grids = [(f"{command.capitalize()} command", results_text.error_table(list(own)))
              for command, own in groupby(cells, key=lambda c: c.command)]  # fmt: skip
-    failed = [f"{wording.LABELS[m]} gave no estimate in {n} of {result.seeds} seeds on the {c} command."
+    failed = [f"{METHOD_LABELS[m]} gave no estimate in {n} of {result.seeds} seeds on the {c} command."
               for m, c, n in dict.fromkeys((c.method, c.command, c.failed) for c in cells if c.failed)]  # fmt: skip
     text = [
         f"Absolute error in % over {result.seeds} seeds: median, and in brackets the range from 10 to 90 %. "
         "The rank is the share of our draws whose error is smaller than that of the paper's single draw. "
         "All methods see the same data.",
-        *([wording.bound_sentence(result)] if which == 1 or not result.table1 else []), *failed,
+        *([results_text.bound_sentence(result)] if which == 1 or not result.table1 else []), *failed,
     ]  # fmt: skip
     return Section(
         titles[which - 1], text, grids, [(f"table{which}", "Dots are medians, whiskers run from 10 to 90 %.")]
@@ -85,7 +86,7 @@ def table3(result: Reproduction) -> Section:
     grids = []
     for _, own in groupby(result.table3, key=lambda r: r.case):
         rows = list(own)
-        grids.append((wording.case_title(rows[0]), wording.deviation_table(rows)))
+        grids.append((results_text.case_title(rows[0]), results_text.deviation_table(rows)))
     text = [
         "Error in %, without noise, so there is nothing random in it. The range is what the absolute error would be "
         "over durations from 10 to 30 s, both signs of the deviation, and whether the filters or the robot are off.",
@@ -107,7 +108,7 @@ def paper_figures(result: Reproduction) -> Iterator[Section]:
         "as printed; recomputed with the paper's printed estimates; of our estimates (filtered, FOH) the median over "
         f"{result.seeds} seeds and the range from 10 to 90 %; in how many seeds the predicted robot falls over.",
     ]  # fmt: skip
-    yield Section("Figures 4 to 6: predictions", text, wording.prediction_tables(result.predictions), [
+    yield Section("Figures 4 to 6: predictions", text, results_text.prediction_tables(result.predictions), [
         ("figure4", "Figure 4. Outputs predicted by the closed loop: exact red, identified from the simple command "
                     "blue, from the aggressive command green."),
         ("figure5", f"Figure 5. Errors of these predictions; RMSE of this draw (seed {SHOWN_SEED}) and the paper's."),
@@ -116,7 +117,7 @@ def paper_figures(result: Reproduction) -> Iterator[Section]:
     ])  # fmt: skip
 
 
-STYLE = """
+PAGE_STYLE_SHEET = """
 :root { --ink: #262b33; --soft: #667080; --line: #e2e6eb; }
 * { box-sizing: border-box; }
 body { margin: 0; background: #f6f7f9; color: var(--ink); font: 16px/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
@@ -146,7 +147,7 @@ figure { margin: 1.1rem 0 0; } img { width: 100%; min-width: 560px; height: auto
 @media print { body { background: #fff; } figure { break-inside: avoid; } }
 """
 
-PAGE = """<!doctype html>
+PAGE_TEMPLATE = """<!doctype html>
 <html lang="en">
 <head>
 <meta charset="utf-8">

@@ -12,27 +12,27 @@ from wheelpend.errors import Failure, did_you_mean
 from wheelpend.model.record import Model
 from wheelpend.parallel import run_all
 from wheelpend.reproduction import choices, tables
-from wheelpend.reproduction.choices import Effect
-from wheelpend.reproduction.experiment import COMMANDS, DURATION, Setup, robot_of, unstable_pole
+from wheelpend.reproduction.choices import ChoiceEffect
+from wheelpend.reproduction.experiment import COMMAND_NAMES, EXPERIMENT_DURATION_S, Setup, load_robot, unstable_pole
 from wheelpend.reproduction.record import Reproduction
 from wheelpend.reproduction.tables import Cell, Deviation
 from wheelpend.reproduction.trials import Task, Trial, run_task
 
-PARTS = ("table1", "table2", "table3", "figures", "all")
-FILTERED = ("filtered_zoh", "filtered_foh", "filtered_rest", "filtered_still", "filtered_free")
-BETTER = ("iv", "shooting", "cramer_rao")
-COLUMNS: dict[str, dict[str, tuple[str, ...]]] = {  # of each table: command and its methods, in order
-    "table1": {"simple": ("differentiation", "filtered_zoh", "filtered_foh", *BETTER)},
-    "table2": dict.fromkeys(COMMANDS, ("filtered_zoh", "filtered_foh", *BETTER)),
+REPRODUCTION_PARTS = ("table1", "table2", "table3", "figures", "all")
+FILTERED_METHODS = ("filtered_zoh", "filtered_foh", "filtered_rest", "filtered_still", "filtered_free")
+BETTER_METHODS = ("iv", "shooting", "cramer_rao")
+TABLE_METHODS: dict[str, dict[str, tuple[str, ...]]] = {  # of each table: command and its methods, in order
+    "table1": {"simple": ("differentiation", "filtered_zoh", "filtered_foh", *BETTER_METHODS)},
+    "table2": dict.fromkeys(COMMAND_NAMES, ("filtered_zoh", "filtered_foh", *BETTER_METHODS)),
 }
-FEW = 20  # seeds of which condition numbers and bounds are computed: they hardly differ between seeds
+CONDITION_SEED_COUNT = 20  # seeds of which condition numbers and bounds are computed: they hardly differ between seeds
 
 
 class Noiseless(NamedTuple):
     """What needs no seeds."""
 
     table3: tuple[Deviation, ...]
-    effects: tuple[dict[str, tuple[Effect, ...]], ...]  # by choice
+    effects: tuple[dict[str, tuple[ChoiceEffect, ...]], ...]  # by choice
 
 
 def run(
@@ -48,21 +48,22 @@ def run(
     processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``. Raises Failure
     for an unknown part, fewer than one seed, and where the files cannot be written.
     """
-    from wheelpend.reproduction.files import claim, write_all
+    from wheelpend.reproduction.files import make_writable_folder, write_all
 
-    if what not in PARTS:
+    if what not in REPRODUCTION_PARTS:
         raise Failure(
-            f"No part of the paper is named '{what}'. Known parts: {', '.join(PARTS)}.{did_you_mean(what, PARTS)}"
+            f"No part of the paper is named '{what}'. Known parts: {', '.join(REPRODUCTION_PARTS)}."
+            f"{did_you_mean(what, REPRODUCTION_PARTS)}"
         )
     if seeds < 1:
         raise Failure(f"--seeds must be at least 1, not {seeds}. Use 100 or more for a spread that can be trusted.")
-    claim(Path(out))
+    make_writable_folder(Path(out))
     model = model or Model.default()
-    wanted = [p for p in PARTS[:-1] if what in (p, "all")]
+    wanted = [p for p in REPRODUCTION_PARTS[:-1] if what in (p, "all")]
     progress("preparing the kernels")
-    robot = robot_of(model.text)
+    robot = load_robot(model.text)
     noiseless, trials = compute(model.text, wanted, seeds, progress)
-    result = assemble(Reproduction(what, seeds, DURATION, robot=robot, trials=trials), wanted, noiseless)
+    result = assemble(Reproduction(what, seeds, EXPERIMENT_DURATION_S, robot=robot, trials=trials), wanted, noiseless)
     progress("drawing")
     return replace(result, written=write_all(result, out))
 
@@ -71,8 +72,8 @@ def compute(
     text: str, wanted: list[str], seeds: int, progress: Callable[[str], None]
 ) -> tuple[Noiseless, tuple[Trial, ...]]:
     """Everything that takes time, on all cores."""
-    tasks = plan(text, wanted, seeds)
-    jobs: list[Callable[[], Any]] = [partial(without_noise, text, wanted), *(partial(run_task, t) for t in tasks)]
+    tasks = plan_tasks(text, wanted, seeds)
+    jobs: list[Callable[[], Any]] = [partial(compute_noiseless, text, wanted), *(partial(run_task, t) for t in tasks)]
 
     def report(done: int, left: float) -> None:
         seed = min(done, len(tasks))
@@ -83,15 +84,15 @@ def compute(
     return noiseless, tuple(trial for trials in found for trial in trials)
 
 
-def without_noise(text: str, wanted: list[str]) -> Noiseless:
+def compute_noiseless(text: str, wanted: list[str]) -> Noiseless:
     """Table 3, and what depends on no noise among the choices."""
-    robot = robot_of(text)
-    parts = [choices.of_table3(robot)] if "table3" in wanted else []
-    parts += [choices.of_figures(robot)] if "figures" in wanted else []
+    robot = load_robot(text)
+    parts = [choices.table3_effects(robot)] if "table3" in wanted else []
+    parts += [choices.figure_effects(robot)] if "figures" in wanted else []
     return Noiseless(tables.table3(robot) if "table3" in wanted else (), tuple(parts))
 
 
-def plan(text: str, wanted: list[str], seeds: int) -> list[Task]:
+def plan_tasks(text: str, wanted: list[str], seeds: int) -> list[Task]:
     """What is to be computed on each seed."""
     if wanted == ["table3"]:
         return []
@@ -99,22 +100,22 @@ def plan(text: str, wanted: list[str], seeds: int) -> list[Task]:
 
 
 def _work(wanted: list[str], seed: int) -> Iterator[tuple[Setup, tuple[str, ...]]]:
-    tabled = [t for t in wanted if t in COLUMNS]
+    tabled = [t for t in wanted if t in TABLE_METHODS]
     for command in commands_of(wanted):
-        methods = [m for t in tabled for m in COLUMNS[t].get(command, ())]
-        methods += FILTERED if tabled else ()
-        methods += ["conditions"] if tabled and seed < FEW else []
-        methods += ["shooting_above"] if tabled and seed < choices.SEEDS_ABOVE else []
+        methods = [m for t in tabled for m in TABLE_METHODS[t].get(command, ())]
+        methods += FILTERED_METHODS if tabled else ()
+        methods += ["conditions"] if tabled and seed < CONDITION_SEED_COUNT else []
+        methods += ["shooting_above"] if tabled and seed < choices.NOMINAL_ABOVE_SEED_COUNT else []
         methods += ["filtered_foh", "rmse"] if "figures" in wanted else []
-        skipped = ("cramer_rao",) if seed >= FEW else ()
+        skipped = ("cramer_rao",) if seed >= CONDITION_SEED_COUNT else ()
         yield Setup(command), tuple(m for m in dict.fromkeys(methods) if m not in skipped)
-        for setup in choices.VARIANTS.values() if tabled and seed < choices.SEEDS else ():
+        for setup in choices.SETUP_VARIANTS.values() if tabled and seed < choices.VARIANT_SEED_COUNT else ():
             yield setup(command), ("filtered_foh",)
 
 
 def commands_of(wanted: list[str]) -> tuple[str, ...]:
     """Commands whose noisy experiments are needed."""
-    return COMMANDS if "table2" in wanted or "figures" in wanted else ("simple",)
+    return COMMAND_NAMES if "table2" in wanted or "figures" in wanted else ("simple",)
 
 
 def assemble(result: Reproduction, wanted: list[str], noiseless: Noiseless) -> Reproduction:
@@ -127,18 +128,18 @@ def assemble(result: Reproduction, wanted: list[str], noiseless: Noiseless) -> R
     if "table2" in wanted:
         result = replace(result, table2=_cells(trials, "table2"))
     if result.table1 or result.table2:
-        commands = commands_of([w for w in wanted if w in COLUMNS])
+        commands = commands_of([w for w in wanted if w in TABLE_METHODS])
         result = replace(
             result,
             started_at_rest=tuple(cell for c in commands for cell in tables.cells(trials, c, ("filtered_rest",))),
             conditions=tables.conditions(trials),
             unstable_pole=unstable_pole(robot),
         )
-        parts.insert(0, choices.of_tables12(trials, commands))
+        parts.insert(0, choices.tables12_effects(trials, commands))
     if "figures" in wanted:
         result = replace(result, predictions=tables.predictions(robot, trials))
-    return replace(result, choices=choices.collect(result.seeds, parts))
+    return replace(result, choices=choices.collect_choices(result.seeds, parts))
 
 
 def _cells(trials: tuple[Trial, ...], table: str) -> tuple[Cell, ...]:
-    return tuple(c for command, methods in COLUMNS[table].items() for c in tables.cells(trials, command, methods))
+    return tuple(c for command, methods in TABLE_METHODS[table].items() for c in tables.cells(trials, command, methods))

@@ -10,13 +10,13 @@ import numpy as np
 from wheelpend.paper import numbers
 from wheelpend.paper.numbers import Column
 from wheelpend.reproduction.estimators import filtered
-from wheelpend.reproduction.experiment import COMMANDS, DURATION, Robot, Run, Setup, play
-from wheelpend.reproduction.trials import CHANNELS, PREDICTED, Trial, prediction_rmse
+from wheelpend.reproduction.experiment import COMMAND_NAMES, EXPERIMENT_DURATION_S, Robot, Run, Setup, play
+from wheelpend.reproduction.trials import PREDICTION_SETUP, STATE_NAMES, Trial, prediction_rmse
 
-HOLDS = ("zoh", "foh")
-DURATIONS = (10.0, 15.0, 20.0, 25.0, 30.0)  # s, tried in place of the one that the paper does not give
-DEVIATION = float(np.radians(0.5))  # of the initial pitch in Table 3
-PRINTED = {
+HOLD_NAMES = ("zoh", "foh")
+DURATION_CHOICES_S = (10.0, 15.0, 20.0, 25.0, 30.0)  # s, tried in place of the one that the paper does not give
+PITCH_DEVIATION_RAD = float(np.radians(0.5))  # of the initial pitch in Table 3
+PRINTED_COLUMNS = {
     ("simple", "differentiation"): numbers.SIMPLE_DIFFERENTIATION,
     ("simple", "filtered_zoh"): numbers.SIMPLE_FILTERED,
     ("simple", "filtered_foh"): numbers.SIMPLE_FILTERED,
@@ -101,9 +101,9 @@ def cells(trials: Sequence[Trial], command: str, methods: Sequence[str]) -> tupl
 
 def _errors(trials: Sequence[Trial], command: str, method: str) -> Iterator[Cell]:
     signed = np.array([t.errors[method] for t in trials])
-    printed = PRINTED.get((command, method))
+    printed = PRINTED_COLUMNS.get((command, method))
     good = np.isfinite(signed).all(axis=1)
-    for index, name in enumerate(numbers.REFERENCE):
+    for index, name in enumerate(numbers.REFERENCE_PARAMETERS):
         own, paper = signed[good, index], printed.errors[index] if printed else None
         below = None if paper is None or not own.size else float(100.0 * np.mean(np.abs(own) < paper))
         yield Cell(name, command, method, *spread(np.abs(own)), median(own), int(np.sum(~good)), paper, below)
@@ -111,7 +111,7 @@ def _errors(trials: Sequence[Trial], command: str, method: str) -> Iterator[Cell
 
 def _bounds(trials: Sequence[Trial], command: str) -> Iterator[Cell]:
     bounds = np.array([t.bound for t in trials if t.bound is not None])
-    for index, name in enumerate(numbers.REFERENCE):
+    for index, name in enumerate(numbers.REFERENCE_PARAMETERS):
         yield Cell(name, command, "cramer_rao", *spread(bounds[:, index]), None, 0, None, None)
 
 
@@ -131,7 +131,7 @@ def median(values: np.ndarray) -> float:
 def conditions(trials: Sequence[Trial]) -> tuple[Condition, ...]:
     """Condition numbers of both commands, where the trials hold them."""
     found = []
-    for command in COMMANDS:
+    for command in COMMAND_NAMES:
         chosen = [t.conditions for t in trials if t.conditions and t.setup == Setup(command)]
         for method in chosen[0] if chosen else ():
             plain, scaled = np.median([c[method] for c in chosen], axis=0)
@@ -144,31 +144,39 @@ def conditions(trials: Sequence[Trial]) -> tuple[Condition, ...]:
 
 def table3(robot: Robot) -> tuple[Deviation, ...]:
     """Table 3 with both holds, each number with its range over what the paper leaves open."""
-    runs = {d: play(robot, Setup(duration=d)) for d in DURATIONS}
-    tilted = {(d, s): play(robot, Setup(duration=d, tilt=s * DEVIATION)) for d in DURATIONS for s in (1.0, -1.0)}
+    runs = {d: play(robot, Setup(duration=d)) for d in DURATION_CHOICES_S}
+    tilted = {
+        (d, s): play(robot, Setup(duration=d, tilt=s * PITCH_DEVIATION_RAD))
+        for d in DURATION_CHOICES_S
+        for s in (1.0, -1.0)
+    }
     found: list[Deviation] = []
     for case, (tau, off, column) in numbers.TABLE_3.items():
-        for hold in HOLDS:
-            chosen = _with_deviation(robot, runs[DURATION], tau, hold, DEVIATION * off)
-            others = np.abs([robot.percent(x) for x in _open(robot, runs, tilted, tau, hold, off)])
+        for hold in HOLD_NAMES:
+            chosen = _with_deviation(robot, runs[EXPERIMENT_DURATION_S], tau, hold, PITCH_DEVIATION_RAD * off)
+            others = np.abs(
+                [robot.percent_error(x) for x in _alternative_estimates(robot, runs, tilted, tau, hold, off)]
+            )
             found += _deviations(robot, case, hold, chosen, others, column)
     return tuple(found)
 
 
-def _open(robot: Robot, runs: dict, tilted: dict, tau: float, hold: str, off: bool) -> Iterator[np.ndarray]:
+def _alternative_estimates(
+    robot: Robot, runs: dict, tilted: dict, tau: float, hold: str, off: bool
+) -> Iterator[np.ndarray]:
     """Estimates over durations, signs, and over who is wrong: the filters' initial pitch or the robot's."""
     for run in runs.values():
         for sign in (1.0, -1.0) if off else (0.0,):
-            yield _with_deviation(robot, run, tau, hold, sign * DEVIATION)
+            yield _with_deviation(robot, run, tau, hold, sign * PITCH_DEVIATION_RAD)
     for run in tilted.values() if off else ():
         yield _with_deviation(robot, run, tau, hold, 0.0)
 
 
 def _with_deviation(robot: Robot, run: Run, tau: float, hold: str, deviation: float) -> np.ndarray:
-    return filtered(robot, run.log, hold=hold, start=off_by(robot, deviation), tau=(tau, tau))
+    return filtered(robot, run.log, hold=hold, start=state_with_pitch(robot, deviation), tau=(tau, tau))
 
 
-def off_by(robot: Robot, deviation: float) -> np.ndarray:
+def state_with_pitch(robot: Robot, deviation: float) -> np.ndarray:
     """The state at rest with the pitch off by a deviation [rad]."""
     state = np.zeros(robot.module.NX)
     state[1] = deviation
@@ -179,8 +187,8 @@ def _deviations(
     robot: Robot, case: str, hold: str, estimate: np.ndarray, others: np.ndarray, column: Column
 ) -> Iterator[Deviation]:
     tau, off, _ = numbers.TABLE_3[case]
-    errors = robot.percent(estimate)
-    for index, name in enumerate(numbers.REFERENCE):
+    errors = robot.percent_error(estimate)
+    for index, name in enumerate(numbers.REFERENCE_PARAMETERS):
         paper = printed_error(name, column.estimates[index], column.errors[index])
         yield Deviation(
             case, tau, 0.5 * off, hold, name, float(estimate[index]), errors[index], column.estimates[index], paper,
@@ -190,7 +198,7 @@ def _deviations(
 
 def printed_error(name: str, estimate: float, error: float) -> float:
     """The printed error, or that of the printed estimate where the two are an order of magnitude apart (a misprint)."""
-    implied = 100.0 * abs(estimate / numbers.REFERENCE[name] - 1.0)
+    implied = 100.0 * abs(estimate / numbers.REFERENCE_PARAMETERS[name] - 1.0)
     return implied if implied > 10.0 * error else error
 
 
@@ -200,34 +208,42 @@ def printed_error(name: str, estimate: float, error: float) -> float:
 def predictions(robot: Robot, trials: Sequence[Trial]) -> tuple[Prediction, ...]:
     """Prediction errors per output: printed, recomputed from the printed estimates, and over our seeds."""
     found = []
-    for position, command in enumerate(COMMANDS):
+    for position, command in enumerate(COMMAND_NAMES):
         own = np.array([t.rmse for t in trials if t.rmse is not None and t.setup == Setup(command)])
         good = np.isfinite(own).all(axis=1)
-        recomputed = prediction_rmse(robot, PREDICTED, np.array(printed_estimates(command)))
-        for index, channel in enumerate(CHANNELS):
-            found.append(Prediction(
-                channel, command, numbers.RMSE[channel][position], recomputed[index], *spread(own[good, index]),
-                int(np.sum(~good)),
-            ))  # fmt: skip
+        recomputed = prediction_rmse(robot, PREDICTION_SETUP, np.array(printed_estimates(command)))
+        for index, channel in enumerate(STATE_NAMES):
+            found.append(
+                Prediction(
+                    channel,
+                    command,
+                    numbers.PREDICTION_RMSE[channel][position],
+                    recomputed[index],
+                    *spread(own[good, index]),
+                    int(np.sum(~good)),
+                )
+            )
     return tuple(found)
 
 
 def printed_estimates(command: str) -> tuple[float, ...]:
     """The paper's estimates by the filtered method from a command."""
-    return PRINTED[command, "filtered_foh"].estimates
+    return PRINTED_COLUMNS[command, "filtered_foh"].estimates
 
 
-def rehearsed(robot: Robot, setup: Setup) -> dict[str, np.ndarray]:
+def prediction_errors(robot: Robot, setup: Setup) -> dict[str, np.ndarray]:
     """Prediction errors with the printed estimates in another closed loop, by the command that gave the estimates."""
-    return {c: np.array(prediction_rmse(robot, setup, np.array(printed_estimates(c)))) for c in COMMANDS}
+    return {c: np.array(prediction_rmse(robot, setup, np.array(printed_estimates(c)))) for c in COMMAND_NAMES}
 
 
 def table3_errors(
-    robot: Robot, run: Run, *, hold: str = "foh", deviation: float = DEVIATION, apart: float = 1.0
+    robot: Robot, run: Run, *, hold: str = "foh", deviation: float = PITCH_DEVIATION_RAD, tau_ratio: float = 1.0
 ) -> dict[str, np.ndarray]:
     """Signed errors of Table 3 per case [%] from one run; ``apart`` is the ratio of the second to the first τ."""
     found = {}
     for case, (tau, off, _) in numbers.TABLE_3.items():
-        start = off_by(robot, deviation * off)
-        found[case] = np.array(robot.percent(filtered(robot, run.log, hold=hold, start=start, tau=(tau, tau * apart))))
+        start = state_with_pitch(robot, deviation * off)
+        found[case] = np.array(
+            robot.percent_error(filtered(robot, run.log, hold=hold, start=start, tau=(tau, tau * tau_ratio)))
+        )
     return found

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.reproduction.estimators import METHODS, condition_numbers, cramer_rao
-from wheelpend.reproduction.experiment import Robot, Run, Setup, play, robot_of
+from wheelpend.reproduction.estimators import METHOD_ESTIMATORS, condition_numbers, cramer_rao
+from wheelpend.reproduction.experiment import Robot, Run, Setup, load_robot, play
 
-CHANNELS = ("theta_w", "theta_p", "dtheta_w", "dtheta_p")
-PREDICTED = Setup("aggressive")  # the closed loop whose outputs Figures 4 to 6 predict
+STATE_NAMES = ("theta_w", "theta_p", "dtheta_w", "dtheta_p")
+PREDICTION_SETUP = Setup("aggressive")  # the closed loop whose outputs Figures 4 to 6 predict
 
 
 class Task(NamedTuple):
@@ -37,21 +37,21 @@ class Trial:
 
 def run_task(task: Task) -> list[Trial]:
     """All experiments of one seed."""
-    robot = robot_of(task.text)
+    robot = load_robot(task.text)
     return [run_trial(robot, setup, task.seed, wanted) for setup, wanted in task.work]
 
 
 def run_trial(robot: Robot, setup: Setup, seed: int, wanted: Sequence[str]) -> Trial:
     """Play one experiment and let the wanted methods identify its log."""
     log = play(robot, setup, seed).log
-    estimates = {name: METHODS[name](robot, log) for name in wanted if name in METHODS}
+    estimates = {name: METHOD_ESTIMATORS[name](robot, log) for name in wanted if name in METHOD_ESTIMATORS}
     return Trial(
         setup,
         seed,
-        {name: robot.percent(x) for name, x in estimates.items()},
-        robot.percent(robot.truth + cramer_rao(robot, log)) if "cramer_rao" in wanted else None,
+        {name: robot.percent_error(x) for name, x in estimates.items()},
+        robot.percent_error(robot.truth + cramer_rao(robot, log)) if "cramer_rao" in wanted else None,
         condition_numbers(robot, log) if "conditions" in wanted else None,
-        prediction_rmse(robot, PREDICTED, estimates["filtered_foh"]) if "rmse" in wanted else None,
+        prediction_rmse(robot, PREDICTION_SETUP, estimates["filtered_foh"]) if "rmse" in wanted else None,
     )
 
 
@@ -67,6 +67,6 @@ def predict(robot: Robot, setup: Setup, estimate: np.ndarray) -> Run:
 
 def rms_difference(predicted: Run, exact: Run) -> tuple[float, ...]:
     """Root mean square of predicted − exact, per state."""
-    if not predicted.upright:
+    if not predicted.is_upright:
         return (float("nan"),) * exact.states.shape[1]
     return tuple(map(float, np.sqrt(np.mean((predicted.states - exact.states) ** 2, axis=0))))

@@ -13,7 +13,7 @@ from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 
 
-def in_full(hide: Mapping[str, float]) -> dict[str, float]:
+def with_full_parameter_names(hide: Mapping[str, float]) -> dict[str, float]:
     """Hidden values by effect.parameter; raises Failure where a name is none, or says too little."""
     found = {}
     for name, value in hide.items():
@@ -34,19 +34,19 @@ def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
         values = {**model.constants, **{k: float(v) for k, v in model.simulation.items()}}
     else:
         values = known_values(model)
-    plain = [p for p in base_names(model) if p not in values]
+    plain = [p for p in base_parameter_names(model) if p not in values]
     if plain:
         raise Failure(f"{', '.join(plain)} must have a value to simulate: give it in [simulation] or [parameters], "
                       "or identify the model first.")  # fmt: skip
-    absent = {c for e in {n.partition(".")[0] for n in hide} for c in _needed(model, e) if c not in values}
+    absent = {c for e in {n.partition(".")[0] for n in hide} for c in _needed_constants(model, e) if c not in values}
     if absent:
         raise Failure(f"{', '.join(sorted(absent))} must be in [constants] to simulate these effects.")
-    return taken_up(model, {**values, **hide})
+    return with_absorbed_effects(model, {**values, **hide})
 
 
-def taken_up(model: Model, values: Mapping[str, float]) -> dict[str, float]:
+def with_absorbed_effects(model: Model, values: Mapping[str, float]) -> dict[str, float]:
     """Values in which effects that are part of the plant's own parameters are added to those."""
-    absorbed = model_kernels.library_of(model).ABSORBED
+    absorbed = model_kernels.library_module_of(model).ABSORBED
     total = {n: v for n, v in values.items() if n not in absorbed}
     for name, weights in absorbed.items():
         for own, weight in weights.items():
@@ -54,15 +54,15 @@ def taken_up(model: Model, values: Mapping[str, float]) -> dict[str, float]:
     return total
 
 
-def _needed(model: Model, effect: str) -> Sequence[str]:
+def _needed_constants(model: Model, effect: str) -> Sequence[str]:
     from wheelpend.estimation.problem import needed_constants
 
     return needed_constants(model, effect)
 
 
-def base_names(model: Model) -> tuple[str, ...]:
+def base_parameter_names(model: Model) -> tuple[str, ...]:
     """Names of the plant's own parameters under the model's assumptions."""
-    module = model_kernels.library_of(model)
+    module = model_kernels.library_module_of(model)
     return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
 
 

@@ -12,16 +12,16 @@ from wheelpend.files import write_text
 from wheelpend.logs import checks, log
 from wheelpend.logs.tables import check_length, open_table
 
-COMMANDS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+BUILT_IN_COMMANDS_DEG: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "simple": lambda t: 20.0 * np.sin(t),
     "aggressive": lambda t: (
         3.0 * np.sin(7 * t) + 6.0 * (np.cos(4 * t) - np.sin(t)) + 10.0 * np.cos(3 * t) * np.sin(5 * t) ** 2
     ),
     "upright": lambda t: np.zeros_like(t),
 }  # degrees; simple and aggressive are the paper's, section 4
-DURATION = 20.0  # s of a built-in command
-SUFFIXES = (".csv", ".parquet", ".pq")
-RATE = "dtheta_ref"
+BUILT_IN_DURATION_S = 20.0  # s of a built-in command
+COMMAND_FILE_SUFFIXES = (".csv", ".parquet", ".pq")
+REFERENCE_RATE_COLUMN = "dtheta_ref"
 
 
 def reference(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -30,26 +30,30 @@ def reference(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     A file is a CSV or Parquet with ``t``, ``theta_ref`` and perhaps ``dtheta_ref``; it is linear between its rows.
     Raises Failure for an unknown command, a file that cannot be used, and times beyond its end.
     """
-    if command in COMMANDS:
-        angle = np.radians(COMMANDS[command](t))
+    if command in BUILT_IN_COMMANDS_DEG:
+        angle = np.radians(BUILT_IN_COMMANDS_DEG[command](t))
         return angle, np.gradient(angle, t)
-    times, angles, rates = read_trajectory(known_file(command))
+    times, angles, rates = read_trajectory(command_file(command))
     if t[-1] > times[-1] + 0.5 * float(np.median(np.diff(times))):
         raise Failure(f"{command} must last as long as is to be simulated, {t[-1]:g} s, but it ends at "
                       f"{times[-1]:g} s. Ask for a shorter duration.")  # fmt: skip
     return np.interp(t, times, angles), np.interp(t, times, rates)
 
 
-def length(command: str) -> float:
+def command_duration(command: str) -> float:
     """How long a command lasts [s]: a file as long as it is."""
-    return DURATION if command in COMMANDS else float(read_trajectory(known_file(command))[0][-1])
+    return (
+        BUILT_IN_DURATION_S
+        if command in BUILT_IN_COMMANDS_DEG
+        else float(read_trajectory(command_file(command))[0][-1])
+    )
 
 
-def known_file(command: str) -> Path:
+def command_file(command: str) -> Path:
     """The file that a command names; raises Failure naming the built-in commands where it names none."""
     path = Path(command)
-    if path.suffix.lower() not in SUFFIXES:
-        raise Failure(f"No command named '{command}'. Known commands: {', '.join(sorted(COMMANDS))}; "
+    if path.suffix.lower() not in COMMAND_FILE_SUFFIXES:
+        raise Failure(f"No command named '{command}'. Known commands: {', '.join(sorted(BUILT_IN_COMMANDS_DEG))}; "
                       "or a CSV file with t, theta_ref and dtheta_ref.")  # fmt: skip
     return path
 
@@ -57,17 +61,17 @@ def known_file(command: str) -> Path:
 def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times from the first row [s], pitch [rad] and its rate [rad/s] of a file, (N,) each."""
     file = open_table(path)
-    if absent := [n for n in ("t", log.REFERENCE) if n not in file.names]:
+    if absent := [n for n in ("t", log.REFERENCE_COLUMN) if n not in file.names]:
         raise Failure(f"{path.name}: a command needs the columns t and theta_ref, but {' and '.join(absent)} "
                       f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes one.")  # fmt: skip
-    numbers = file.read([n for n in file.names if n in ("t", log.REFERENCE, RATE)])
-    _check(path.name, numbers)
+    numbers = file.read([n for n in file.names if n in ("t", log.REFERENCE_COLUMN, REFERENCE_RATE_COLUMN)])
+    _check_trajectory(path.name, numbers)
     t = numbers["t"] - numbers["t"][0]
-    angle = numbers[log.REFERENCE]
-    return t, angle, numbers[RATE] if RATE in numbers else np.gradient(angle, t)
+    angle = numbers[log.REFERENCE_COLUMN]
+    return t, angle, numbers[REFERENCE_RATE_COLUMN] if REFERENCE_RATE_COLUMN in numbers else np.gradient(angle, t)
 
 
-def _check(name: str, numbers: dict[str, np.ndarray]) -> None:
+def _check_trajectory(name: str, numbers: dict[str, np.ndarray]) -> None:
     check_length(name, len(numbers["t"]))
     checks.check_time(name, numbers["t"])
     for column, values in numbers.items():
@@ -75,14 +79,14 @@ def _check(name: str, numbers: dict[str, np.ndarray]) -> None:
         if len(unknown):
             raise Failure(f"{name}: a command must have a value in every row; row {unknown[0] + 1} of {column} has "
                           "none.")  # fmt: skip
-    if np.abs(numbers[log.REFERENCE]).max() > np.pi / 2:
+    if np.abs(numbers[log.REFERENCE_COLUMN]).max() > np.pi / 2:
         raise Failure(f"{name}: theta_ref is a pitch in rad and must stay within ±π/2, but it reaches "
-                      f"{np.abs(numbers[log.REFERENCE]).max():g}. Is it in degrees?")  # fmt: skip
+                      f"{np.abs(numbers[log.REFERENCE_COLUMN]).max():g}. Is it in degrees?")  # fmt: skip
 
 
 def save_trajectory(path: Path, t: np.ndarray, angle: np.ndarray, rate: np.ndarray) -> None:
     """Write a command as CSV, complete or not at all: times [s], pitch [rad], rate [rad/s], (N,) each."""
     import polars as pl  # imported late: only this needs it
 
-    table = pl.DataFrame({"t": t, log.REFERENCE: angle, RATE: rate})
+    table = pl.DataFrame({"t": t, log.REFERENCE_COLUMN: angle, REFERENCE_RATE_COLUMN: rate})
     write_text(path, table.write_csv(float_precision=9))

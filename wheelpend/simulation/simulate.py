@@ -7,19 +7,19 @@ from types import ModuleType
 
 import numpy as np
 
-from wheelpend.errors import Failure, Fallen
-from wheelpend.estimation.parameters import vector
+from wheelpend.errors import Failure, OutOfRange
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels
 from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.record import Model
-from wheelpend.simulation.hidden import in_full, machine_values
-from wheelpend.simulation.references import length, reference
+from wheelpend.simulation.hidden import machine_values, with_full_parameter_names
+from wheelpend.simulation.references import command_duration, reference
 
-NOISE = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
-USUAL_NOISE = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # of sensors that nobody described
-SAMPLE = 0.001  # s (paper, section 4)
+PAPER_NOISE_SIGMA = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
+DEFAULT_NOISE_SIGMA = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # of sensors that nobody described
+SAMPLE_INTERVAL_S = 0.001  # s (paper, section 4)
 
 
 def simulate(
@@ -30,7 +30,7 @@ def simulate(
     hide: Mapping[str, float] | None = None,
     seed: int = 0,
     noise: bool = True,
-    sample: float = SAMPLE,
+    sample: float = SAMPLE_INTERVAL_S,
 ) -> Log:
     """Simulate the model's machine under its PID controller and measure it with its sensors.
 
@@ -40,8 +40,8 @@ def simulate(
     steps of at most ``sample`` seconds, stick-slip and delays resolved inside a step. Raises Failure without parameter
     values or controller, for a hidden effect that is none, and when the robot falls.
     """
-    machine = machine_values(model, in_full(hide or {}))
-    module = model_kernels.library_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
+    machine = machine_values(model, with_full_parameter_names(hide or {}))
+    module = model_kernels.library_module_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
@@ -49,14 +49,14 @@ def simulate(
         raise Failure(f"{model.plant} must say what is controlled to simulate a closed loop: controlled in its file.")
     if model.controller is None and model.table.input:
         raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
-    duration = length(command) if duration is None else duration
+    duration = command_duration(command) if duration is None else duration
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
     begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
     empty = Log("", t, t, begin[None, : module.NQ] @ module.READS[:, : module.NQ].T, tuple(module.OUTPUTS))
-    parameters = vector(module, machine, empty)
+    parameters = kernel_parameters(module, machine, empty)
     step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
     normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
     states, measured, voltage = module.closed_loop(
@@ -70,15 +70,15 @@ def simulate(
         quantum,
         step,
     )
-    if (lost := leaves_range(module, states)) is not None:
-        raise Fallen(
+    if (lost := first_sample_out_of_range(module, states)) is not None:
+        raise OutOfRange(
             f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
         )
     commanded = angle if model.table.reference else None
     return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, falls=model.table.falls)
 
 
-def leaves_range(module: ModuleType, states: np.ndarray) -> int | None:
+def first_sample_out_of_range(module: ModuleType, states: np.ndarray) -> int | None:
     """The first sample at which a simulation (N, NX) has left the plant's range; None where it stays."""
     kept = np.isfinite(states).all(axis=1)
     if module.FALLS >= 0:
@@ -100,7 +100,7 @@ def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
     """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
     own = model.simulation or {}
     levels = [
-        own.get(NOISE_KEYS.get(n, "")) or model.sensors.noise_of(n) or NOISE.get(n, default_noise(model, n))
+        own.get(NOISE_KEYS.get(n, "")) or model.sensors.noise_of(n) or PAPER_NOISE_SIGMA.get(n, default_noise(model, n))
         for n in outputs
     ]
     return np.array(levels, dtype=float)
@@ -108,4 +108,4 @@ def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
 
 def default_noise(model: Model, channel: str) -> float:
     """Noise of a channel of which nothing is known: none where it is quantised, else a small one for its unit."""
-    return 0.0 if model.sensors.step_of(channel) else USUAL_NOISE.get(model.table.units[channel], 0.0)
+    return 0.0 if model.sensors.step_of(channel) else DEFAULT_NOISE_SIGMA.get(model.table.units[channel], 0.0)

@@ -12,7 +12,7 @@ page     docs/benchmark.md
 """
 
 from wheelpend.benchmarks.hidden_effects.cases import Case, plan
-from wheelpend.benchmarks.hidden_effects.study import run
+from wheelpend.benchmarks.hidden_effects.runner import run
 from wheelpend.benchmarks.hidden_effects.summary import Summary, summarise
 from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
 

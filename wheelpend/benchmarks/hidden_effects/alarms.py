@@ -17,32 +17,32 @@ import numpy as np
 import typer
 
 from wheelpend.api import diagnose
-from wheelpend.benchmarks.hidden_effects.imperfect import KINDS, complete_log
-from wheelpend.benchmarks.hidden_effects.page import table, told
-from wheelpend.diagnosis.evidence import distance, wald
-from wheelpend.diagnosis.refit import SHORT, evidence_fit, near_screens, refit, starts_for
+from wheelpend.benchmarks.hidden_effects.nonideal_sensors import SENSOR_KINDS, complete_log
+from wheelpend.benchmarks.hidden_effects.page import markdown_table, rate_text
+from wheelpend.diagnosis.evidence import deviation_from_absence, wald_p_value
+from wheelpend.diagnosis.refit import SHORT_HORIZON_SHARE, refit, short_score_tests, significance_fit, starts_for
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import standard_error
-from wheelpend.estimation.problem import enlarged
-from wheelpend.estimation.profiled_starts import nothing, shapes_of
+from wheelpend.estimation.problem import extended_effects
+from wheelpend.estimation.profiled_starts import null_values, profile_grids
 from wheelpend.estimation.starts import best_start
 from wheelpend.model.record import Model
-from wheelpend.parallel import as_they_end
-from wheelpend.proportion import rate
-from wheelpend.reports.console import err, failures, say
+from wheelpend.parallel import results_as_completed
+from wheelpend.proportion import proportion_of
+from wheelpend.reports.console import err, exit_on_failure, print_line
 from wheelpend.simulation.hidden import machine_values, parse_hidden
 
 FIRST_SEED = 7000
 T = TypeVar("T")
-QUANTILE = 1.96  # standard deviations, of a 95 % interval
+NORMAL_QUANTILE_95 = 1.96  # standard deviations, of a 95 % interval
 
 
 @dataclass(frozen=True)
-class Alarm:
+class FalseAlarmTrial:
     """What a diagnosis says of a log in which nothing is hidden."""
 
     kind: str
@@ -54,7 +54,7 @@ class Alarm:
     deviations: tuple[float, ...]  # of every parameter, in standard errors
 
 
-class Chance(NamedTuple):
+class EffectPValue(NamedTuple):
     """What a log in which nothing is hidden says of one effect."""
 
     kind: str
@@ -63,76 +63,80 @@ class Chance(NamedTuple):
     trials: int  # by which it is multiplied beside the other effects
 
 
-def try_log(kind: str, seed: int, **options) -> Alarm:
+def diagnose_log(kind: str, seed: int, **options) -> FalseAlarmTrial:
     """Diagnose one log; options are those of complete_log."""
     model, log = complete_log(kind, seed, **options)
     found = diagnose(model, [log])
     named = tuple(t.effect for t in found.named)
-    return Alarm(kind, seed, found.verdict, named, found.error, found.noise_floor, deviations(model, found))
+    return FalseAlarmTrial(kind, seed, found.verdict, named, found.error, found.noise_floor, deviations(model, found))
 
 
 def deviations(model: Model, found: Diagnosis) -> tuple[float, ...]:
     """How far the fitted parameters are from the true ones, in their standard errors."""
     truth = machine_values(model, {})
-    return tuple((found.fit.values[n] - truth[n]) / standard_error(found.study, found.fit, n) for n in found.study.base)
+    return tuple(
+        (found.fit.values[n] - truth[n]) / standard_error(found.problem, found.fit, n) for n in found.problem.base
+    )
 
 
-def chances(kind: str, seed: int, effects: Sequence[str] = (), **options) -> list[Chance]:
+def effect_p_values(kind: str, seed: int, effects: Sequence[str] = (), **options) -> list[EffectPValue]:
     """Probabilities of effects, refitted as a diagnosis does but whether they promise anything or not.
 
     Without names those that are not absent at a point where the fit is smooth: they have a grid of sizes or a shape.
     """
     model, log = complete_log(kind, seed, **options)
-    study, start = best_start(prepare(model, [log]))
-    free = free_names(study, model.effects)
-    short = fit_model(study, start, free, horizons=(SHORT,))
-    bent = [e for e in study.missable() if (e.name in effects if effects else e.profiled or e.parameters[0].grid)]
-    near = near_screens(study, short, start, shapes_of(study, short, bent), corrupted=False)
+    problem, start = best_start(prepare(model, [log]))
+    free = free_names(problem, model.effects)
+    short = fit_model(problem, start, free, horizons=(SHORT_HORIZON_SHARE,))
+    bent = [e for e in problem.candidates() if (e.name in effects if effects else e.profiled or e.parameters[0].grid)]
+    near = short_score_tests(problem, short, start, profile_grids(problem, short, bent), corrupted=False)
     found = []
     for effect in bent:
         beginnings = starts_for(near, effect.name)
-        begun = refit(study, short, beginnings)
-        fitted = fit_model(study, begun.values, free_names(study, enlarged(model, effect.name)), horizons=(1.0,))
-        evidence = evidence_fit(study, fitted, begun)
+        begun = refit(problem, short, beginnings)
+        fitted = fit_model(
+            problem, begun.values, free_names(problem, extended_effects(model, effect.name)), horizons=(1.0,)
+        )
+        evidence = significance_fit(problem, fitted, begun)
         sized = [n for n in evidence.free if n.split("@")[0] in size_names(effect)]
-        p_value = wald(evidence, sized, distance(evidence, sized, nothing(study, effect)))
-        found.append(Chance(kind, effect.name, p_value, beginnings[0][1].trials))
+        p_value = wald_p_value(evidence, sized, deviation_from_absence(evidence, sized, null_values(problem, effect)))
+        found.append(EffectPValue(kind, effect.name, p_value, beginnings[0][1].trials))
     return found
 
 
-def alarm_table(alarms: Sequence[Alarm]) -> str:
+def alarm_table(alarms: Sequence[FalseAlarmTrial]) -> str:
     """Rates by kind of sensors, as Markdown."""
     rows = []
     for kind in dict.fromkeys(a.kind for a in alarms):
         mine = [a for a in alarms if a.kind == kind]
-        named = rate(bool(a.named) for a in mine)
-        alarmed = rate(a.verdict != "nothing_missing" for a in mine)
-        inside = rate(abs(d) < QUANTILE for a in mine for d in a.deviations)
+        named = proportion_of(bool(a.named) for a in mine)
+        alarmed = proportion_of(a.verdict != "nothing_missing" for a in mine)
+        inside = proportion_of(abs(d) < NORMAL_QUANTILE_95 for a in mine for d in a.deviations)
         error = float(np.mean([a.error / a.floor for a in mine]))
-        rows.append((kind, told(named), told(alarmed), f"{error:.2f}", told(inside)))
+        rows.append((kind, rate_text(named), rate_text(alarmed), f"{error:.2f}", rate_text(inside)))
     head = ("sensors", "an effect named", "verdict not nothing_missing", "error over floor", "true values in intervals")
-    return table(head, rows)
+    return markdown_table(head, rows)
 
 
-def named_table(alarms: Sequence[Alarm]) -> str:
+def named_table(alarms: Sequence[FalseAlarmTrial]) -> str:
     """What is named first where something is hidden, by kind of sensors, as Markdown."""
     rows = []
     for kind in dict.fromkeys(a.kind for a in alarms):
         answers = Counter(a.named[0] if a.named else a.verdict for a in alarms if a.kind == kind)
         rows.append((kind, ", ".join(f"{n} {count}" for n, count in answers.most_common())))
-    return table(("sensors", "named first"), rows)
+    return markdown_table(("sensors", "named first"), rows)
 
 
-def chance_table(found: Iterable[Chance]) -> str:
+def p_value_table(found: Iterable[EffectPValue]) -> str:
     """How often an effect gets a small probability by chance, alone and times its trials, as Markdown."""
     found, rows = list(found), []
     for effect in dict.fromkeys(c.effect for c in found):
         mine = [c for c in found if c.effect == effect]
-        alone = [rate(c.p_value < level for c in mine) for level in (0.05, 0.01)]
-        times = rate(c.p_value * c.trials < 0.05 for c in mine)
+        alone = [proportion_of(c.p_value < level for c in mine) for level in (0.05, 0.01)]
+        times = proportion_of(c.p_value * c.trials < 0.05 for c in mine)
         trials = f"{np.mean([c.trials for c in mine]):.3g}"
-        rows.append((effect, *map(told, alone), trials, told(times)))
-    return table(("effect", "p < 0.05", "p < 0.01", "trials", "p times trials < 0.05"), rows)
+        rows.append((effect, *map(rate_text, alone), trials, rate_text(times)))
+    return markdown_table(("effect", "p < 0.05", "p < 0.01", "trials", "p times trials < 0.05"), rows)
 
 
 def main(
@@ -144,23 +148,29 @@ def main(
     only: Annotated[str, typer.Option(help="alarms, chances or both.")] = "both",
 ) -> None:
     """Count false alarms and the chances of single effects, and print both tables."""
-    with failures():
-        asked = [(k, FIRST_SEED + n) for k in kinds or KINDS for n in range(logs)]
+    with exit_on_failure():
+        asked = [(k, FIRST_SEED + n) for k in kinds or SENSOR_KINDS for n in range(logs)]
         if hide:
             hidden = parse_hidden(hide)
-            say(named_table(_counted([partial(try_log, *a, duration=duration, hide=hidden) for a in asked])))
+            print_line(
+                named_table(
+                    _run_with_progress([partial(diagnose_log, *a, duration=duration, hide=hidden) for a in asked])
+                )
+            )
             return
         if only != "chances":
-            say(alarm_table(_counted([partial(try_log, *a, duration=duration) for a in asked])) + "\n")
+            print_line(
+                alarm_table(_run_with_progress([partial(diagnose_log, *a, duration=duration) for a in asked])) + "\n"
+            )
         if only != "alarms":
-            found = _counted([partial(chances, *a, effects or (), duration=duration) for a in asked])
-            say(chance_table([c for one in found for c in one]))
+            found = _run_with_progress([partial(effect_p_values, *a, effects or (), duration=duration) for a in asked])
+            print_line(p_value_table([c for one in found for c in one]))
 
 
-def _counted(jobs: Sequence[Callable[[], T]]) -> list[T]:
+def _run_with_progress(jobs: Sequence[Callable[[], T]]) -> list[T]:
     """Results in order, with a line of progress for each."""
     found: dict[int, T] = {}
-    for number, result in as_they_end(jobs):
+    for number, result in results_as_completed(jobs):
         found[number] = result
         err.print(f"{len(found)} of {len(jobs)}")
     return [found[number] for number in sorted(found)]

@@ -11,14 +11,34 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheelpend.benchmarks.hidden_effects.laws import LAWS, NOISE, SAMPLE, SENSORS, VOLTAGE, Drive, Laws, Sensors
-from wheelpend.benchmarks.hidden_effects.scene import PARTS, RADIUS, STEP, TRUTH, scene, step_of
-from wheelpend.errors import Failure, Fallen
+from wheelpend.benchmarks.hidden_effects.laws import (
+    FORCE_LAW_PARAMETERS,
+    SAMPLE_INTERVAL_S,
+    SENSOR_NOISE_SIGMA,
+    SENSOR_PARAMETERS,
+    VOLTAGE_PARAMETERS,
+    Drive,
+    ForceLaws,
+    Sensors,
+)
+from wheelpend.benchmarks.hidden_effects.scene import (
+    MAX_ENGINE_STEP_S,
+    SCENE_PARAMETERS,
+    WHEEL_RADIUS_M,
+    scene,
+    step_of,
+)
+from wheelpend.errors import Failure, OutOfRange
 from wheelpend.logs.log import Log
 from wheelpend.simulation.references import reference
 
-GAINS = (-168.0, -800.0, -8.8)  # of the PID on the pitch, V/rad, V/(rad s), V s/rad
-SUPPORTED = (*PARTS, *LAWS, *VOLTAGE, *SENSORS)  # effect.parameter
+PID_GAINS = (-168.0, -800.0, -8.8)  # of the PID on the pitch, V/rad, V/(rad s), V s/rad
+SUPPORTED_PARAMETERS = (
+    *SCENE_PARAMETERS,
+    *FORCE_LAW_PARAMETERS,
+    *VOLTAGE_PARAMETERS,
+    *SENSOR_PARAMETERS,
+)  # effect.parameter
 
 
 class Run(NamedTuple):
@@ -38,11 +58,11 @@ class Robot:
         self.hide, self.step = hide, step_of(hide)
         self.model = self.mujoco.MjModel.from_xml_string(scene(hide, engage))
         self.data = self.mujoco.MjData(self.model)
-        self.each = round(SAMPLE / self.step)  # steps of the engine per sample
-        self.laws, self.drive = Laws(hide, self.step), Drive(hide, self.step)
-        self.sensors = Sensors(hide, self.step, samples * self.each)
+        self.steps_per_sample = round(SAMPLE_INTERVAL_S / self.step)  # steps of the engine per sample
+        self.laws, self.drive = ForceLaws(hide, self.step), Drive(hide, self.step)
+        self.sensors = Sensors(hide, self.step, samples * self.steps_per_sample)
         self.slope = hide.get("slope.angle", 0.0)
-        self.data.qpos[:3] = RADIUS * self.slope, self.slope, 0.0  # upright, the wheel at zero against the body
+        self.data.qpos[:3] = WHEEL_RADIUS_M * self.slope, self.slope, 0.0  # upright, the wheel at zero against the body
         self.see()
 
     def see(self) -> None:
@@ -55,11 +75,11 @@ class Robot:
 
     def move(self, t: float, commands: np.ndarray) -> None:
         """Move on by a sample from ``t``; ``commands`` are all until now, and the last acts if nothing delays it."""
-        for number in range(self.each):
+        for number in range(self.steps_per_sample):
             now = t + number * self.step
             self.load(now)
             self.data.ctrl[0] = self.drive.act(now, commands)
-            self.data.qfrc_applied[:3] = self.laws.applied(now, self.data)
+            self.data.qfrc_applied[:3] = self.laws.generalised_forces(now, self.data)
             if "stribeck_drive.static" in self.hide:
                 self.model.dof_frictionloss[2] = self.laws.dry(self.data.qvel[2])
             self.mujoco.mj_step(self.model, self.data)
@@ -85,7 +105,7 @@ def engine_run(
     command: str = "aggressive",
     duration: float = 20.0,
     seed: int = 0,
-    engage: float = 2 * STEP,
+    engage: float = 2 * MAX_ENGINE_STEP_S,
     noise: float = 1.0,
 ) -> Run:
     """Run the robot under its PID controller in MuJoCo and measure it; ``hide`` is {"effect.parameter": value}.
@@ -93,29 +113,29 @@ def engine_run(
     ``noise`` is that of pitch and gyro, in multiples of the paper's. Raises Failure for effects that the engine does
     not offer and without MuJoCo, and Fallen when the robot falls.
     """
-    unknown = [name for name in hide if name not in SUPPORTED]
+    unknown = [name for name in hide if name not in SUPPORTED_PARAMETERS]
     if unknown:
-        raise Failure(f"The engine offers {', '.join(SUPPORTED)}; {', '.join(unknown)} is not among them.")
-    t = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
-    angle, rate = wanted(command, t)
+        raise Failure(f"The engine offers {', '.join(SUPPORTED_PARAMETERS)}; {', '.join(unknown)} is not among them.")
+    t = np.arange(round(duration / SAMPLE_INTERVAL_S) + 1) * SAMPLE_INTERVAL_S
+    angle, rate = commanded_pitch(command, t)
     robot = Robot(hide, engage, len(t))
-    scatter = np.random.default_rng(seed).normal(size=(len(t), 2)) * NOISE * noise
+    scatter = np.random.default_rng(seed).normal(size=(len(t), 2)) * SENSOR_NOISE_SIGMA * noise
     measured, voltage, acting = np.zeros((len(t), 3)), np.zeros(len(t)), np.zeros(len(t))
     angles, rates, integral = np.zeros((len(t), robot.model.nq)), np.zeros((len(t), robot.model.nv)), 0.0
     for k in range(len(t)):
         measured[k] = robot.measured(scatter[k])
         angles[k], rates[k], acting[k] = robot.data.qpos, robot.data.qvel, robot.data.ctrl[0]
         if not abs(angles[k, 1] - robot.slope) < np.pi / 2:
-            raise Fallen(f"The robot must stay up, but it falls at {t[k]:.2f} s. Hide something smaller.")
+            raise OutOfRange(f"The robot must stay up, but it falls at {t[k]:.2f} s. Hide something smaller.")
         error = angle[k] - measured[k, 1]
-        integral += error * SAMPLE if k else 0.0
-        voltage[k] = GAINS[0] * error + GAINS[1] * integral + GAINS[2] * (rate[k] - measured[k, 2])
+        integral += error * SAMPLE_INTERVAL_S if k else 0.0
+        voltage[k] = PID_GAINS[0] * error + PID_GAINS[1] * integral + PID_GAINS[2] * (rate[k] - measured[k, 2])
         robot.move(t[k], voltage[: k + 1])
     log = Log(f"engine {command}", t, voltage, measured, ("theta_w", "theta_p", "dtheta_p"), angle)
     return Run(log, angles, rates, acting)
 
 
-def wanted(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def commanded_pitch(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Commanded pitch [rad] and its rate [rad/s]: those of the project, and "slow", which makes dry friction stick."""
     if command != "slow":
         return reference(command, t)
@@ -131,4 +151,4 @@ def _engine() -> Any:
     return mujoco
 
 
-__all__ = ["SUPPORTED", "TRUTH", "Run", "engine_log", "engine_run"]
+__all__ = ["SUPPORTED_PARAMETERS", "Run", "engine_log", "engine_run"]

@@ -11,28 +11,28 @@ from typing import Any
 
 import numpy as np
 
-from wheelpend.benchmarks.hidden_effects.scene import ALPHA, RADIUS, creep_stiffness
+from wheelpend.benchmarks.hidden_effects.scene import ALPHA, WHEEL_RADIUS_M, creep_stiffness
 
-SAMPLE = 1e-3  # s, of the log
-NOISE, COUNTS = np.radians(0.5), 60000  # rad and rad/s; encoder counts per revolution
-LAWS = (
+SAMPLE_INTERVAL_S = 1e-3  # s, of the log
+SENSOR_NOISE_SIGMA, ENCODER_COUNTS = np.radians(0.5), 60000  # rad and rad/s; encoder counts per revolution
+FORCE_LAW_PARAMETERS = (
     "quadratic_drive.coefficient", "viscous_asymmetry.coefficient", "coulomb_asymmetry.torque", "cogging.sine",
     "cogging.cosine", "cogging.periods", "stribeck_drive.static", "stribeck_drive.sliding", "stribeck_drive.speed",
     "presliding_drive.torque", "presliding_drive.stiffness", "air_drag.coefficient", "wheel_runout.sine",
     "wheel_runout.cosine", "wheel_slip.stiffness", "wheel_slip.limit", "external_push.start", "external_push.end",
     "external_push.torque", "payload_step.time", "payload_step.ratio",
 )  # fmt: skip
-VOLTAGE = (
+VOLTAGE_PARAMETERS = (
     "actuator_delay.delay", "voltage_saturation.limit", "voltage_dead_zone.threshold", "voltage_sag.rate",
     "voltage_asymmetry.ratio", "voltage_offset.offset", "winding_inductance.time_constant",
 )  # fmt: skip
-SENSORS = (
+SENSOR_PARAMETERS = (
     "imu_bias.bias", "gyro_bias.bias", "gyro_scale.scale", "pitch_scale.scale", "imu_lag.delay",
     "encoder_scale.scale", "encoder_eccentricity.sine", "encoder_eccentricity.cosine",
 )  # fmt: skip
 
 
-class Laws:
+class ForceLaws:
     """Forces on the coordinates x, pitch and drive; keeps the deflection of presliding friction."""
 
     def __init__(self, hide: Mapping[str, float], step: float) -> None:
@@ -44,16 +44,16 @@ class Laws:
         """A hidden parameter's value, or its value while the effect is absent."""
         return self.hide.get(name, absent)
 
-    def applied(self, t: float, data: Any) -> np.ndarray:
+    def generalised_forces(self, t: float, data: Any) -> np.ndarray:
         """Generalised forces (x, pitch, drive) over the next step [N, N m, N m]."""
         slip, wheel = data.qvel[2], data.qvel[1] + data.qvel[2]
         angle = data.qpos[1] + data.qpos[2] - self.of("slope.angle")
         drive = self.gearbox(data.qpos[2], slip) - self.presliding(slip)
         ground = -self.of("air_drag.coefficient") * wheel * abs(wheel)
         ground += self.of("wheel_runout.sine") * np.sin(angle) + self.of("wheel_runout.cosine") * np.cos(angle)
-        traction = self.traction(wheel - data.qvel[0] / RADIUS)
+        traction = self.traction(wheel - data.qvel[0] / WHEEL_RADIUS_M)
         ground -= traction
-        return ALPHA * np.array([(traction + self.push(t)) / RADIUS, ground, drive + ground])
+        return ALPHA * np.array([(traction + self.push(t)) / WHEEL_RADIUS_M, ground, drive + ground])
 
     def gearbox(self, angle: float, slip: float) -> float:
         """Drag, one-sided friction and ripple between wheels and body [V]."""
@@ -112,11 +112,11 @@ class Drive:
     def driven(self, t: float, commands: np.ndarray) -> float:
         """What the driver gives [V]: the mean over a step inside which a delayed command may change."""
         begin = t - self.hide.get("actuator_delay.delay", 0.0)
-        first = max(int(np.floor(begin / SAMPLE + 1e-6)), 0)
-        last = max(int(np.floor((begin + self.step) / SAMPLE - 1e-6)), 0)
+        first = max(int(np.floor(begin / SAMPLE_INTERVAL_S + 1e-6)), 0)
+        last = max(int(np.floor((begin + self.step) / SAMPLE_INTERVAL_S - 1e-6)), 0)
         if first == last:
             return self.driver(t, commands[first])
-        share = (last * SAMPLE - begin) / self.step
+        share = (last * SAMPLE_INTERVAL_S - begin) / self.step
         return share * self.driver(t, commands[first]) + (1 - share) * self.driver(t, commands[last])
 
     def driver(self, t: float, command: float) -> float:
@@ -151,7 +151,7 @@ class Sensors:
 
     def read(self, wheel: float, noise: np.ndarray) -> np.ndarray:
         """What is logged: wheel angle, pitch, pitch rate; ``noise`` is that of the last two."""
-        quantum = 2 * np.pi / COUNTS
+        quantum = 2 * np.pi / ENCODER_COUNTS
         turned = (1 + self.hide.get("encoder_scale.scale", 0.0)) * wheel
         turned += self.hide.get("encoder_eccentricity.sine", 0.0) * np.sin(wheel)
         turned += self.hide.get("encoder_eccentricity.cosine", 0.0) * np.cos(wheel)

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from wheelpend.benchmarks.hidden_effects.summary import Summary
-from wheelpend.proportion import Rate
+from wheelpend.proportion import Proportion
 
-HEAD = """# The hidden-effect benchmark
+PAGE_HEADER = """# The hidden-effect benchmark
 
     make benchmark                # a stratified sample, 30 minutes on two cores
     make benchmark FULL=1         # all of it; an interrupted run goes on where it stopped
@@ -33,60 +33,60 @@ This page is written by the command.
 """
 
 
-def page(summary: Summary, planned: int) -> str:
+def page_text(summary: Summary, planned: int) -> str:
     """Markdown; ``planned`` is how many logs the whole benchmark has."""
     s = summary
-    every = Rate(sum(r.hits for r in s.singles.values()), sum(r.of for r in s.singles.values()))
+    every = Proportion(sum(r.hits for r in s.singles.values()), sum(r.of for r in s.singles.values()))
     rows = [
         (
             "first answer right or declared equivalent, one effect that costs at least 5 % of error",
-            told(every),
+            rate_text(every),
             "≥ 98 %",
         ),
-        *((f"… logs from the {source}", told(r), "") for source, r in s.singles.items()),
-        ("… dry friction that engages slowly", told(s.soft), ""),
-        ("mean number of declared equivalents", number(s.equivalents, 2), ""),
-        ("both effects of a pair found, each costing at least 5 % beside the other", told(s.pairs), "≥ 95 %"),
-        ("… pairs of which one costs less", told(s.faint), ""),
-        ("all three of a triple found", told(s.triples), ""),
-        ("false alarms on complete models", told(s.false_alarms), "≤ 2 of 200"),
-        ("guilty effect left out: unexplained, or a stand-in that reaches the noise", told(s.left_out), "≥ 95 %"),
+        *((f"… logs from the {source}", rate_text(r), "") for source, r in s.singles.items()),
+        ("… dry friction that engages slowly", rate_text(s.soft), ""),
+        ("mean number of declared equivalents", number_text(s.equivalents, 2), ""),
+        ("both effects of a pair found, each costing at least 5 % beside the other", rate_text(s.pairs), "≥ 95 %"),
+        ("… pairs of which one costs less", rate_text(s.faint), ""),
+        ("all three of a triple found", rate_text(s.triples), ""),
+        ("false alarms on complete models", rate_text(s.false_alarms), "≤ 2 of 200"),
+        ("guilty effect left out: unexplained, or a stand-in that reaches the noise", rate_text(s.left_out), "≥ 95 %"),
         ("… confident name whose error stays above 1.1 times the floor", str(s.overconfident), "0"),
-        ("error after at most 1.05 times the true model's", told(s.near_truth), "all"),
-        ("… largest ratio", number(s.worst, 3), "≤ 1.05"),
-        ("true values inside 95 % intervals", told(s.coverage), "92 to 98 %"),
+        ("error after at most 1.05 times the true model's", rate_text(s.near_truth), "all"),
+        ("… largest ratio", number_text(s.worst, 3), "≤ 1.05"),
+        ("true values inside 95 % intervals", rate_text(s.coverage), "92 to 98 %"),
         (
             f"largest spread of a parameter's estimates over the predicted one, complete models ({s.estimated} logs)",
-            number(max(s.spread.values(), default=float("nan")), 2),
+            number_text(max(s.spread.values(), default=float("nan")), 2),
             "≤ 1.15",
         ),
-        ("dry friction that truly sticks, sampled at 1 kHz: first answer right", told(s.stick_slip), "≥ 98 %"),
-        ("… largest error of the true model", number(s.sticking, 3), "≤ 1.05"),
+        ("dry friction that truly sticks, sampled at 1 kHz: first answer right", rate_text(s.stick_slip), "≥ 98 %"),
+        ("… largest error of the true model", number_text(s.sticking, 3), "≤ 1.05"),
     ]
     parts = [
-        HEAD.rstrip(),
+        PAGE_HEADER.rstrip(),
         f"## Findings\n\n{s.cases} of {planned} logs"
         + (f", {len(s.failures)} could not be used." if s.failures else "."),
-        table(("", "measured", "goal"), rows),
+        markdown_table(("", "measured", "goal"), rows),
         "## Hit rate against size\n\nThe size is what a likelihood-ratio test that knows the effect sees, in standard "
         "deviations. An effect is named only when it also lowers the held-out error by 0.5 %, so that certain but "
         "unimportant effects are not.",
-        table(
+        markdown_table(
             ("size", "first answer right"),
             [
-                (f"{low:g} to {high:g}" if high < 1e9 else f"above {low:g}", told(r))
+                (f"{low:g} to {high:g}" if high < 1e9 else f"above {low:g}", rate_text(r))
                 for low, high, r in s.by_size
                 if r.of
             ],
         ),
         "## Estimates against their predicted deviations\n\nNothing is hidden and nothing is missing; `identify` has "
         "the whole log. Root mean square of (estimate − truth) / σ: 1 where the standard errors are right.",
-        table(("parameter", "spread"), [(name, f"{value:.2f}") for name, value in s.spread.items()]),
+        markdown_table(("parameter", "spread"), [(name, f"{value:.2f}") for name, value in s.spread.items()]),
         "## First answers",
-        table(
+        markdown_table(
             ("hidden", "right", "answers"),
             [
-                (e, told(s.by_effect[e]), ", ".join(f"{n} {k}" for n, k in answers.most_common()))
+                (e, rate_text(s.by_effect[e]), ", ".join(f"{n} {k}" for n, k in answers.most_common()))
                 for e, answers in s.confusion.items()
             ],
         ),
@@ -99,7 +99,7 @@ def page(summary: Summary, planned: int) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def told(rate: Rate) -> str:
+def rate_text(rate: Proportion) -> str:
     """A rate in words."""
     if not rate.of:
         return "not tried"
@@ -107,12 +107,12 @@ def told(rate: Rate) -> str:
     return f"{rate.hits} of {rate.of}, {100 * rate.share:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
 
 
-def number(value: float, decimals: int) -> str:
+def number_text(value: float, decimals: int) -> str:
     """A number, or that there is none."""
     return f"{value:.{decimals}f}" if np.isfinite(value) else "not tried"
 
 
-def table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+def markdown_table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     """A Markdown table."""
     lines = [head, tuple("---" for _ in head), *rows]
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)

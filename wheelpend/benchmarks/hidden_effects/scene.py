@@ -12,25 +12,29 @@ from collections.abc import Mapping
 
 import numpy as np
 
-ALPHA, RADIUS, GRAVITY = 165.42, 0.2413, 9.81  # N m/V, m, m/s²
-WHEELS, BODY, HEIGHT = 9.2, 110.0, 0.716  # kg, kg, m from the axle to the centre of mass
-WHEEL_INERTIA, BODY_INERTIA, ROTORS = 0.1339, 87.89, 0.0178 * ALPHA  # kg m²; of one wheel, the body, both rotors
-DAMPING = 0.7256 * ALPHA  # N m s/rad between rotors and body: back-EMF and gearbox
-STEP = 1e-4  # s, longest step of the engine
-STEEP = 100.0  # s/rad: slope over limit of a traction of which only the limit is given
-SPECK = 1e-6  # kg and kg m²: MuJoCo wants a mass in every body; a rotor's inertia is in its joint
-RIGID = "0.9999 0.9999 0.001"  # solimp: a constraint that yields by no more than its time constant makes it
-TRUTH = {
-    "X1": ((WHEELS + BODY) * RADIUS**2 + 2 * WHEEL_INERTIA) / ALPHA,
-    "X2": ROTORS / ALPHA,
-    "X3": BODY * HEIGHT * RADIUS / ALPHA,
-    "X4": (BODY * HEIGHT**2 + BODY_INERTIA) / ALPHA,
-    "X5": BODY * GRAVITY * HEIGHT / ALPHA,
-    "X6": DAMPING / ALPHA,
-    "X7": DAMPING / ALPHA,
+ALPHA, WHEEL_RADIUS_M, GRAVITY_M_S2 = 165.42, 0.2413, 9.81  # N m/V, m, m/s²
+WHEELS_MASS_KG, BODY_MASS_KG, COM_HEIGHT_M = 9.2, 110.0, 0.716  # kg, kg, m from the axle to the centre of mass
+WHEEL_INERTIA_KG_M2, BODY_INERTIA_KG_M2, ROTORS_INERTIA_KG_M2 = (
+    0.1339,
+    87.89,
+    0.0178 * ALPHA,
+)  # kg m²; of one wheel, the body, both rotors
+ROTOR_DAMPING_NMS_RAD = 0.7256 * ALPHA  # N m s/rad between rotors and body: back-EMF and gearbox
+MAX_ENGINE_STEP_S = 1e-4  # s, longest step of the engine
+STEEP_TRACTION_SLOPE_S_RAD = 100.0  # s/rad: slope over limit of a traction of which only the limit is given
+NEGLIGIBLE_MASS_KG = 1e-6  # kg and kg m²: MuJoCo wants a mass in every body; a rotor's inertia is in its joint
+RIGID_SOLIMP = "0.9999 0.9999 0.001"  # solimp: a constraint that yields by no more than its time constant makes it
+TRUE_PARAMETERS = {
+    "X1": ((WHEELS_MASS_KG + BODY_MASS_KG) * WHEEL_RADIUS_M**2 + 2 * WHEEL_INERTIA_KG_M2) / ALPHA,
+    "X2": ROTORS_INERTIA_KG_M2 / ALPHA,
+    "X3": BODY_MASS_KG * COM_HEIGHT_M * WHEEL_RADIUS_M / ALPHA,
+    "X4": (BODY_MASS_KG * COM_HEIGHT_M**2 + BODY_INERTIA_KG_M2) / ALPHA,
+    "X5": BODY_MASS_KG * GRAVITY_M_S2 * COM_HEIGHT_M / ALPHA,
+    "X6": ROTOR_DAMPING_NMS_RAD / ALPHA,
+    "X7": ROTOR_DAMPING_NMS_RAD / ALPHA,
 }
 
-SCENE = """
+SCENE_TEMPLATE = """
 <mujoco>
  <option timestep="{step}" gravity="{downhill} 0 {down}" integrator="RK4" tolerance="1e-12" iterations="200">
   <flag contact="disable"/>
@@ -64,28 +68,30 @@ SCENE = """
  <actuator><motor joint="{driven}" gear="{alpha}"/></actuator>
 </mujoco>
 """
-MOTOR = f'armature="{ROTORS}" damping="{DAMPING}"'  # of the joint that the motor turns
-ROTOR = f"""<body name="rotor">
-    <joint name="rotor" type="hinge" axis="0 1 0" {MOTOR}/>
-    <inertial pos="0 0 0" mass="{SPECK}" diaginertia="{SPECK} {SPECK} {SPECK}"/>
+MOTOR_ATTRIBUTES = (
+    f'armature="{ROTORS_INERTIA_KG_M2}" damping="{ROTOR_DAMPING_NMS_RAD}"'  # of the joint that the motor turns
+)
+ROTOR_ELEMENT = f"""<body name="rotor">
+    <joint name="rotor" type="hinge" axis="0 1 0" {MOTOR_ATTRIBUTES}/>
+    <inertial pos="0 0 0" mass="{NEGLIGIBLE_MASS_KG}" diaginertia="{" ".join([str(NEGLIGIBLE_MASS_KG)] * 3)}"/>
    </body>"""
-SHAFT = """<fixed name="shaft" {holds}>
+SHAFT_TEMPLATE = """<fixed name="shaft" {holds}>
    <joint joint="rotor" coef="1"/><joint joint="drive" coef="-1"/>
   </fixed>"""
-PENDULUM = """<body name="liquid" pos="0 0 {height}">
+PENDULUM_TEMPLATE = """<body name="liquid" pos="0 0 {height}">
     <joint name="hang" type="hinge" axis="0 1 0" damping="{damping}"/>
     <inertial pos="0 0 -{length}" mass="{mass}" diaginertia="{speck} {speck} {speck}"/>
    </body>"""
 
-MECHANICAL = {  # effect.parameter: what it is in the scene, per volt-equivalent
+MECHANICAL_EFFECTS = {  # effect.parameter: what it is in the scene, per volt-equivalent
     "coulomb_drive.torque": "drive_friction",
     "rolling_resistance.torque": "ground_friction",
     "ground_viscous.coefficient": "ground_viscous",
     "tether_spring.stiffness": "tether",
     "body_damping.coefficient": "body_damping",
 }
-PARTS = (
-    *MECHANICAL, "slope.angle", "com_offset.angle", "backlash.gap", "drive_compliance.stiffness",
+SCENE_PARAMETERS = (
+    *MECHANICAL_EFFECTS, "slope.angle", "com_offset.angle", "backlash.gap", "drive_compliance.stiffness",
     "drive_compliance.damping", "slosh.mass_ratio", "slosh.height", "slosh.frequency", "slosh.damping",
 )  # fmt: skip
 
@@ -93,16 +99,31 @@ PARTS = (
 def scene(hide: Mapping[str, float], engage: float) -> str:
     """The robot with its hidden effects; dry friction engages within about ``engage`` seconds."""
     slope, offset = hide.get("slope.angle", 0.0), hide.get("com_offset.angle", 0.0)
-    place = {where: hide.get(name, 0.0) * ALPHA for name, where in MECHANICAL.items()}
+    place = {where: hide.get(name, 0.0) * ALPHA for name, where in MECHANICAL_EFFECTS.items()}
     geared = has_rotor(hide)
-    return SCENE.format(
-        step=step_of(hide), stiff=2 * STEP, rigid=RIGID, engage=engage, radius=RADIUS, alpha=ALPHA, slope=slope,
-        downhill=-GRAVITY * np.sin(slope), down=-GRAVITY * np.cos(slope), ahead=HEIGHT * np.sin(offset),
-        above=HEIGHT * np.cos(offset), body=BODY, inertia=BODY_INERTIA, wheels=WHEELS, wheel_inertia=2 * WHEEL_INERTIA,
-        rolls="false" if creep_stiffness(hide) else "true", motor="" if geared else MOTOR,
-        driven="rotor" if geared else "drive", parts=(ROTOR if geared else "") + pendulum(hide),
-        shaft=shaft(hide) if geared else "", **place,
-    )  # fmt: skip
+    return SCENE_TEMPLATE.format(
+        step=step_of(hide),
+        stiff=2 * MAX_ENGINE_STEP_S,
+        rigid=RIGID_SOLIMP,
+        engage=engage,
+        radius=WHEEL_RADIUS_M,
+        alpha=ALPHA,
+        slope=slope,
+        downhill=-GRAVITY_M_S2 * np.sin(slope),
+        down=-GRAVITY_M_S2 * np.cos(slope),
+        ahead=COM_HEIGHT_M * np.sin(offset),
+        above=COM_HEIGHT_M * np.cos(offset),
+        body=BODY_MASS_KG,
+        inertia=BODY_INERTIA_KG_M2,
+        wheels=WHEELS_MASS_KG,
+        wheel_inertia=2 * WHEEL_INERTIA_KG_M2,
+        rolls="false" if creep_stiffness(hide) else "true",
+        motor="" if geared else MOTOR_ATTRIBUTES,
+        driven="rotor" if geared else "drive",
+        parts=(ROTOR_ELEMENT if geared else "") + pendulum(hide),
+        shaft=shaft(hide) if geared else "",
+        **place,
+    )
 
 
 def has_rotor(hide: Mapping[str, float]) -> bool:
@@ -118,11 +139,11 @@ def shaft(hide: Mapping[str, float]) -> str:
     half = hide.get("backlash.gap", 0.0) / 2
     stiffness = hide.get("drive_compliance.stiffness", np.inf)
     if not np.isfinite(stiffness):
-        stops = f'solreflimit="{2 * STEP} 1" solimplimit="{RIGID}"'
-        return SHAFT.format(holds=f'limited="true" range="{-half} {half}" {stops}')
+        stops = f'solreflimit="{2 * MAX_ENGINE_STEP_S} 1" solimplimit="{RIGID_SOLIMP}"'
+        return SHAFT_TEMPLATE.format(holds=f'limited="true" range="{-half} {half}" {stops}')
     damping = hide.get("drive_compliance.damping", 0.0) * ALPHA
     spring = f'stiffness="{stiffness * ALPHA}" damping="{damping}" springlength="{-half} {half}"'
-    return SHAFT.format(holds=spring)
+    return SHAFT_TEMPLATE.format(holds=spring)
 
 
 def pendulum(hide: Mapping[str, float]) -> str:
@@ -130,13 +151,15 @@ def pendulum(hide: Mapping[str, float]) -> str:
 
     ω is its natural frequency with the axis held still, ζ its damping ratio: φ̈ + 2 ζ ω φ̇ + ω² φ = 0.
     """
-    mass = hide.get("slosh.mass_ratio", 0.0) * BODY
+    mass = hide.get("slosh.mass_ratio", 0.0) * BODY_MASS_KG
     if mass <= 0.0:
         return ""
     frequency = hide["slosh.frequency"]
-    length = GRAVITY / frequency**2
+    length = GRAVITY_M_S2 / frequency**2
     damping = 2 * hide.get("slosh.damping", 0.0) * frequency * mass * length**2
-    return PENDULUM.format(height=hide["slosh.height"], damping=damping, length=length, mass=mass, speck=SPECK)
+    return PENDULUM_TEMPLATE.format(
+        height=hide["slosh.height"], damping=damping, length=length, mass=mass, speck=NEGLIGIBLE_MASS_KG
+    )
 
 
 def creep_stiffness(hide: Mapping[str, float]) -> float:
@@ -144,10 +167,10 @@ def creep_stiffness(hide: Mapping[str, float]) -> float:
     stiffness, limit = hide.get("wheel_slip.stiffness", np.inf), hide.get("wheel_slip.limit", np.inf)
     if np.isfinite(stiffness):
         return stiffness
-    return STEEP * limit if np.isfinite(limit) else 0.0
+    return STEEP_TRACTION_SLOPE_S_RAD * limit if np.isfinite(limit) else 0.0
 
 
 def step_of(hide: Mapping[str, float]) -> float:
     """Step of the engine [s]: a whole share of STEP at which traction, which is held over a step, is well damped."""
-    inertia = 2 * WHEEL_INERTIA + (0.0 if has_rotor(hide) else ROTORS)
-    return STEP / max(1, int(np.ceil(creep_stiffness(hide) * ALPHA / inertia * STEP / 0.3)))
+    inertia = 2 * WHEEL_INERTIA_KG_M2 + (0.0 if has_rotor(hide) else ROTORS_INERTIA_KG_M2)
+    return MAX_ENGINE_STEP_S / max(1, int(np.ceil(creep_stiffness(hide) * ALPHA / inertia * MAX_ENGINE_STEP_S / 0.3)))

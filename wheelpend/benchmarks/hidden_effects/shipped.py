@@ -9,14 +9,21 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.benchmarks.hidden_effects.engine import engine_log
-from wheelpend.benchmarks.hidden_effects.scene import TRUTH
+from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
 from wheelpend.cli.demo import data_folder
 from wheelpend.files import write_text
 from wheelpend.logs.log import Log
 
-DURATION = 10.0  # s
-DECIMALS = {"t": 3, "v_in": 3, "theta_w": 6, "theta_p": 5, "dtheta_p": 5, "theta_ref": 6}  # far finer than the noise
-SHIPPED: dict[str, Mapping[str, float]] = {
+LOG_DURATION_S = 10.0  # s
+COLUMN_DECIMALS = {
+    "t": 3,
+    "v_in": 3,
+    "theta_w": 6,
+    "theta_p": 5,
+    "dtheta_p": 5,
+    "theta_ref": 6,
+}  # far finer than the noise
+SHIPPED_LOGS: dict[str, Mapping[str, float]] = {
     "engine_friction_slope": {"coulomb_drive.torque": 0.3, "slope.angle": 0.03},
     "engine_cogging": {"cogging.sine": 0.3, "cogging.cosine": 0.15, "cogging.periods": 4.0},
     "engine_inductance": {"winding_inductance.time_constant": 0.01},
@@ -26,18 +33,18 @@ SHIPPED: dict[str, Mapping[str, float]] = {
 def main(folder: Path | None = None) -> None:
     """Write every log and its truth."""
     target = folder or data_folder()
-    for seed, (name, hide) in enumerate(SHIPPED.items(), 41):
-        write_text(target / f"{name}.csv", text_of(engine_log(hide, duration=DURATION, seed=seed)))
-        truth = {"effects": dict(hide), "parameters": {n: float(f"{v:.6g}") for n, v in TRUTH.items()}}
+    for seed, (name, hide) in enumerate(SHIPPED_LOGS.items(), 41):
+        write_text(target / f"{name}.csv", log_csv_text(engine_log(hide, duration=LOG_DURATION_S, seed=seed)))
+        truth = {"effects": dict(hide), "parameters": {n: float(f"{v:.6g}") for n, v in TRUE_PARAMETERS.items()}}
         write_text(target / f"{name}_truth.json", json.dumps(truth) + "\n")
 
 
-def text_of(log: Log) -> str:
+def log_csv_text(log: Log) -> str:
     """A log as CSV, each column with as many decimals as its sensor deserves."""
     assert log.reference is not None
     columns = np.column_stack([log.t, log.voltage, log.measured, log.reference])
-    rows = [",".join(f"{v:.{d}f}" for v, d in zip(row, DECIMALS.values(), strict=True)) for row in columns]
-    return "\n".join([",".join(DECIMALS), *rows]) + "\n"
+    rows = [",".join(f"{v:.{d}f}" for v, d in zip(row, COLUMN_DECIMALS.values(), strict=True)) for row in columns]
+    return "\n".join([",".join(COLUMN_DECIMALS), *rows]) + "\n"
 
 
 if __name__ == "__main__":

@@ -10,22 +10,23 @@ import numpy as np
 import derive
 from wheelpend.api import explain
 from wheelpend.benchmarks.hidden_effects.cases import Case
-from wheelpend.benchmarks.hidden_effects.engine import TRUTH, engine_log
+from wheelpend.benchmarks.hidden_effects.engine import engine_log
+from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
 from wheelpend.diagnosis.explain import Explanation
-from wheelpend.diagnosis.stepwise import error_of
-from wheelpend.errors import Failure, Fallen
+from wheelpend.diagnosis.stepwise import reduced_model_error
+from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
-from wheelpend.estimation.problem import steadied
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.problem import with_stable_step
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.identify import identify
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.simulate import simulate
 
-REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
+MAX_REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
 
 
 @dataclass(frozen=True)
@@ -76,10 +77,10 @@ def try_case(case: Case, model: Model | None = None) -> Outcome:
     model, begin = model or Model.default(), monotonic()
     outcome = Outcome(case.key, case.kind, case.source, case.size, case.effects, case.engage > 0.0)
     try:
-        made, log = standing(case, model)
+        made, log = make_standing_log(case, model)
         outcome = replace(outcome, made=made.key if made != case else "")
         told = explain(model, [log], without=made.without)
-        outcome = compare_with_truth(replace(outcome, **told_of(told)), made, told, model)
+        outcome = compare_with_truth(replace(outcome, **explanation_fields(told)), made, told, model)
         if made.kind == "complete":
             outcome = replace(outcome, estimates=estimates(made, log, model))
     except (Failure, np.linalg.LinAlgError) as failure:
@@ -87,17 +88,17 @@ def try_case(case: Case, model: Model | None = None) -> Outcome:
     return replace(outcome, seconds=monotonic() - begin)
 
 
-def standing(case: Case, model: Model) -> tuple[Case, Log]:
+def make_standing_log(case: Case, model: Model) -> tuple[Case, Log]:
     """The log, and the case it shows: with smaller effects than planned where the robot would fall."""
-    for _ in range(REDRAWS):
+    for _ in range(MAX_REDRAWS):
         try:
-            return case, log_of(case, model)
-        except Fallen:
-            case = case.smaller()
-    return case, log_of(case, model)
+            return case, make_log(case, model)
+        except OutOfRange:
+            case = case.with_smaller_effects()
+    return case, make_log(case, model)
 
 
-def log_of(case: Case, model: Model) -> Log:
+def make_log(case: Case, model: Model) -> Log:
     """The measured log."""
     hide = dict(case.hide)
     if case.source == "engine":
@@ -106,34 +107,34 @@ def log_of(case: Case, model: Model) -> Log:
     return simulate(model, command=case.command, hide=hide, seed=case.seed)
 
 
-def told_of(told: Explanation) -> dict:
+def explanation_fields(explanation: Explanation) -> dict:
     """What the explanation says."""
     return {
-        "verdict": told.first.verdict,
-        "named": tuple(s.effect for s in told.steps),
-        "equivalents": tuple(s.equivalent_to for s in told.steps),
-        "final": told.verdict,
-        "base_error": told.base_error,
-        "error": told.error,
-        "floor": told.noise_floor,
+        "verdict": explanation.first.verdict,
+        "named": tuple(s.effect for s in explanation.steps),
+        "equivalents": tuple(s.equivalent_to for s in explanation.steps),
+        "final": explanation.verdict,
+        "base_error": explanation.base_error,
+        "error": explanation.error,
+        "floor": explanation.noise_floor,
     }
 
 
-def compare_with_truth(outcome: Outcome, case: Case, told: Explanation, model: Model) -> Outcome:
+def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, model: Model) -> Outcome:
     """Refit the true model from the true values, and see how far its sizes and the named model's parameters are off."""
     truth = true_values(case, model)
-    open_to_all = replace(told.study, without=(), needless=())
-    study = steadied(open_to_all.having(case.effects), truth)
-    fitted = fit_model(study, truth, free_names(study, case.effects), horizons=(1.0,))
-    error = held_residuals(study, fitted)[0]
+    open_to_all = replace(explanation.problem, without=(), redundant_effects=())
+    problem = with_stable_step(open_to_all.with_effects(case.effects), truth)
+    fitted = fit_model(problem, truth, free_names(problem, case.effects), horizons=(1.0,))
+    error = validation_residuals(problem, fitted)[0]
     several = case.effects if len(case.effects) > 1 else ()
     fewer = [[e for e in case.effects if e != without] for without in several]
-    costs = tuple(error_of(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
+    costs = tuple(reduced_model_error(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
-    if set(told.effects) == set(case.effects):
-        known = {n: row for n, row in told.parameters.items() if row["identifiable"]}
+    if set(explanation.effects) == set(case.effects):
+        known = {n: row for n, row in explanation.parameters.items() if row["identifiable"]}
         deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in known.items())
-    size = strength(fitted, case.effects)
+    size = size_in_standard_deviations(fitted, case.effects)
     return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
 
 
@@ -146,11 +147,15 @@ def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ..
 
 def true_values(case: Case, model: Model) -> dict[str, float]:
     """Parameters that the log was made with, the hidden ones included."""
-    plain = TRUTH if case.source == "engine" else {n: v for n, v in machine_values(model, {}).items() if "." not in n}
+    plain = (
+        TRUE_PARAMETERS
+        if case.source == "engine"
+        else {n: v for n, v in machine_values(model, {}).items() if "." not in n}
+    )
     return {**model.constants, **plain, **dict(case.hide)}
 
 
-def strength(fitted: Fit, effects: tuple[str, ...]) -> float:
+def size_in_standard_deviations(fitted: Fit, effects: tuple[str, ...]) -> float:
     """What a likelihood-ratio test that knows the effects sees: √(θᵀ Σ⁻¹ θ) over their sizes."""
     sizes = [f"{e}.{p.name}" for e in effects for p in derive.effects.find(e).linear]
     keys = [k for k, label in enumerate(fitted.free) if label.partition("@")[0] in sizes]

@@ -8,11 +8,11 @@ from typing import Annotated
 
 import typer
 
-from wheelpend.benchmarks.measured.emps import BALANCING, ESTIMATION, PULSES, emps
-from wheelpend.benchmarks.measured.robot import robot
+from wheelpend.benchmarks.measured.emps import BALANCING_LOG, ESTIMATION_LOG, PULSES_LOG, emps_page_text
+from wheelpend.benchmarks.measured.robot import robot_page_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
-from wheelpend.reports.console import failures, progress
+from wheelpend.reports.console import exit_on_failure, progress
 
 app = typer.Typer(add_completion=False)
 
@@ -24,14 +24,14 @@ def main(
 ) -> None:
     """Write docs/emps.md and docs/robot.md with their pictures, from the measured logs."""
     folder = data or Path(os.environ.get("WHEELPEND_DATA", "../shared/data"))
-    with failures(), progress("reading") as update:
-        for name in (ESTIMATION, PULSES, BALANCING):
+    with exit_on_failure(), progress("reading") as update:
+        for name in (ESTIMATION_LOG, PULSES_LOG, BALANCING_LOG):
             if not (folder / name).exists():
                 raise Failure(f"The logs must be in {folder}, but {name} is not there. See docs/emps.md and "
                               "docs/robot.md for where to find them.")  # fmt: skip
         out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "emps.md", emps(folder / ESTIMATION, folder / PULSES, out, update))
-        write_text(out / "robot.md", robot(folder / BALANCING, out, update))
+        write_text(out / "emps.md", emps_page_text(folder / ESTIMATION_LOG, folder / PULSES_LOG, out, update))
+        write_text(out / "robot.md", robot_page_text(folder / BALANCING_LOG, out, update))
 
 
 if __name__ == "__main__":

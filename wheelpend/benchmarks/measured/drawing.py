@@ -14,19 +14,19 @@ from matplotlib.ticker import NullLocator
 from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.data import read_logs
-from wheelpend.estimation.parameters import vector
-from wheelpend.identification.inverse_dynamics import raw_sides
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.identification.inverse_dynamics import stretch_equations
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
-INK, QUIET, BEFORE, AFTER = "#243447", "#8a97a6", "#d1592a", "#1f6f8b"
-GAIN = 35.1507
-NAMES = ("mass and offset", "+ viscous_drive", "+ coulomb_drive", "+ viscous_asymmetry")
+INK_COLOUR, MUTED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR = "#243447", "#8a97a6", "#d1592a", "#1f6f8b"
+FORCE_PER_VOLT_N = 35.1507
+RUNG_LABELS = ("mass and offset", "+ viscous_drive", "+ coulomb_drive", "+ viscous_asymmetry")
 Rung = tuple[tuple[str, ...], float, float, dict[str, float]]
 
 
-def table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+def markdown_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """A Markdown table."""
     lines = ["| " + " | ".join(map(str, row)) + " |" for row in (header, ["---"] * len(header), *rows)]
     return "\n".join(lines)
@@ -37,102 +37,106 @@ def step_rows(found: Explanation) -> list[tuple[str, ...]]:
     return [(str(k), s.effect, f"{s.error_before:.4g}", f"{s.error_after:.4g}") for k, s in enumerate(found.steps, 1)]
 
 
-def picture(width: float, height: float, rows: int = 1):
+def new_figure(width: float, height: float, rows: int = 1):
     """A figure with axes in the project's colours."""
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, 1, squeeze=False, sharex=rows > 1)[:, 0]
     for ax in axes:
         ax.spines[["top", "right"]].set_visible(False)
-        ax.tick_params(colors=INK)
+        ax.tick_params(colors=INK_COLOUR)
     return figure, axes
 
 
-def saved(figure, path: Path) -> None:
+def save_svg(figure, path: Path) -> None:
     """Write an SVG that is the same for the same numbers."""
     with matplotlib.rc_context({"svg.hashsalt": path.name}):
         figure.savefig(path, metadata={"Date": None})
 
 
-def draw_ladder(path: Path, rungs: Sequence[Rung]) -> None:
+def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
     """Force error of every rung on both logs."""
-    figure, (ax,) = picture(7, 2.6)
+    figure, (ax,) = new_figure(7, 2.6)
     y = np.arange(len(rungs))[::-1]
-    ax.barh(y + 0.18, [r[1] for r in rungs], 0.34, color=AFTER, label="estimation log")
-    ax.barh(y - 0.18, [r[2] for r in rungs], 0.34, color=BEFORE, label="log with pulses")
-    ax.set_yticks(y, NAMES[: len(rungs)])
+    ax.barh(y + 0.18, [r[1] for r in rungs], 0.34, color=AFTER_COLOUR, label="estimation log")
+    ax.barh(y - 0.18, [r[2] for r in rungs], 0.34, color=BEFORE_COLOUR, label="log with pulses")
+    ax.set_yticks(y, RUNG_LABELS[: len(rungs)])
     ax.set_xscale("log")
     ax.set_xticks([3, 5, 10, 20, 50], ["3", "5", "10", "20", "50"])
     ax.xaxis.set_minor_locator(NullLocator())
     ax.set_xlabel("force error [%]")
     ax.legend(frameon=False)
-    saved(figure, path)
+    save_svg(figure, path)
 
 
 def draw_force(path: Path, model: Model, rungs: Sequence[Rung], log_path: Path) -> None:
     """Measured force and what the equations leave of it, rung by rung, over five seconds."""
-    figure, axes = picture(7, 5.2, len(rungs))
-    for ax, name, (effects, *_, values) in zip(axes, NAMES, rungs, strict=False):
-        t, force, rest = left_over(model.with_effects(effects), values, log_path)
+    figure, axes = new_figure(7, 5.2, len(rungs))
+    for ax, name, (effects, *_, values) in zip(axes, RUNG_LABELS, rungs, strict=False):
+        t, force, rest = unexplained_force(model.with_effects(effects), values, log_path)
         shown = (t > 1.0) & (t < 6.0)
-        ax.plot(t[shown], force[shown], color=QUIET, lw=0.8, label="measured force")
-        ax.plot(t[shown], rest[shown], color=BEFORE, lw=0.9, label="left unexplained")
-        ax.set_title(name, fontsize=9, loc="left", color=INK)
+        ax.plot(t[shown], force[shown], color=MUTED_COLOUR, lw=0.8, label="measured force")
+        ax.plot(t[shown], rest[shown], color=BEFORE_COLOUR, lw=0.9, label="left unexplained")
+        ax.set_title(name, fontsize=9, loc="left", color=INK_COLOUR)
         ax.set_ylabel("N")
     axes[0].legend(frameon=False, ncols=2, fontsize=8, loc="upper right")
     axes[-1].set_xlabel("time [s]")
-    saved(figure, path)
+    save_svg(figure, path)
 
 
 def draw_bursts(path: Path, model: Model, log_path: Path, judged: Comparison) -> None:
     """What the equations leave of the force in the log with pulses, with the bursts marked."""
-    figure, (ax,) = picture(7, 2.6)
+    figure, (ax,) = new_figure(7, 2.6)
     values = {n: v for n in (*model.parameters, *model.effect_values) if (v := model.value(n)) is not None}
-    t, _, rest = left_over(model, values, log_path)
+    t, _, rest = unexplained_force(model, values, log_path)
     shown = (t > 1.0) & (t < 6.0)
-    ax.plot(t[shown], rest[shown], color=INK, lw=0.6)
+    ax.plot(t[shown], rest[shown], color=INK_COLOUR, lw=0.6)
     for burst in judged.bursts:
         if 1.0 < burst["from"] < 6.0:
-            ax.axvspan(burst["from"], burst["to"], color=QUIET if burst["at_reversal"] else BEFORE, alpha=0.5)
+            ax.axvspan(
+                burst["from"], burst["to"], color=MUTED_COLOUR if burst["at_reversal"] else BEFORE_COLOUR, alpha=0.5
+            )
     ax.set_ylabel("left unexplained [N]")
     ax.set_xlabel("time [s]; orange: bursts, grey: bursts at a reversal")
-    saved(figure, path)
+    save_svg(figure, path)
 
 
-def left_over(model: Model, values: dict[str, float], log_path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def unexplained_force(
+    model: Model, values: dict[str, float], log_path: Path
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times, force and what the equations leave of it [N], at the bandwidth of the differentiated motion."""
-    module = kernels.lean(model.plant, model.assumptions, model.effects)
+    module = kernels.model_module(model.plant, model.assumptions, model.effects)
     log = read_logs([log_path], model)[0]
-    raw = raw_sides(module, log, vector(module, values, log))
+    raw = stretch_equations(module, log, kernel_parameters(module, values, log))
     assert raw is not None, "the log is one long stretch"
     rest = raw.left - raw.regressor @ np.array([values[n] for n in module.LINEAR])
-    return raw.t, GAIN * raw.left[:, 0], GAIN * rest[:, 0]
+    return raw.t, FORCE_PER_VOLT_N * raw.left[:, 0], FORCE_PER_VOLT_N * rest[:, 0]
 
 
-def draw_robot(path: Path, log: Log, still: Sequence[tuple[float, float]]) -> None:
+def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]]) -> None:
     """Drive angle, pitch and voltage, with the stretches marked in which the drive stands."""
-    figure, axes = picture(7, 4.6, 3)
+    figure, axes = new_figure(7, 4.6, 3)
     rows = (
         ("drive angle [rad]", log.measured[:, 0]),
         ("pitch [rad]", log.measured[:, 1]),
         ("voltage [V]", log.voltage),
     )
     for ax, (name, signal) in zip(axes, rows, strict=True):
-        ax.plot(log.t, signal, color=INK, lw=0.9)
+        ax.plot(log.t, signal, color=INK_COLOUR, lw=0.9)
         ax.set_ylabel(name)
-        for a, b in still:
-            ax.axvspan(a, b, color=BEFORE, alpha=0.25, lw=0)
+        for a, b in standstills:
+            ax.axvspan(a, b, color=BEFORE_COLOUR, alpha=0.25, lw=0)
     axes[-1].set_xlabel("time [s]; marked: the drive stands still")
-    saved(figure, path)
+    save_svg(figure, path)
 
 
-def draw_steps(path: Path, found: Explanation) -> None:
+def draw_error_ladder(path: Path, found: Explanation) -> None:
     """The error ladder."""
-    figure, (ax,) = picture(7, 1.2 + 0.4 * len(found.steps))
+    figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
     names = ["parameters refitted", *(f"+ {s.effect}" for s in found.steps)]
     errors = [found.base_error, *(s.error_after for s in found.steps)]
     y = np.arange(len(names))[::-1]
-    ax.barh(y, errors, color=[BEFORE, *[AFTER] * len(found.steps)])
-    ax.axvline(found.noise_floor, color=QUIET, lw=1, ls="--")
+    ax.barh(y, errors, color=[BEFORE_COLOUR, *[AFTER_COLOUR] * len(found.steps)])
+    ax.axvline(found.noise_floor, color=MUTED_COLOUR, lw=1, ls="--")
     ax.set_yticks(y, names)
     ax.set_xlabel("held-out error [σ]; dashed: noise floor")
-    saved(figure, path)
+    save_svg(figure, path)

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from wheelpend.api import explain
 from wheelpend.benchmarks.measured.drawing import (
-    GAIN,
-    NAMES,
+    FORCE_PER_VOLT_N,
+    RUNG_LABELS,
     Rung,
     draw_bursts,
     draw_force,
-    draw_ladder,
+    draw_force_ladder,
+    markdown_table,
     step_rows,
-    table,
 )
 from wheelpend.diagnosis.compare import compare
 from wheelpend.diagnosis.explain import Explanation
@@ -24,11 +24,15 @@ from wheelpend.identification.inverse_dynamics import force_error
 from wheelpend.kernels import load as kernels
 from wheelpend.model.record import Model
 
-ESTIMATION, PULSES, BALANCING = "emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat", "mini_segway/balancing.csv"
-LADDER = ("voltage_offset", "viscous_drive", "coulomb_drive", "viscous_asymmetry")  # as explain finds it
-PUBLISHED = {"X1": 95.1089, "viscous_drive.coefficient": 203.5034, "coulomb_drive.torque": 20.3935,
+ESTIMATION_LOG, PULSES_LOG, BALANCING_LOG = (
+    "emps/DATA_EMPS.mat",
+    "emps/DATA_EMPS_PULSES.mat",
+    "mini_segway/balancing.csv",
+)
+FRICTION_EFFECTS = ("voltage_offset", "viscous_drive", "coulomb_drive", "viscous_asymmetry")  # as explain finds it
+PUBLISHED_FORCE_VALUES = {"X1": 95.1089, "viscous_drive.coefficient": 203.5034, "coulomb_drive.torque": 20.3935,
              "voltage_offset.offset": 3.1648}  # Janot, Gautier, Brunot 2019: kg, N s/m, N, N  # fmt: skip
-SLIDE = """\
+SLIDE_MODEL = """\
 plant = "slide"
 effects = ["voltage_offset"]           # mass and offset alone: what friction there is, the tool is to find
 
@@ -42,37 +46,37 @@ x_ref = { column = "qg" }
 """
 
 
-def emps(estimation: Path, pulses: Path, out: Path, update) -> str:
+def emps_page_text(estimation: Path, pulses: Path, out: Path, update) -> str:
     """The page on the EMPS."""
-    model = Model.parse(SLIDE)
+    model = Model.parse(SLIDE_MODEL)
     found = explain(model, [estimation], progress=update)
     update("inverse dynamics with each rung")
-    rungs = [rung(model, effects, estimation, pulses) for effects in ladder_of(found)]
+    rungs = [fit_rung(model, effects, estimation, pulses) for effects in effects_of_rungs(found)]
     final = found.model
     update("comparing with the log with pulses")
     values = rungs[-1][3]
-    held = fitted_to(final, values)
+    held = model_with_values(final, values)
     there = compare(held, [pulses])
     here = compare(held, [estimation])
     pulse_times = [b["from"] for b in there.bursts if not b["at_reversal"]]
-    draw_ladder(out / "emps_ladder.svg", rungs)
+    draw_force_ladder(out / "emps_ladder.svg", rungs)
     draw_force(out / "emps_force.svg", model, rungs, estimation)
     draw_bursts(out / "emps_pulses.svg", held, pulses, there)
-    return EMPS.format(
-        model=SLIDE,
-        steps=table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
-        forces=table(
+    return EMPS_PAGE.format(
+        model=SLIDE_MODEL,
+        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
+        forces=markdown_table(
             ("model", "estimation [%]", "pulses [%]", "M [kg]", "F_v [N s/m]", "F_c [N]", "offset [N]"),
-            [force_row(name, r) for name, r in zip(NAMES, rungs, strict=False)] + [PUBLISHED_ROW],
+            [force_row(name, r) for name, r in zip(RUNG_LABELS, rungs, strict=False)] + [PUBLISHED_ROW],
         ),
-        worst=f"{worst(rungs[2][3]):.2f}",
-        asymmetry=f"{rungs[-1][3]['viscous_asymmetry.coefficient'] * GAIN:.1f}",
-        shooting=table(("", "M [kg]", "F_v [N s/m]", "F_c [N]"), shooting_rows(model, estimation, pulses)),
+        worst=f"{max_deviation_percent(rungs[2][3]):.2f}",
+        asymmetry=f"{rungs[-1][3]['viscous_asymmetry.coefficient'] * FORCE_PER_VOLT_N:.1f}",
+        shooting=markdown_table(("", "M [kg]", "F_v [N s/m]", "F_c [N]"), shooting_rows(model, estimation, pulses)),
         verdict=found.verdict,
-        repeats=repeated(found),
+        repeats=repeatable_share_text(found),
         bursts=len(pulse_times),
         edges=", ".join(f"{t:.3f}" for t in pulse_times[:8]),
-        peak=f"{max(b['peak'] for b in there.bursts) * GAIN:.0f}",
+        peak=f"{max(b['peak'] for b in there.bursts) * FORCE_PER_VOLT_N:.0f}",
         quiet=sum(not b["at_reversal"] for b in here.bursts),
         turning=sum(b["at_reversal"] for b in here.bursts),
     )
@@ -81,43 +85,55 @@ def emps(estimation: Path, pulses: Path, out: Path, update) -> str:
 PUBLISHED_ROW = ("published, with Coulomb friction", "4.083", "5.982", "95.11", "203.50", "20.39", "3.16")
 
 
-def ladder_of(found: Explanation) -> list[tuple[str, ...]]:
+def effects_of_rungs(found: Explanation) -> list[tuple[str, ...]]:
     """The effects of every rung, from those of the model on."""
     own = tuple(found.effects[: len(found.effects) - len(found.steps)])
     return [own + tuple(s.effect for s in found.steps[:k]) for k in range(len(found.steps) + 1)]
 
 
-def rung(model: Model, effects: Sequence[str], estimation: Path, pulses: Path) -> Rung:
+def fit_rung(model: Model, effects: Sequence[str], estimation: Path, pulses: Path) -> Rung:
     """A model by inverse dynamics on the estimation log: its force error there and on the other, and its values."""
     larger = model.with_effects(effects)
     found = identify(larger, [estimation], method="inverse")
     values = {n: row["value"] for n, row in found.parameters.items()}
-    other = force_error(kernels.lean(larger.plant, larger.assumptions, effects), read_logs([pulses], larger)[0], values)
+    other = force_error(
+        kernels.model_module(larger.plant, larger.assumptions, effects), read_logs([pulses], larger)[0], values
+    )
     return tuple(effects), found.force_error or float("nan"), other or float("nan"), values
 
 
 def force_row(name: str, one: Rung) -> tuple[str, ...]:
     """A rung as a row of the table."""
-    values = [one[3].get(n) for n in PUBLISHED]
-    return (name, f"{one[1]:.2f}", f"{one[2]:.2f}", *("–" if v is None else f"{v * GAIN:.2f}" for v in values))
+    values = [one[3].get(n) for n in PUBLISHED_FORCE_VALUES]
+    return (
+        name,
+        f"{one[1]:.2f}",
+        f"{one[2]:.2f}",
+        *("–" if v is None else f"{v * FORCE_PER_VOLT_N:.2f}" for v in values),
+    )
 
 
-def worst(values: dict[str, float]) -> float:
+def max_deviation_percent(values: dict[str, float]) -> float:
     """Largest difference from a published parameter [%]."""
-    return max(abs(100.0 * (values[n] * GAIN / published - 1.0)) for n, published in PUBLISHED.items())
+    return max(
+        abs(100.0 * (values[n] * FORCE_PER_VOLT_N / published - 1.0)) for n, published in PUBLISHED_FORCE_VALUES.items()
+    )
 
 
 def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
     """Parameters of the model with viscous and Coulomb friction by shooting on each log."""
-    larger, rows = model.with_effects(LADDER[:3]), []
+    larger, rows = model.with_effects(FRICTION_EFFECTS[:3]), []
     for path in logs:
         found = identify(larger, [path]).parameters
-        cells = [f"{found[n]['value'] * GAIN:.2f} ± {found[n]['sigma'] * GAIN:.2f}" for n in [*PUBLISHED][:3]]
+        cells = [
+            f"{found[n]['value'] * FORCE_PER_VOLT_N:.2f} ± {found[n]['sigma'] * FORCE_PER_VOLT_N:.2f}"
+            for n in [*PUBLISHED_FORCE_VALUES][:3]
+        ]
         rows.append((path.name, *cells))
     return rows
 
 
-def repeated(found: Explanation) -> str:
+def repeatable_share_text(found: Explanation) -> str:
     """How much of what is left repeats, in words."""
     if not found.repeats:
         return "nothing"
@@ -125,12 +141,12 @@ def repeated(found: Explanation) -> str:
     return f"{100 * one.repeatable:.0f} %, with {' and '.join(one.depends_on)}"
 
 
-def fitted_to(model: Model, values: dict[str, float]) -> Model:
+def model_with_values(model: Model, values: dict[str, float]) -> Model:
     """A model with these values as identified."""
     return model.with_fit({n: (v, None) for n, v in values.items()})
 
 
-EMPS = """\
+EMPS_PAGE = """\
 # A machine axis: from mass and offset to direction-dependent friction
 
 *This page is written by `python -m wheelpend.benchmarks.measured`; the figures in it are what that command measured.*

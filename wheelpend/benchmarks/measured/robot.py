@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from wheelpend.api import explain
-from wheelpend.benchmarks.measured.drawing import draw_robot, draw_steps, step_rows, table
+from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, markdown_table, step_rows
 from wheelpend.diagnosis.compare import compare
 from wheelpend.identification.identify import identify
 from wheelpend.inspection.inspect import inspect_file
 from wheelpend.model.record import Model
 
-ROBOT = """\
+ROBOT_MODEL = """\
 plant = "wheel_pendulum"
 effects = []
 
@@ -24,29 +24,29 @@ ground_friction = false                # hard tyres on a hard floor: all viscous
 """
 
 
-def robot(path: Path, out: Path, update) -> str:
+def robot_page_text(path: Path, out: Path, update) -> str:
     """The page on the balancing robot."""
-    model = Model.parse(ROBOT)
+    model = Model.parse(ROBOT_MODEL)
     log, looked = inspect_file(model, path)
     found = explain(model, [path], progress=update)
-    with_dry = Model.parse(ROBOT + HARD_FLOOR).with_effects(["coulomb_drive"])
+    with_dry = Model.parse(ROBOT_MODEL + HARD_FLOOR).with_effects(["coulomb_drive"])
     update("fitting all of the log with dry friction")
     whole = identify(with_dry, [path])
     judged = compare(whole.model, [path])
     drive = next(n for n in whole.parameters if whole.unit[n] == "V s/rad" and "." not in n)
     still = looked.stand_still.get("theta_w", [])
     draw_robot(out / "robot_stands.svg", log, still)
-    draw_steps(out / "robot_ladder.svg", found)
+    draw_error_ladder(out / "robot_ladder.svg", found)
     total = sum(b - a for a, b in still)
     first = found.steps[0]
     return ROBOT_PAGE.format(
-        model=ROBOT,
-        channels=table(
+        model=ROBOT_MODEL,
+        channels=markdown_table(
             ("channel", "least", "greatest", "noise"),
             [(c, *(f"{row[k]:.4g}" for k in ("minimum", "maximum", "noise"))) for c, row in looked.channels.items()],
         ),
         jitter=f"{100 * looked.jitter:.1f}",
-        steps=table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
+        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
         first=first.effect,
         size=f"{first.coefficients.get('torque', float('nan')):.3f}",
         cut=f"{100 * (1 - first.error_after / first.error_before):.0f}",

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from wheelpend.parallel import THREADS
+from wheelpend.parallel import BLAS_THREAD_VARIABLES
 
 
 def main(
@@ -17,15 +17,17 @@ def main(
     peers: Annotated[Path, typer.Option(help="Environment with other packages.")] = Path(".venv-peers"),
 ) -> None:
     """Measure how fast things are beside C and other packages."""
-    os.environ.update(dict.fromkeys(THREADS, "1"))  # before NumPy is imported, here and in every process from here
-    from wheelpend.benchmarks.speed.page import text, write
-    from wheelpend.benchmarks.speed.rows import measure, named
+    os.environ.update(
+        dict.fromkeys(BLAS_THREAD_VARIABLES, "1")
+    )  # before NumPy is imported, here and in every process from here
+    from wheelpend.benchmarks.speed.page import table_text, write
+    from wheelpend.benchmarks.speed.rows import measure, select_rows
     from wheelpend.benchmarks.speed.setting import Setting
-    from wheelpend.reports.console import err, failures, say
+    from wheelpend.reports.console import err, exit_on_failure, print_line
 
-    with failures():
-        results = measure(named(only or []), Setting(peers), lambda line: err.print(line, markup=False))
-        say(text(results))
+    with exit_on_failure():
+        results = measure(select_rows(only or []), Setting(peers), lambda line: err.print(line, markup=False))
+        print_line(table_text(results))
         if out:
             write(out, results)
 

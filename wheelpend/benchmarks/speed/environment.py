@@ -13,11 +13,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from wheelpend.benchmarks.speed.record import Absent
+from wheelpend.benchmarks.speed.record import NotMeasurableError
 from wheelpend.benchmarks.speed.timing import Contender
 
-SCRIPT = Path(__file__).with_name("peers.py")
-OURS = Path(sys.prefix)  # the environment of this process, which has sympy
+PEERS_SCRIPT_PATH = Path(__file__).with_name("peers.py")
+OWN_ENVIRONMENT_PATH = Path(sys.prefix)  # the environment of this process, which has sympy
 
 
 @contextmanager
@@ -26,7 +26,13 @@ def peer(environment: Path, name: str, **problem: np.ndarray) -> Iterator[tuple[
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "problem.npz"
         np.savez(file, **problem)  # type: ignore[arg-type]
-        command = [str(interpreter(environment)), "-P", str(SCRIPT), name, str(file)]  # -P: our modules are not its
+        command = [
+            str(interpreter(environment)),
+            "-P",
+            str(PEERS_SCRIPT_PATH),
+            name,
+            str(file),
+        ]  # -P: our modules are not its
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         ) as process:
@@ -41,9 +47,9 @@ def peer(environment: Path, name: str, **problem: np.ndarray) -> Iterator[tuple[
 
 def interpreter(environment: Path) -> Path:
     """The interpreter of an environment; raises Absent where there is none."""
-    path = Path(sys.executable) if environment == OURS else environment / "bin" / "python"
+    path = Path(sys.executable) if environment == OWN_ENVIRONMENT_PATH else environment / "bin" / "python"
     if not path.exists():
-        raise Absent(f"no environment with other packages at {environment}; `make bench` makes one")
+        raise NotMeasurableError(f"no environment with other packages at {environment}; `make bench` makes one")
     return path
 
 
@@ -52,15 +58,15 @@ def _round(name: str, questions: IO[str], answers: IO[str]) -> dict[str, Any]:
         questions.write("\n")
         questions.flush()
     except OSError:
-        raise Absent(f"{name} ended before its work was done") from None
+        raise NotMeasurableError(f"{name} ended before its work was done") from None
     return _answer(name, answers)
 
 
 def _answer(name: str, answers: IO[str]) -> dict[str, Any]:
     line = answers.readline()
     if not line:
-        raise Absent(f"{name} ended without an answer")
+        raise NotMeasurableError(f"{name} ended without an answer")
     found = json.loads(line)
     if "failure" in found:
-        raise Absent(found["failure"])
+        raise NotMeasurableError(found["failure"])
     return found

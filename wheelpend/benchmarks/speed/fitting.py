@@ -13,46 +13,48 @@ import numpy as np
 from wheelpend.api import diagnose
 from wheelpend.benchmarks.speed.environment import peer
 from wheelpend.benchmarks.speed.record import Times
-from wheelpend.benchmarks.speed.regression import TAU
+from wheelpend.benchmarks.speed.regression import FILTER_TIME_CONSTANTS_S
 from wheelpend.benchmarks.speed.setting import Setting
-from wheelpend.benchmarks.speed.simulation import STEP, in_c, ours
+from wheelpend.benchmarks.speed.simulation import MAX_STEP_S, c_closed_loop, generated_closed_loop
 from wheelpend.benchmarks.speed.timing import best_in_turn, timed
 from wheelpend.diagnosis import pair_search
 from wheelpend.errors import Failure
-from wheelpend.estimation.continuation import fit_parts
+from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import known_values
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.simulation.hidden import machine_values
 
-LONG = 60.0  # s, the log of the shooting fit
-SEGMENTS = 0.25  # s, short enough to start from nominal values at once
-FOLDS = 10  # of the cross-validation
-SAMPLED = 4  # candidates that are refitted from the data; all would take minutes
-HIDDEN = {"coulomb_drive": 0.3}  # V, what the diagnosis is to find
+FIT_LOG_DURATION_S = 60.0  # s, the log of the shooting fit
+SEGMENT_DURATION_S = 0.25  # s, short enough to start from nominal values at once
+FOLD_COUNT = 10  # of the cross-validation
+REFITTED_CANDIDATE_COUNT = 4  # candidates that are refitted from the data; all would take minutes
+HIDDEN_EFFECTS = {"coulomb_drive": 0.3}  # V, what the diagnosis is to find
 
 
 def fit_against_simulation(s: Setting) -> Times:
     """Fit 7 parameters and all initial states to 60 s, from nominal values, against one C simulation of 60 s."""
-    study = prepare(s.model, [s.log(LONG)], use_all=True, horizon=SEGMENTS)
-    run = partial(fit_parts, study, study.training, known_values(s.model), study.base, rounds=40)
+    problem = prepare(s.model, [s.log(FIT_LOG_DURATION_S)], use_all=True, horizon=SEGMENT_DURATION_S)
+    run = partial(fit_segments, problem, problem.training, known_values(s.model), problem.base, rounds=40)
     fitted = run()
-    if not (fitted.converged and fitted.error < 1.1 * study.floor):
+    if not (fitted.converged and fitted.error < 1.1 * problem.floor):
         raise Failure(f"The fit must reach the noise, but its error is {fitted.error:g}.")
-    return Times(*best_in_turn(timed(run, perf_counter), timed(in_c(s.loop(LONG))[0], perf_counter)))
+    return Times(
+        *best_in_turn(timed(run, perf_counter), timed(c_closed_loop(s.loop(FIT_LOG_DURATION_S))[0], perf_counter))
+    )
 
 
 def sensitivities_against_simulation(s: Setting) -> Times:
     """20 s with the derivatives in everything that the library fits, against one C simulation of 20 s."""
     loop, module = s.loop(), s.library
-    voltage = ours(s, loop)()[2]
-    parameters = vector(module, machine_values(s.model, {}), s.log())
+    voltage = generated_closed_loop(s, loop)()[2]
+    parameters = kernel_parameters(module, machine_values(s.model, {}), s.log())
     columns = np.arange(module.FITTED)
-    run = partial(module.sensitivities, loop.t, voltage, loop.state, parameters, columns, STEP)
+    run = partial(module.sensitivities, loop.t, voltage, loop.state, parameters, columns, MAX_STEP_S)
     if not np.isfinite(run()[2]).all():
         raise Failure("Sensitivities must be finite numbers.")
-    return Times(*best_in_turn(timed(run), timed(in_c(loop)[0])))
+    return Times(*best_in_turn(timed(run), timed(c_closed_loop(loop)[0])))
 
 
 class Columns(NamedTuple):
@@ -70,18 +72,20 @@ def search_against_refits(s: Setting) -> Times:
     grams = fold_grams(columns)
     search_in_grams(grams, columns)
     run = partial(search_in_grams, grams, columns)
-    chosen = [columns.further[k] for k in np.linspace(0, len(columns.further) - 1, SAMPLED).astype(int)]
+    chosen = [
+        columns.further[k] for k in np.linspace(0, len(columns.further) - 1, REFITTED_CANDIDATE_COUNT).astype(int)
+    ]
     begin = process_time()
     for places in chosen:
         refit(columns, places)
-    each = (process_time() - begin) / SAMPLED
+    each = (process_time() - begin) / REFITTED_CANDIDATE_COUNT
     return Times(best_in_turn(timed(run))[0], each * len(columns.further))
 
 
 def search_in_grams(grams: np.ndarray, columns: Columns) -> np.ndarray:
     """Held-out sum of squares of each candidate: the one place that calls the search in stored Gram matrices."""
     places = [list(further) for further in columns.further if len(further) == 1]
-    found = pair_search.search(grams, len(columns.own), places)
+    found = pair_search.search_pairs(grams, len(columns.own), places)
     return np.concatenate([found.singles, found.pairs[np.triu_indices(len(places), 1)]])
 
 
@@ -103,15 +107,17 @@ def fold_grams(columns: Columns) -> np.ndarray:
 
 def folds(rows: int) -> list[np.ndarray]:
     """Which rows (rows,) each fold holds out: contiguous blocks."""
-    number = np.arange(rows) * FOLDS // rows
-    return [number == k for k in range(FOLDS)]
+    number = np.arange(rows) * FOLD_COUNT // rows
+    return [number == k for k in range(FOLD_COUNT)]
 
 
 def library_columns(s: Setting) -> Columns:
     """The filtered regressor of a 20 s log with every effect that is linear in its sizes."""
-    module, log = s.library, s.log(**HIDDEN)
-    states, parameters = measured_states(module, log), vector(module, machine_values(s.model, {}), log)
-    tau, phi = module.filter_regressor(log.t, states, log.voltage, parameters, *TAU, True, states[0])
+    module, log = s.library, s.log(**HIDDEN_EFFECTS)
+    states, parameters = measured_states(module, log), kernel_parameters(module, machine_values(s.model, {}), log)
+    tau, phi = module.filter_regressor(
+        log.t, states, log.voltage, parameters, *FILTER_TIME_CONSTANTS_S, True, states[0]
+    )
     own = tuple(k for k, name in enumerate(module.LINEAR) if "." not in name)
     others = [k for k, name in enumerate(module.LINEAR) if "." in name and not name.startswith("missing")]
     further = (*combinations(others, 1), *combinations(others, 2))
@@ -120,10 +126,10 @@ def library_columns(s: Setting) -> Columns:
 
 def diagnosis_against_pysindy(s: Setting) -> Times:
     """The whole diagnosis of a 20 s log, against one sparse regression as large as it."""
-    log, rng = s.log(**HIDDEN), np.random.default_rng(0)
+    log, rng = s.log(**HIDDEN_EFFECTS), np.random.default_rng(0)
     run = partial(diagnose, s.model, [log])
     if (verdict := run().verdict) != "effect_missing":
         raise Failure(f"The diagnosis must find what is hidden, but its verdict is {verdict}.")
     columns, sides = rng.normal(size=(len(log), s.library.FITTED)), rng.normal(size=(len(log), s.library.NQ))
     with peer(s.peers, "pysindy", columns=columns, sides=sides) as (contender, _):
-        return Times(*best_in_turn(timed(run, perf_counter), contender, least=2))
+        return Times(*best_in_turn(timed(run, perf_counter), contender, min_rounds=2))

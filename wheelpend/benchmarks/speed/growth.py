@@ -20,18 +20,18 @@ import numpy as np
 import typer
 
 from wheelpend.files import write_text
-from wheelpend.parallel import THREADS
-from wheelpend.reports.console import failures, say
+from wheelpend.parallel import BLAS_THREAD_VARIABLES
+from wheelpend.reports.console import exit_on_failure, print_line
 
-BEGIN, END = "<!-- written by wheelpend.benchmarks.speed.growth -->", "<!-- end of growth -->"
-WARM = 20_000  # samples on which a work is done once before it is measured
-LENGTHS = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
-DIAGNOSED = (10_000, 30_000, 100_000)
-EFFECTS = (5, 10, 20, 30, 50)  # the library's that last and free nothing, then up to twenty of a user's own
-BATCHES = (1, 10, 100, 1_000, 10_000)
+BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.speed.growth -->", "<!-- end of growth -->"
+WARM_UP_SAMPLES = 20_000  # samples on which a work is done once before it is measured
+LOG_SAMPLE_COUNTS = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
+DIAGNOSIS_SAMPLE_COUNTS = (10_000, 30_000, 100_000)
+EFFECT_COUNTS = (5, 10, 20, 30, 50)  # the library's that last and free nothing, then up to twenty of a user's own
+BATCH_SIZES = (1, 10, 100, 1_000, 10_000)
 
 
-class Grown(NamedTuple):
+class ScalingPoint(NamedTuple):
     """One figure."""
 
     size: int
@@ -39,12 +39,12 @@ class Grown(NamedTuple):
     megabytes: float  # peak beyond what was there before
 
 
-class Growth(NamedTuple):
+class ScalingCurve(NamedTuple):
     """A kind of work over its sizes."""
 
     name: str
     over: str
-    found: tuple[Grown, ...]
+    found: tuple[ScalingPoint, ...]
 
     def exponent(self, of: str) -> float:
         """Slope of the upper half, in logarithms; what is not seen beside the fixed cost has none."""
@@ -55,38 +55,38 @@ class Growth(NamedTuple):
 
 def main(
     out: Annotated[Path, typer.Option(help="Page whose marked place gets the figures.")] = Path("docs/performance.md"),
-    longest: Annotated[int, typer.Option(help="Samples of the longest log.")] = LENGTHS[-1],
+    longest: Annotated[int, typer.Option(help="Samples of the longest log.")] = LOG_SAMPLE_COUNTS[-1],
     one: Annotated[str, typer.Option(hidden=True)] = "",
 ) -> None:
     """Measure growth and write it into a page, with a picture."""
     if one:
         kind, number, place = one.split(":")
-        print(json.dumps(measured(kind, int(number), Path(place))))
+        print(json.dumps(measure_once(kind, int(number), Path(place))))
         return
-    with failures(), tempfile.TemporaryDirectory() as folder:
-        lengths = [n for n in LENGTHS if n <= longest]
+    with exit_on_failure(), tempfile.TemporaryDirectory() as folder:
+        lengths = [n for n in LOG_SAMPLE_COUNTS if n <= longest]
         write_log(Path(folder), lengths[-1])
         found = []
         for kind, over, sizes in (
             ("identify", "samples", lengths),
             ("identify --method filtered", "samples", lengths),
-            ("diagnose", "samples", DIAGNOSED),
-            ("diagnose", "effects", EFFECTS),
-            ("closed_loop_batch", "machines", BATCHES),
+            ("diagnose", "samples", DIAGNOSIS_SAMPLE_COUNTS),
+            ("diagnose", "effects", EFFECT_COUNTS),
+            ("closed_loop_batch", "machines", BATCH_SIZES),
         ):
             rows = []
             for size in sizes:
                 label = f"{kind} of {over}:{size}:{folder}"
                 print(f"{kind}, {size:,} {over}", file=sys.stderr)
-                rows.append(Grown(*alone(label)))
-            found.append(Growth(kind, over, tuple(rows)))
+                rows.append(ScalingPoint(*measure_in_process(label)))
+            found.append(ScalingCurve(kind, over, tuple(rows)))
             write(out, found)
-        say(table(found))
+        print_line(markdown_table(found))
 
 
-def alone(label: str) -> tuple[int, float, float]:
+def measure_in_process(label: str) -> tuple[int, float, float]:
     """A figure from a process of its own."""
-    environment = {**os.environ, **dict.fromkeys(THREADS, "1")}
+    environment = {**os.environ, **dict.fromkeys(BLAS_THREAD_VARIABLES, "1")}
     run = subprocess.run(
         [sys.executable, "-m", "wheelpend.benchmarks.speed.growth", "--one", label],
         env=environment, capture_output=True, text=True, check=False,
@@ -100,30 +100,30 @@ def alone(label: str) -> tuple[int, float, float]:
 def write_log(folder: Path, samples: int) -> None:
     """A long log of the paper's robot, as arrays on disk."""
     from wheelpend.model.record import Model
-    from wheelpend.simulation.simulate import SAMPLE, simulate
+    from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S, simulate
 
-    log = simulate(Model.default(), duration=(samples - 1) * SAMPLE, seed=1)
+    log = simulate(Model.default(), duration=(samples - 1) * SAMPLE_INTERVAL_S, seed=1)
     for name in ("t", "voltage", "measured"):
         getattr(log, name).tofile(folder / name)
 
 
-def measured(kind: str, size: int, folder: Path) -> tuple[int, float, float]:
+def measure_once(kind: str, size: int, folder: Path) -> tuple[int, float, float]:
     """Do a work once to have everything loaded, then measure it."""
-    prepared, work = WORK[kind](size, folder)
+    prepared, work = WORK_FACTORIES[kind](size, folder)
     prepared()
-    before = peak()
+    before = peak_memory_mb()
     begin = perf_counter()
     work()
-    return size, perf_counter() - begin, peak() - before
+    return size, perf_counter() - begin, peak_memory_mb() - before
 
 
-def peak() -> float:
+def peak_memory_mb() -> float:
     """The most memory that this process has had [MB]."""
     line = next(x for x in Path("/proc/self/status").read_text().splitlines() if x.startswith("VmHWM"))
     return float(line.split()[1]) / 1024.0  # getrusage would count what the parent process had
 
 
-def log_of(folder: Path, samples: int):
+def read_log(folder: Path, samples: int):
     """The first samples of the long log."""
     from wheelpend.logs.log import Log
 
@@ -136,20 +136,20 @@ def identification(method: str, size: int, folder: Path) -> tuple[Callable, Call
     """Identify the paper's model from so many samples."""
     from wheelpend import Model, identify
 
-    model, log = Model.default(), log_of(folder, size)
+    model, log = Model.default(), read_log(folder, size)
 
     def run(samples: int) -> None:
         identify(model, [log.part(0, samples)], method=method, test_bias=False)
 
-    return lambda: run(min(size, WARM)), lambda: run(size)
+    return lambda: run(min(size, WARM_UP_SAMPLES)), lambda: run(size)
 
 
 def diagnosis(size: int, folder: Path) -> tuple[Callable, Callable]:
     """Diagnose from so many samples."""
     from wheelpend import Model, diagnose
 
-    model, log = Model.default(), log_of(folder, size)
-    return lambda: diagnose(model, [log.part(0, min(size, WARM))]), lambda: diagnose(model, [log])
+    model, log = Model.default(), read_log(folder, size)
+    return lambda: diagnose(model, [log.part(0, min(size, WARM_UP_SAMPLES))]), lambda: diagnose(model, [log])
 
 
 def diagnosis_of_effects(size: int, folder: Path) -> tuple[Callable, Callable]:
@@ -162,7 +162,7 @@ def diagnosis_of_effects(size: int, folder: Path) -> tuple[Callable, Callable]:
     model = workspace.create(place, "wheel_pendulum")
     known = [e.name for e in library() if not e.event and not e.frees]
     if size > len(known):
-        rows = [OWN.format(number=n, power=2 + n) for n in range(size - len(known))]
+        rows = [USER_EFFECT_TEMPLATE.format(number=n, power=2 + n) for n in range(size - len(known))]
         (place / "effects.toml").write_text("\n".join(rows), encoding="utf-8")
         model = Model.open(place)
     left_out = [e.name for e in library() if e.name not in known[:size]]
@@ -174,7 +174,7 @@ def diagnosis_of_effects(size: int, folder: Path) -> tuple[Callable, Callable]:
     return run, run
 
 
-OWN = """[drag_{number}]
+USER_EFFECT_TEMPLATE = """[drag_{number}]
 family = "drive"
 sentence = "A drag that grows with a power of the speed."
 on = "drive"
@@ -210,7 +210,7 @@ def batch(size: int, folder: Path) -> tuple[Callable, Callable]:
     return lambda: run(1), lambda: run(size)
 
 
-WORK: dict[str, Callable[[int, Path], tuple[Callable, Callable]]] = {
+WORK_FACTORIES: dict[str, Callable[[int, Path], tuple[Callable, Callable]]] = {
     "identify of samples": lambda n, f: identification("shooting", n, f),
     "identify --method filtered of samples": lambda n, f: identification("filtered", n, f),
     "diagnose of samples": diagnosis,
@@ -219,7 +219,7 @@ WORK: dict[str, Callable[[int, Path], tuple[Callable, Callable]]] = {
 }
 
 
-def table(found: Sequence[Growth]) -> str:
+def markdown_table(found: Sequence[ScalingCurve]) -> str:
     """The figures in Markdown."""
     lines = [
         "| work | grows with | sizes | time [s] | its exponent | memory beyond the input [MB] |",
@@ -234,16 +234,18 @@ def table(found: Sequence[Growth]) -> str:
     return "\n".join(lines)
 
 
-def write(path: Path, found: Sequence[Growth]) -> None:
+def write(path: Path, found: Sequence[ScalingCurve]) -> None:
     """Write the table between its marks, and the picture beside the page."""
     draw(path.parent / "performance_growth.svg", found)
-    before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN}\n{END}\n"
-    head, _, rest = before.partition(BEGIN)
+    before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN_MARK}\n{END_MARK}\n"
+    head, _, rest = before.partition(BEGIN_MARK)
     picture = "![Time and memory over the size of the work](performance_growth.svg)"
-    write_text(path, f"{head}{BEGIN}\n\n{table(found)}\n\n{picture}\n\n{END}{rest.partition(END)[2]}")
+    write_text(
+        path, f"{head}{BEGIN_MARK}\n\n{markdown_table(found)}\n\n{picture}\n\n{END_MARK}{rest.partition(END_MARK)[2]}"
+    )
 
 
-def draw(path: Path, found: Sequence[Growth]) -> None:
+def draw(path: Path, found: Sequence[ScalingCurve]) -> None:
     """Time and memory over size, in logarithms, one panel for each thing that grows."""
     import matplotlib
     from matplotlib.figure import Figure
@@ -263,7 +265,7 @@ def draw(path: Path, found: Sequence[Growth]) -> None:
         figure.savefig(path, metadata={"Date": None})
 
 
-def draw_panel(axes, found: Sequence[Growth], of: str) -> None:
+def draw_panel(axes, found: Sequence[ScalingCurve], of: str) -> None:
     """One panel; less than a megabyte is drawn as one."""
     least = 1.0 if of == "megabytes" else 0.0
     for number, g in enumerate(found):
@@ -271,7 +273,7 @@ def draw_panel(axes, found: Sequence[Growth], of: str) -> None:
         exponent = g.exponent(of) if of == "seconds" or min(values[-2:]) > least else 0.0
         axes.loglog(sizes, values, "o-", color=f"C{number}", label=f"{g.name}: exponent {exponent:.2f}")
     shown = sorted({x.size for g in found for x in g.found})
-    axes.set_xticks(shown, [tick(x) for x in shown])
+    axes.set_xticks(shown, [tick_label(x) for x in shown])
     axes.minorticks_off()
     low, high = axes.get_ylim()
     axes.set_ylim(0.3 * low, 20.0 * high)  # room for the names
@@ -279,7 +281,7 @@ def draw_panel(axes, found: Sequence[Growth], of: str) -> None:
     axes.grid(alpha=0.3)
 
 
-def tick(size: int) -> str:
+def tick_label(size: int) -> str:
     """A size as it stands on the axis: long ones only where they are powers of ten."""
     power = len(str(size)) - 1
     return str(size) if size < 1000 else f"$10^{power}$" if size == 10**power else ""

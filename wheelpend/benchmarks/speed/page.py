@@ -10,35 +10,35 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 
-from wheelpend.benchmarks.speed.record import Absent, Measured, number, told
+from wheelpend.benchmarks.speed.record import Measured, NotMeasurableError, number_text, time_text
 from wheelpend.benchmarks.speed.reference import compiler
 from wheelpend.benchmarks.speed.rows import wide_vectors
 from wheelpend.files import write_text
 
-COLUMNS = ("work", "ours", "reference", "ratio", "goal", "met")
-BEGIN, END = "<!-- written by make bench -->", "<!-- end -->"
-MEANING = (
+TABLE_HEADER = ("work", "ours", "reference", "ratio", "goal", "met")
+BEGIN_MARK, END_MARK = "<!-- written by make bench -->", "<!-- end -->"
+RATIO_EXPLANATION = (
     "The ratio says how many times as fast as the reference ours is; where the goal is an 'at most', how many times as "
     "long it takes."
 )
 
 
-def cells(found: Measured) -> tuple[str, ...]:
+def row_cells(found: Measured) -> tuple[str, ...]:
     """A row of the table."""
     row, met = found.row, {True: "yes", False: "no", None: "absent"}[found.met]
     if found.times is None:
         return row.work, "", row.reference, "", str(row.goal), met
-    ours, theirs = (told(x, row.piece) for x in found.times)
-    return row.work, ours, f"{theirs}, {row.reference}", number(row.goal.ratio(found.times)), str(row.goal), met
+    ours, theirs = (time_text(x, row.piece) for x in found.times)
+    return row.work, ours, f"{theirs}, {row.reference}", number_text(row.goal.ratio(found.times)), str(row.goal), met
 
 
 def notes(results: Sequence[Measured]) -> list[str]:
     """What has to be said beside the table: what its ratio means, where it was made, and what is absent and why."""
     absent = [f"Absent: {r.row.name}, because {r.absent}." for r in results if r.times is None]
-    return [MEANING, machine(), *absent]
+    return [RATIO_EXPLANATION, machine_text(), *absent]
 
 
-def machine() -> str:
+def machine_text() -> str:
     """Processor, compiler and versions."""
     versions = [f"{name} {version(name)}" for name in ("numba", "numpy", "sympy")]
     return (
@@ -51,14 +51,14 @@ def c_version() -> str:
     """The C compiler's name and version."""
     try:
         command = [compiler(), "--version"]
-    except Absent as reason:
+    except NotMeasurableError as reason:
         return str(reason)
     return subprocess.run(command, capture_output=True, text=True, check=False).stdout.partition("\n")[0]
 
 
-def text(results: Sequence[Measured]) -> str:
+def table_text(results: Sequence[Measured]) -> str:
     """The table, in Markdown that can be read as it is, and what has to be said beside it."""
-    lines = [COLUMNS, *map(cells, results)]
+    lines = [TABLE_HEADER, *map(row_cells, results)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     rows = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
     rows.insert(1, ["-" * width for width in widths])
@@ -68,10 +68,10 @@ def text(results: Sequence[Measured]) -> str:
 def write(path: Path, results: Sequence[Measured]) -> None:
     """Write the table: into a page that has a place for it, between its two marks, else as a page of its own."""
     before = path.read_text(encoding="utf-8") if path.exists() else ""
-    table = f"{BEGIN}\n\n{text(results)}\n{END}"
-    if BEGIN in before and END in before:
-        head, _, rest = before.partition(BEGIN)
-        page = head + table + rest.partition(END)[2]
+    table = f"{BEGIN_MARK}\n\n{table_text(results)}\n{END_MARK}"
+    if BEGIN_MARK in before and END_MARK in before:
+        head, _, rest = before.partition(BEGIN_MARK)
+        page = head + table + rest.partition(END_MARK)[2]
     else:
         page = f"# Speed beside peers\n\n{table}\n"
     write_text(path, page)

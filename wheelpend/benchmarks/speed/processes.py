@@ -15,14 +15,14 @@ from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.benchmarks.speed.timing import Contender, best_in_turn, timed
 from wheelpend.errors import Failure
 from wheelpend.logs.read import save_log
-from wheelpend.model.template import text_of
+from wheelpend.model.template import model_file_text
 
-EFFECTS = (
+DERIVED_EFFECTS = (
     "coulomb_drive", "viscous_asymmetry", "stribeck_drive", "quadratic_drive", "cogging", "ground_viscous",
     "rolling_resistance", "slope", "wheel_runout", "air_drag", "com_offset", "body_damping", "tether_spring",
     "voltage_offset", "imu_bias",
 )  # fmt: skip
-DERIVATION = """
+DERIVATION_SCRIPT = """
 import derive
 model = derive.compose("{plant}", derive.plants.settle("{plant}", {{}}), {effects!r})
 derive.render(model)
@@ -34,7 +34,7 @@ def second_run(s: Setting) -> Times:
     with tempfile.TemporaryDirectory() as folder:
         log, model = Path(folder) / "log.csv", Path(folder) / "model.toml"
         save_log(log, s.log())
-        model.write_text(text_of(s.model.plant), encoding="utf-8")
+        model.write_text(model_file_text(s.model.plant), encoding="utf-8")
         command = ["-m", "wheelpend", "identify", str(log), "--model", str(model)]
         first = process(command, cache=folder)()
         process(command)()  # fills the cache, if need be
@@ -43,7 +43,7 @@ def second_run(s: Setting) -> Times:
 
 def derivation(s: Setting) -> Times:
     """Derive and render the model with 15 effects in a new process, against importing sympy in one."""
-    text = DERIVATION.format(plant=s.model.plant, effects=EFFECTS)
+    text = DERIVATION_SCRIPT.format(plant=s.model.plant, effects=DERIVED_EFFECTS)
     return Times(*best_in_turn(process(["-c", text]), process(["-c", "import sympy"])))
 
 

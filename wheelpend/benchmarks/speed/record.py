@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from wheelpend.benchmarks.speed.setting import Setting
 
 
-UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
 
 
-class Absent(Exception):
+class NotMeasurableError(Exception):
     """A row cannot be measured here; the message says why."""
 
 
@@ -71,8 +71,8 @@ class Measured:
     def __str__(self) -> str:
         if self.times is None:
             return f"absent: {self.absent}"
-        ours, theirs = (told(x, self.row.piece) for x in self.times)
-        return f"ours {ours}, {self.row.reference} {theirs}, ratio {number(self.row.goal.ratio(self.times))}"
+        ours, theirs = (time_text(x, self.row.piece) for x in self.times)
+        return f"ours {ours}, {self.row.reference} {theirs}, ratio {number_text(self.row.goal.ratio(self.times))}"
 
     @property
     def met(self) -> bool | None:
@@ -80,12 +80,12 @@ class Measured:
         return None if self.times is None else self.row.goal.met(self.times)
 
 
-def told(seconds: float, piece: str = "") -> str:
+def time_text(seconds: float, piece: str = "") -> str:
     """A time to three digits, in the unit that suits it."""
-    unit, size = next((u for u in UNITS if seconds >= u[1]), UNITS[-1])
-    return f"{number(seconds / size)} {unit}{'/' if piece else ''}{piece}"
+    unit, size = next((u for u in TIME_UNITS if seconds >= u[1]), TIME_UNITS[-1])
+    return f"{number_text(seconds / size)} {unit}{'/' if piece else ''}{piece}"
 
 
-def number(value: float) -> str:
+def number_text(value: float) -> str:
     """Three digits, or all before the point."""
     return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

@@ -13,21 +13,21 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.benchmarks.speed.record import Absent
+from wheelpend.benchmarks.speed.record import NotMeasurableError
 from wheelpend.errors import Failure
 
-SOURCE = Path(__file__).with_name("reference.c")
-OPTIONS = ("-O3", "-march=native", "-shared", "-fPIC")
-COMPILERS = ("cc", "gcc", "clang")
-TOLERANCE = 1e-9  # relative, to which kernels and reference agree
+C_SOURCE_PATH = Path(__file__).with_name("reference.c")
+COMPILER_OPTIONS = ("-O3", "-march=native", "-shared", "-fPIC")
+COMPILER_NAMES = ("cc", "gcc", "clang")
+RELATIVE_TOLERANCE = 1e-9  # relative, to which kernels and reference agree
 
 
 def compiler() -> str:
     """The system's C compiler: $CC, else the first that is there; raises Absent without one."""
-    names = [os.environ["CC"]] if os.environ.get("CC") else COMPILERS
+    names = [os.environ["CC"]] if os.environ.get("CC") else COMPILER_NAMES
     found = next((path for name in names if (path := shutil.which(name))), None)
     if found is None:
-        raise Absent(f"no C compiler: {', '.join(names)} not found")
+        raise NotMeasurableError(f"no C compiler: {', '.join(names)} not found")
     return found
 
 
@@ -36,10 +36,10 @@ def load() -> ctypes.CDLL:
     """Compile the reference for this very processor and load it; raises Absent where that fails."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "reference.so"
-        command = [compiler(), *OPTIONS, "-o", str(path), str(SOURCE), "-lm"]
+        command = [compiler(), *COMPILER_OPTIONS, "-o", str(path), str(C_SOURCE_PATH), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
-            raise Absent(f"{' '.join(command)} failed: {done.stderr.strip()}")
+            raise NotMeasurableError(f"{' '.join(command)} failed: {done.stderr.strip()}")
         library = ctypes.CDLL(str(path))
     library.total.restype = ctypes.c_double
     return library
@@ -57,7 +57,9 @@ def _converted(value: int | float | np.ndarray) -> object:
     return ctypes.c_long(value) if isinstance(value, int) else ctypes.c_double(value)
 
 
-def agree(what: str, ours: np.ndarray, theirs: np.ndarray, scale: np.ndarray, tolerance: float = TOLERANCE) -> None:
+def require_agreement(
+    what: str, ours: np.ndarray, theirs: np.ndarray, scale: np.ndarray, tolerance: float = RELATIVE_TOLERANCE
+) -> None:
     """Raise Failure unless results agree, relative to a scale: what differs must not be timed."""
     difference = float(np.max(np.abs(ours - theirs) / scale))
     if not difference <= tolerance:

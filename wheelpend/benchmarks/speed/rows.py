@@ -8,40 +8,62 @@ from functools import partial
 from numba import njit
 
 from wheelpend.benchmarks.speed import fitting, processes, regression, simulation
-from wheelpend.benchmarks.speed.record import Absent, Goal, Measured, Row
+from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.errors import Failure
 
-FASTER, LONGEST, WITHIN = partial(Goal, "at least"), partial(Goal, "at most"), partial(Goal, "within")
+MIN_SPEEDUP, MAX_TIME_RATIO, MAX_SECONDS = partial(Goal, "at least"), partial(Goal, "at most"), partial(Goal, "within")
 
 
 def all_rows() -> tuple[Row, ...]:
     """Every row of the table."""
-    one, batch = "closed loop, one trajectory of 20 s", f"closed loop, {simulation.BATCH} trajectories of 20 s"
+    one, batch = "closed loop, one trajectory of 20 s", f"closed loop, {simulation.BATCH_SIZE} trajectories of 20 s"
     gram, rls = "filtered regression, 10⁷ samples", "recursive least squares, 7 parameters"
     loop, peer = simulation, simulation.against_peer
     return (
-        Row("loop", one, "C", FASTER(1.15), loop.against_c, "step"),
-        Row("batch", f"{batch}, one core", "C", FASTER(9.5 if wide_vectors() else 7.0), loop.batch_against_c, "step"),
-        Row("cores", f"{batch}, two cores", "one core", FASTER(1.8), loop.batch_on_two_cores, "step"),
-        Row("casadi", one, "CasADi", FASTER(8), partial(peer, name="casadi"), "step"),
-        Row("mujoco", one, "MuJoCo, cart-pole", FASTER(70), partial(peer, name="mujoco"), "step"),
-        Row("lambdify", one, "lambdify and NumPy", FASTER(900), partial(peer, name="lambdify"), "step"),
-        Row("gram", gram, "C", FASTER(1.8), regression.gram_against_c, "sample"),
-        Row("reading", gram, "reading it", FASTER(0.25), regression.gram_against_reading, "sample"),
-        Row("scipy", gram, "SciPy's lfilter", FASTER(35), regression.gram_against_scipy, "sample"),
-        Row("recursion", rls, "C", FASTER(1.3), regression.recursion_against_c, "update"),
-        Row("padasip", rls, "padasip", FASTER(200), regression.recursion_against_padasip, "update"),
-        Row("fit", "shooting fit to 60 s", "one C simulation", LONGEST(40), fitting.fit_against_simulation),
-        Row("sensitivities", "sensitivities of 20 s to every effect", "one C simulation", LONGEST(40),
-            fitting.sensitivities_against_simulation),
-        Row("search", "all single effects and pairs after one pass", "refits from the data", FASTER(2000),
-            fitting.search_against_refits),
-        Row("diagnosis", "whole diagnosis of a 20 s log", "one pysindy fit", FASTER(10),
-            fitting.diagnosis_against_pysindy),
-        Row("second-run", "second run of `wheelpend identify`", "first run", WITHIN(0.6), processes.second_run),
-        Row("derivation", "derivation with 15 effects", "importing sympy", WITHIN(1.0), processes.derivation),
-    )  # fmt: skip
+        Row("loop", one, "C", MIN_SPEEDUP(1.15), loop.against_c, "step"),
+        Row(
+            "batch",
+            f"{batch}, one core",
+            "C",
+            MIN_SPEEDUP(9.5 if wide_vectors() else 7.0),
+            loop.batch_against_c,
+            "step",
+        ),
+        Row("cores", f"{batch}, two cores", "one core", MIN_SPEEDUP(1.8), loop.batch_on_two_cores, "step"),
+        Row("casadi", one, "CasADi", MIN_SPEEDUP(8), partial(peer, name="casadi"), "step"),
+        Row("mujoco", one, "MuJoCo, cart-pole", MIN_SPEEDUP(70), partial(peer, name="mujoco"), "step"),
+        Row("lambdify", one, "lambdify and NumPy", MIN_SPEEDUP(900), partial(peer, name="lambdify"), "step"),
+        Row("gram", gram, "C", MIN_SPEEDUP(1.8), regression.gram_against_c, "sample"),
+        Row("reading", gram, "reading it", MIN_SPEEDUP(0.25), regression.gram_against_reading, "sample"),
+        Row("scipy", gram, "SciPy's lfilter", MIN_SPEEDUP(35), regression.gram_against_scipy, "sample"),
+        Row("recursion", rls, "C", MIN_SPEEDUP(1.3), regression.recursion_against_c, "update"),
+        Row("padasip", rls, "padasip", MIN_SPEEDUP(200), regression.recursion_against_padasip, "update"),
+        Row("fit", "shooting fit to 60 s", "one C simulation", MAX_TIME_RATIO(40), fitting.fit_against_simulation),
+        Row(
+            "sensitivities",
+            "sensitivities of 20 s to every effect",
+            "one C simulation",
+            MAX_TIME_RATIO(40),
+            fitting.sensitivities_against_simulation,
+        ),
+        Row(
+            "search",
+            "all single effects and pairs after one pass",
+            "refits from the data",
+            MIN_SPEEDUP(2000),
+            fitting.search_against_refits,
+        ),
+        Row(
+            "diagnosis",
+            "whole diagnosis of a 20 s log",
+            "one pysindy fit",
+            MIN_SPEEDUP(10),
+            fitting.diagnosis_against_pysindy,
+        ),
+        Row("second-run", "second run of `wheelpend identify`", "first run", MAX_SECONDS(0.6), processes.second_run),
+        Row("derivation", "derivation with 15 effects", "importing sympy", MAX_SECONDS(1.0), processes.derivation),
+    )
 
 
 def wide_vectors() -> bool:
@@ -55,7 +77,7 @@ def wide_vectors() -> bool:
     return any("zmm" in text for text in add.inspect_asm().values())
 
 
-def named(names: Sequence[str]) -> list[Row]:
+def select_rows(names: Sequence[str]) -> list[Row]:
     """Rows of these names, all of them where none is given; raises Failure for a name that is none."""
     rows = all_rows()
     known = [row.name for row in rows]
@@ -71,7 +93,7 @@ def measure(rows: Sequence[Row], setting: Setting, progress: Callable[[str], Non
         progress(f"[{number}/{len(rows)}] {row.work}, beside {row.reference}")
         try:
             found.append(Measured(row, row.measure(setting)))
-        except Absent as reason:
+        except NotMeasurableError as reason:
             found.append(Measured(row, None, str(reason)))
         progress(f"    {found[-1]}")
     return found

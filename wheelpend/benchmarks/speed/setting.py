@@ -16,10 +16,10 @@ from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
-from wheelpend.simulation.simulate import SAMPLE, simulate
+from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S, simulate
 
-COMMAND = "aggressive"
-DURATION = 20.0  # s
+COMMAND_NAME = "aggressive"
+EXPERIMENT_DURATION_S = 20.0  # s
 
 
 class Loop(NamedTuple):
@@ -47,12 +47,12 @@ class Setting:
     @cached_property
     def lean(self) -> ModuleType:
         """Kernels of the model, the text of generated/wheel_pendulum.py."""
-        return kernels.lean(self.model.plant, self.model.assumptions, ())
+        return kernels.model_module(self.model.plant, self.model.assumptions, ())
 
     @cached_property
     def library(self) -> ModuleType:
         """Kernels with every effect."""
-        return model_kernels.library_of(self.model)
+        return model_kernels.library_module_of(self.model)
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -60,14 +60,14 @@ class Setting:
         values = machine_values(self.model, {})
         return np.array([values[name] for name in self.lean.PARAMETERS])
 
-    def loop(self, duration: float = DURATION) -> Loop:
+    def loop(self, duration: float = EXPERIMENT_DURATION_S) -> Loop:
         """The aggressive command from rest."""
-        t = np.arange(round(duration / SAMPLE) + 1) * SAMPLE
-        angle, rate = reference(COMMAND, t)
+        t = np.arange(round(duration / SAMPLE_INTERVAL_S) + 1) * SAMPLE_INTERVAL_S
+        angle, rate = reference(COMMAND_NAME, t)
         assert self.model.controller is not None
         gains = np.array(self.model.controller.gains, dtype=float)
         return Loop(t, angle, rate, gains, np.zeros(self.lean.NX), self.parameters)
 
-    def log(self, duration: float = DURATION, **hide: float) -> Log:
+    def log(self, duration: float = EXPERIMENT_DURATION_S, **hide: float) -> Log:
         """A measurement with noise; effects are hidden as effect=value."""
-        return simulate(self.model, command=COMMAND, duration=duration, hide=hide)
+        return simulate(self.model, command=COMMAND_NAME, duration=duration, hide=hide)

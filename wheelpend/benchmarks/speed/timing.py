@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import perf_counter, process_time
 
-TURN = 0.05  # s
+TURN_TIME_S = 0.05  # s
 
 Contender = Callable[[], float]  # does the work once and returns how long it took [s]
 
@@ -24,10 +24,12 @@ def timed(work: Callable[[], object], clock: Callable[[], float] = process_time)
     return once
 
 
-def best_in_turn(*contenders: Contender, seconds: float = 3.0, least: int = 3, turn: float = TURN) -> list[float]:
+def best_in_turn(
+    *contenders: Contender, seconds: float = 3.0, min_rounds: int = 3, turn: float = TURN_TIME_S
+) -> list[float]:
     """Best time of each contender [s], over rounds in which they take turns: at least so many, for so many seconds."""
     best, begin, rounds = [float("inf")] * len(contenders), perf_counter(), 0
-    while rounds < least or perf_counter() - begin < seconds:
+    while rounds < min_rounds or perf_counter() - begin < seconds:
         best = [min(b, one_turn(contender, turn)) for b, contender in zip(best, contenders, strict=True)]
         rounds += 1
     return best

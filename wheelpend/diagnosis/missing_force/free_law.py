@@ -6,30 +6,30 @@ from typing import TYPE_CHECKING
 
 from wheelpend.errors import Failure
 from wheelpend.model.record import Model
-from wheelpend.model.user_effects import OWN_FILE
+from wheelpend.model.user_effects import USER_EFFECTS_FILE
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
 
-def check_name(model: Model, name: str | None) -> None:
+def check_law_name(model: Model, name: str | None) -> None:
     """Raise Failure where a law could not be accepted under this name; before the search, which takes a while."""
     if name is not None:
-        from wheelpend.model.user_effects import refuse_taken
+        from wheelpend.model.user_effects import check_name_is_free
 
-        refuse_taken(name, model.own, model.workspace / OWN_FILE)
+        check_name_is_free(name, model.own, model.workspace / USER_EFFECTS_FILE)
 
 
-def accept(model: Model, law: FreeLaw | None, name: str) -> str:
+def accept_law(model: Model, law: FreeLaw | None, name: str) -> str:
     """Write a law to the workspace's effects.toml under the user's name; returns what to do with it.
 
     Raises Failure where there is no law.
     """
     if law is None:
         raise Failure(f"There must be a law to accept as {name}, but none was found. Nothing was written.")
-    from wheelpend.model.user_effects import write_own
+    from wheelpend.model.user_effects import write_user_effects
 
-    renamed = law.called(name)
-    path = write_own(model.workspace, renamed.tables(), model.nameplate)
+    renamed = law.with_name(name)
+    path = write_user_effects(model.workspace, renamed.tables(), model.plant_signature)
     steps = " Then ".join(f"`wheelpend add {effect} --data LOG`" for effect in renamed.laws)
     return f"Wrote {' and '.join(renamed.laws)} to {path}. {steps} adds it to the model."

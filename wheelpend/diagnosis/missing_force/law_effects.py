@@ -6,13 +6,14 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from derive import effects as library
-from derive.nameplate import Nameplate
-from wheelpend.diagnosis.missing_force.law_terms import Term
-from wheelpend.model.user_effects import row_of
+from derive.plant_signature import Nameplate
 
-FAMILY = {"drive": "drive", "ground": "ground", "body": "body"}  # of an effect, by the port it acts on
-SENTENCE = "A free-form law that was fitted to what no effect explained."
+from derive import effects as library
+from wheelpend.diagnosis.missing_force.law_terms import Term
+from wheelpend.model.user_effects import effect_from_table
+
+FAMILY_BY_PORT = {"drive": "drive", "ground": "ground", "body": "body"}  # of an effect, by the port it acts on
+LAW_EFFECT_SENTENCE = "A free-form law that was fitted to what no effect explained."
 
 
 class LawEffect(NamedTuple):
@@ -32,11 +33,16 @@ class LawEffect(NamedTuple):
             value = float(f"{found:.4g}") or 0.1
             shape = {"starts": [value]} if "starts" in given else {}
             parameters[name] = {**given, "typical": value, **shape}
-        return {"family": FAMILY.get(self.on, "body"), "sentence": SENTENCE, "on": self.on, "law": self.law,
-                "parameters": parameters}  # fmt: skip
+        return {
+            "family": FAMILY_BY_PORT.get(self.on, "body"),
+            "sentence": LAW_EFFECT_SENTENCE,
+            "on": self.on,
+            "law": self.law,
+            "parameters": parameters,
+        }
 
 
-def effects_of(terms: Mapping[int, Term], name: str) -> tuple[LawEffect, ...]:
+def effects_from_terms(terms: Mapping[int, Term], name: str) -> tuple[LawEffect, ...]:
     """The effects that numbered terms make: one for each place, and one apart for friction that also holds at rest.
 
     A single one has the given name, several have the place added.
@@ -57,7 +63,7 @@ def _effect(name: str, port: str, terms: Mapping[int, Term]) -> LawEffect:
     origin: dict[str, tuple[int, str]] = {}
     for number, term in terms.items():
         new = {n: f"{n}_{number}" for n in (*(s for s, _ in term.sizes), *(s.name for s in term.shapes))}
-        texts.append(renamed(term.text, new))
+        texts.append(rename_symbols(term.text, new))
         for size, unit in term.sizes:
             parameters[new[size]] = {"unit": unit, **({"scope": "per log"} if term.per_log else {})}
         for shape in term.shapes:
@@ -68,16 +74,16 @@ def _effect(name: str, port: str, terms: Mapping[int, Term]) -> LawEffect:
     return LawEffect(name, port, " + ".join(texts), parameters, origin)
 
 
-def renamed(text: str, names: Mapping[str, str]) -> str:
+def rename_symbols(text: str, names: Mapping[str, str]) -> str:
     """A law with other names."""
     return re.sub(r"[A-Za-z_]\w*", lambda match: names.get(match[0], match[0]), text)
 
 
-def places(effects: Sequence[LawEffect]) -> dict[tuple[int, str], str]:
+def full_parameter_names(effects: Sequence[LawEffect]) -> dict[tuple[int, str], str]:
     """Full name effect.parameter of each number in each term."""
     return {place: f"{e.name}.{parameter}" for e in effects for parameter, place in e.origin.items()}
 
 
 def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: Nameplate) -> tuple[str, ...]:
     """Make a law's effects known, for kernels and fits; returns their names."""
-    return library.register([row_of(e.name, e.table(values), plant) for e in effects])
+    return library.register([effect_from_table(e.name, e.table(values), plant) for e in effects])

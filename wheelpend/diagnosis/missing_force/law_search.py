@@ -12,31 +12,34 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
+from derive.plant_signature import Nameplate
 
-from derive.nameplate import Nameplate
-from wheelpend.diagnosis.candidates import HOPEFUL
-from wheelpend.diagnosis.evidence import WORTHWHILE, agreement
-from wheelpend.diagnosis.missing_force.law_effects import LawEffect, effects_of, places, register
-from wheelpend.diagnosis.missing_force.law_terms import Term, terms
-from wheelpend.diagnosis.missing_force.piecewise_force import View, view_at, views_of
-from wheelpend.diagnosis.missing_force.term_selection import Start, choices, column, covered
-from wheelpend.diagnosis.refit import SHORT
-from wheelpend.estimation.continuation import fit_model, fit_parts
-from wheelpend.estimation.data import shortened
+from wheelpend.diagnosis.candidates import MAX_EVALUATED_COST_RATIO
+from wheelpend.diagnosis.evidence import MIN_RELATIVE_ERROR_DECREASE, block_agreement
+from wheelpend.diagnosis.missing_force.law_effects import LawEffect, effects_from_terms, full_parameter_names, register
+from wheelpend.diagnosis.missing_force.law_terms import Term, term_library
+from wheelpend.diagnosis.missing_force.piecewise_force import LinearisedLogs, linearise_at, linearise_logs
+from wheelpend.diagnosis.missing_force.term_selection import LawStart, column_name, range_in_logs, search_laws
+from wheelpend.diagnosis.refit import SHORT_HORIZON_SHARE
+from wheelpend.estimation.continuation import fit_model, fit_segments
+from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
-from wheelpend.estimation.parameter_table import honest_sigma
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.validation import held_residuals
+from wheelpend.estimation.parameter_table import conservative_standard_error
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
 
-NAME = "free_law"  # until the user gives it another
-INTERNAL = "law_in_search"  # name of its effects while terms come and go
-MOST = 4  # terms of a law
-ROUNDS = 4  # of choosing and refitting
-REFITTED = 3  # laws that are fitted on full segments and judged
-FAR, NEAR = 0.2, 0.05  # share of the excess over the noise that a term must explain: at a wrong model, beside a law
-SETTLED = 1.01  # error over noise floor from which on nothing more is looked for
+DEFAULT_LAW_NAME = "free_law"  # until the user gives it another
+SEARCH_LAW_NAME = "law_in_search"  # name of its effects while terms come and go
+MAX_LAW_TERMS = 4  # terms of a law
+MAX_SEARCH_ROUNDS = 4  # of choosing and refitting
+MAX_REFITTED_LAWS = 3  # laws that are fitted on full segments and judged
+MIN_FIRST_TERM_GAIN_SHARE, MIN_FURTHER_TERM_GAIN_SHARE = (
+    0.2,
+    0.05,
+)  # share of the excess over the noise that a term must explain: at a wrong model, beside a law
+MAX_SOLVED_LAW_ERROR_RATIO = 1.01  # error over noise floor from which on nothing more is looked for
 
 Progress = Callable[[str], None]
 
@@ -58,11 +61,11 @@ class FreeLaw:
     tried: int  # terms that were tried
     effects: tuple[LawEffect, ...] = field(repr=False)
     fit: Fit = field(repr=False)
-    study: Study = field(repr=False)
+    problem: EstimationProblem = field(repr=False)
 
-    def called(self, name: str) -> FreeLaw:
+    def with_name(self, name: str) -> FreeLaw:
         """The law under another name."""
-        old = NAME
+        old = DEFAULT_LAW_NAME
 
         def new(full: str) -> str:
             return name + full[len(old) :]
@@ -82,11 +85,11 @@ class FreeLaw:
         return {e.name: e.table(self.coefficients) for e in self.effects}
 
 
-class Law(NamedTuple):
+class FittedLaw(NamedTuple):
     """Terms, by their number among all that were tried, with a fit of the model that has them."""
 
     terms: dict[int, Term]
-    study: Study  # with the kernels of the law
+    problem: EstimationProblem  # with the kernels of the law
     fit: Fit
     names: dict[tuple[int, str], str]  # full name in the fit of each number in each term
     error: float  # held out
@@ -97,84 +100,97 @@ class Law(NamedTuple):
         return self.fit.names
 
     @property
-    def settled(self) -> bool:
+    def is_search_done(self) -> bool:
         """Whether nothing is left to look for."""
-        return self.error < SETTLED * self.study.floor or len(self.terms) >= MOST
+        return self.error < MAX_SOLVED_LAW_ERROR_RATIO * self.problem.floor or len(self.terms) >= MAX_LAW_TERMS
 
 
-def find_law(study: Study, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
+def find_law(problem: EstimationProblem, base: Fit, *, progress: Progress = lambda text: None) -> FreeLaw | None:
     """The law that explains most of what a fitted model misses; None where no term is worth having."""
-    plant = study.plant
-    law = Law({}, study, base, {}, held_residuals(study, base)[0])
+    plant = problem.plant
+    law = FittedLaw({}, problem, base, {}, validation_residuals(problem, base)[0])
     progress("looking for the terms of a law")
-    views, pays = views_of(study, base), FAR
-    candidates = dict(enumerate(terms(plant, covered(views[0], plant)), 1))
-    for _ in range(ROUNDS):
+    views, pays = linearise_logs(problem, base), MIN_FIRST_TERM_GAIN_SHARE
+    candidates = dict(enumerate(term_library(plant, range_in_logs(views[0], plant)), 1))
+    for _ in range(MAX_SEARCH_ROUNDS):
         fresh = [t for n, t in candidates.items() if n not in law.terms]
-        starts = choices(views, fresh, MOST, plant, pays)
+        starts = search_laws(views, fresh, MAX_LAW_TERMS, plant, pays)
         if not starts:
             break
         progress(f"compiling and fitting {len(starts)} laws")
-        trial = best_of(law, candidates, starts, plant)
-        if not trial.error < (1.0 - WORTHWHILE) * law.error:
+        trial = best_extension(law, candidates, starts, plant)
+        if not trial.error < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * law.error:
             break
         law = trial
         progress(f"held-out error {law.error:.4g} with {len(law.terms)} terms")
-        if law.settled:
+        if law.is_search_done:
             break
-        views, pays = [near_view(law)], NEAR
-    return concluded(study, base, law, len(candidates)) if law.terms else None
+        views, pays = [linearise_at_law(law)], MIN_FURTHER_TERM_GAIN_SHARE
+    return free_law_of(problem, base, law, len(candidates)) if law.terms else None
 
 
-def near_view(law: Law) -> View:
+def linearise_at_law(law: FittedLaw) -> LinearisedLogs:
     """The training logs linearised at a fit with a law, on short segments."""
-    short = fit_model(law.study, law.fit.values, law.free, horizons=(SHORT,), start_per_log=law.fit.per_log)
-    return view_at(law.study, short, shortened(law.study, SHORT * law.study.horizon))
+    short = fit_model(
+        law.problem, law.fit.values, law.free, horizons=(SHORT_HORIZON_SHARE,), start_per_log=law.fit.per_log
+    )
+    return linearise_at(law.problem, short, shortened_segments(law.problem, SHORT_HORIZON_SHARE * law.problem.horizon))
 
 
-def best_of(law: Law, candidates: dict[int, Term], starts: Sequence[Start], plant: Nameplate) -> Law:
+def best_extension(
+    law: FittedLaw, candidates: dict[int, Term], starts: Sequence[LawStart], plant: Nameplate
+) -> FittedLaw:
     """The best of the laws that a law becomes with the terms of each start, without terms that do not pay.
 
     All are fitted with the same kernels, on short segments first.
     """
     wanted = {t for s in starts for t in s.terms}
     numbers = {n: t for n, t in candidates.items() if n in law.terms or t in wanted}
-    effects = effects_of(numbers, INTERNAL)
-    names = places(effects)
+    effects = effects_from_terms(numbers, SEARCH_LAW_NAME)
+    names = full_parameter_names(effects)
     added = register(effects, {}, plant)
-    model = law.study.model
-    study = replace(law.study, module=kernels.probing(model.plant, model.assumptions, (*model.effects, *added)))
-    begun = [begun_with(study, law, numbers, names, start) for start in starts]
+    model = law.problem.model
+    problem = replace(
+        law.problem, module=kernels.free_force_module(model.plant, model.assumptions, (*model.effects, *added))
+    )
+    begun = [fit_extension(problem, law, numbers, names, start) for start in starts]
     begun.sort(key=lambda pair: pair[1].cost)
-    hopeful = [b for b in begun if b[1].cost < HOPEFUL * begun[0][1].cost][:REFITTED]
-    laws = [pruned(finished(study, chosen, names, fit)) for chosen, fit in hopeful]
+    hopeful = [b for b in begun if b[1].cost < MAX_EVALUATED_COST_RATIO * begun[0][1].cost][:MAX_REFITTED_LAWS]
+    laws = [prune_terms(fit_full_segments(problem, chosen, names, fit)) for chosen, fit in hopeful]
     lowest = min(x.error for x in laws)
-    return min((x for x in laws if x.error * (1.0 - WORTHWHILE) <= lowest), key=lambda x: len(x.names))
+    return min((x for x in laws if x.error * (1.0 - MIN_RELATIVE_ERROR_DECREASE) <= lowest), key=lambda x: len(x.names))
 
 
-def begun_with(study: Study, law: Law, numbers: dict[int, Term], names: dict, start: Start) -> tuple[dict, Fit]:
+def fit_extension(
+    problem: EstimationProblem, law: FittedLaw, numbers: dict[int, Term], names: dict, start: LawStart
+) -> tuple[dict, Fit]:
     """Terms of a law and a start, and a fit of them on short segments from where the linearised problem puts it."""
     chosen = {n: t for n, t in numbers.items() if n in law.terms or t in start.terms}
     values = [start_values(law, chosen, names, start, log) for log in range(len(start.values))]
     old = [n for n in law.free if n not in law.names.values()]
     free = [*old, *(full for (n, _), full in names.items() if n in chosen)]
     alone = per_log_names(free)
-    parts, own = shortened(study, SHORT * study.horizon), [{n: v[n] for n in alone} for v in values]
+    parts, own = (
+        shortened_segments(problem, SHORT_HORIZON_SHARE * problem.horizon),
+        [{n: v[n] for n in alone} for v in values],
+    )
     points = (values[0], {**values[0], **{n: v for n, v in law.fit.values.items() if n in old}})
-    fits = [fit_parts(study, parts, {**law.fit.values, **p}, free, start_per_log=own) for p in points]
+    fits = [fit_segments(problem, parts, {**law.fit.values, **p}, free, start_per_log=own) for p in points]
     return chosen, min(fits, key=lambda f: f.cost)
 
 
-def finished(study: Study, chosen: dict[int, Term], names: dict[tuple[int, str], str], begun: Fit) -> Law:
+def fit_full_segments(
+    problem: EstimationProblem, chosen: dict[int, Term], names: dict[tuple[int, str], str], begun: Fit
+) -> FittedLaw:
     """A law fitted on full segments and judged."""
     free = begun.names
-    fitted = fit_model(study, begun.values, free, horizons=(0.3, 1.0), start_per_log=begun.per_log)
+    fitted = fit_model(problem, begun.values, free, horizons=(0.3, 1.0), start_per_log=begun.per_log)
     own = {place: full for place, full in names.items() if place[0] in chosen}
-    return Law(chosen, study, fitted, own, held_residuals(study, fitted)[0])
+    return FittedLaw(chosen, problem, fitted, own, validation_residuals(problem, fitted)[0])
 
 
 def start_values(
-    law: Law, numbers: dict[int, Term], names: dict[tuple[int, str], str], start: Start, log: int
+    law: FittedLaw, numbers: dict[int, Term], names: dict[tuple[int, str], str], start: LawStart, log: int
 ) -> dict[str, float]:
     """Where a refit starts for one log: the linearised solution, and for shapes the values that were tried."""
     values = {n: v for n, v in start.values[log].items() if n not in law.names.values()}
@@ -184,61 +200,61 @@ def start_values(
             if number in law.terms:
                 found = start.values[log][law.names[number, local]]
             else:
-                found = shapes[local] if local in shapes else start.sizes[log][column(term, local)]
+                found = shapes[local] if local in shapes else start.sizes[log][column_name(term, local)]
             values[names[number, local]] = found
     return values
 
 
-def pruned(law: Law) -> Law:
+def prune_terms(law: FittedLaw) -> FittedLaw:
     """A law without the terms that do not lower the held-out error by enough, the least useful gone first."""
     while len(law.terms) > 1:
-        smaller = smallest(law)
-        if law.error < (1.0 - WORTHWHILE) * smaller.error and len(law.terms) <= MOST:
+        smaller = without_weakest_term(law)
+        if law.error < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * smaller.error and len(law.terms) <= MAX_LAW_TERMS:
             break
         law = smaller
     return law
 
 
-def smallest(law: Law) -> Law:
+def without_weakest_term(law: FittedLaw) -> FittedLaw:
     """A law refitted without the term that it needs least."""
     return min((without_term(law, number) for number in law.terms), key=lambda x: x.error)
 
 
-def without_term(law: Law, number: int) -> Law:
+def without_term(law: FittedLaw, number: int) -> FittedLaw:
     """A law refitted with one term less."""
     gone = {full for (n, _), full in law.names.items() if n == number}
     sizes = {law.names[number, size] for size, _ in law.terms[number].sizes}
     free = [n for n in law.free if n not in gone]
     values = {**law.fit.values, **dict.fromkeys(sizes, 0.0)}
     per_log = [{n: v for n, v in own.items() if n not in gone} for own in law.fit.per_log]
-    fitted = fit_model(law.study, values, free, start_per_log=per_log)
+    fitted = fit_model(law.problem, values, free, start_per_log=per_log)
     terms_left = {n: t for n, t in law.terms.items() if n != number}
     names = {place: full for place, full in law.names.items() if place[0] != number}
-    return Law(terms_left, law.study, fitted, names, held_residuals(law.study, fitted)[0])
+    return FittedLaw(terms_left, law.problem, fitted, names, validation_residuals(law.problem, fitted)[0])
 
 
-def concluded(study: Study, base: Fit, law: Law, tried: int) -> FreeLaw:
+def free_law_of(problem: EstimationProblem, base: Fit, law: FittedLaw, tried: int) -> FreeLaw:
     """The law with terms numbered from 1, and what it does to the held-out error."""
-    before, old = held_residuals(study, base)
-    after, new = held_residuals(law.study, law.fit)
-    effects = effects_of(dict(enumerate(law.terms.values(), 1)), NAME)
+    before, old = validation_residuals(problem, base)
+    after, new = validation_residuals(law.problem, law.fit)
+    effects = effects_from_terms(dict(enumerate(law.terms.values(), 1)), DEFAULT_LAW_NAME)
     order = {number: k for k, number in enumerate(law.terms, 1)}
-    renamed = {full: places(effects)[order[n], local] for (n, local), full in law.names.items()}
+    renamed = {full: full_parameter_names(effects)[order[n], local] for (n, local), full in law.names.items()}
     units = {f"{e.name}.{p}": given["unit"] for e in effects for p, given in e.parameters.items()}
-    excess = max(before**2 - study.floor**2, 1e-12)
+    excess = max(before**2 - problem.floor**2, 1e-12)
     return FreeLaw(
         laws={e.name: e.law for e in effects},
         on={e.name: e.on for e in effects},
         coefficients={new_name: law.fit.of_log(0)[full] for full, new_name in renamed.items()},
-        sigma={new_name: honest_sigma(law.fit, full) for full, new_name in renamed.items()},
+        sigma={new_name: conservative_standard_error(law.fit, full) for full, new_name in renamed.items()},
         unit={n: units[n] for n in renamed.values()},
         error_before=before,
         error_after=after,
-        noise_floor=study.floor,
-        blocks_agree=agreement(old, new),
-        explains=float(np.clip(1.0 - (after**2 - study.floor**2) / excess, 0.0, 1.0)),
+        noise_floor=problem.floor,
+        blocks_agree=block_agreement(old, new),
+        explains=float(np.clip(1.0 - (after**2 - problem.floor**2) / excess, 0.0, 1.0)),
         tried=tried,
         effects=effects,
         fit=law.fit,
-        study=law.study,
+        problem=law.problem,
     )

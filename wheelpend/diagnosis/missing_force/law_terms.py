@@ -11,21 +11,24 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from derive.plant_signature import Nameplate, Place
 
 from derive.effects.row import DIRECTION
 from derive.late import sp, symbol
-from derive.nameplate import Nameplate, Place
-from wheelpend.estimation.state_reconstruction import signed
+from wheelpend.estimation.state_reconstruction import combination_text
 
-NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
+LAMBDIFY_MODULES = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
             "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
-WIDTHS = (0.1, 0.3, 0.6, 0.9)  # quantiles of a speed's magnitude that are tried as the width of a bend
-PLACES, BROAD = 10, (0.3, 0.15, 0.07)  # of a bump: places along the track, and widths as shares of it
-TURNS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)  # periods per turn
-WAVE = 3.0  # rad of phase that a log must cover to tell a wave
+WIDTH_QUANTILES = (0.1, 0.3, 0.6, 0.9)  # quantiles of a speed's magnitude that are tried as the width of a bend
+BUMP_PLACE_COUNT, BUMP_WIDTH_SHARES = (
+    10,
+    (0.3, 0.15, 0.07),
+)  # of a bump: places along the track, and widths as shares of it
+HARMONICS_PER_TURN = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)  # periods per turn
+MIN_WAVE_PHASE_RAD = 3.0  # rad of phase that a log must cover to tell a wave
 
 
-class Shape(NamedTuple):
+class ShapeParameter(NamedTuple):
     """A number inside a term that is no size."""
 
     name: str
@@ -40,7 +43,7 @@ class Term(NamedTuple):
     port: str
     text: str  # with its coefficients and shapes by name
     sizes: tuple[tuple[str, str], ...]  # coefficients in which the term is linear, with their units
-    shapes: tuple[Shape, ...] = ()
+    shapes: tuple[ShapeParameter, ...] = ()
     per_log: bool = False  # whether every log has coefficients of its own, as the phase of a wave has
 
     @property
@@ -54,7 +57,7 @@ class Term(NamedTuple):
         return f"{self.port}: {self.text} {[s.value for s in self.shapes]}"
 
 
-class Range(NamedTuple):
+class CoveredRange(NamedTuple):
     """What the logs cover: least, greatest value and quantiles of the magnitude of each variable."""
 
     low: dict[str, float]
@@ -62,57 +65,69 @@ class Range(NamedTuple):
     widths: dict[str, tuple[float, ...]]
 
 
-def range_of(values: Mapping[str, np.ndarray]) -> Range:
+def covered_range(values: Mapping[str, np.ndarray]) -> CoveredRange:
     """Ranges of variables from their values."""
-    widths = {n: tuple(map(float, np.unique(np.quantile(np.abs(v), WIDTHS)))) for n, v in values.items()}
-    return Range({n: float(v.min()) for n, v in values.items()}, {n: float(v.max()) for n, v in values.items()}, widths)
+    widths = {n: tuple(map(float, np.unique(np.quantile(np.abs(v), WIDTH_QUANTILES)))) for n, v in values.items()}
+    return CoveredRange(
+        {n: float(v.min()) for n, v in values.items()}, {n: float(v.max()) for n, v in values.items()}, widths
+    )
 
 
 # ---- the library
 
 
-def terms(plant: Nameplate, covered: Range) -> list[Term]:
+def term_library(plant: Nameplate, covered: CoveredRange) -> list[Term]:
     """Every term that may act on a plant's ports, as far as the logs cover what it depends on."""
     angles, rates = [c.q for c in plant.coordinates], [c.dq for c in plant.coordinates]
     found = []
-    for port in distinct(plant):
+    for port in distinct_ports(plant):
         weights = dict(zip(angles, port.weights, strict=True))
-        angle, speed = signed(weights), signed({f"d{n}": w for n, w in weights.items()})
+        angle, speed = combination_text(weights), combination_text({f"d{n}": w for n, w in weights.items()})
         own_rates = list(dict.fromkeys([speed, *rates]))
-        found += [Term(port.name, text, (("size", unit(powers)),), shapes) for text, powers, shapes in (
-            *constant(), *of_rates(own_rates, covered), *dry(speed, covered), *of_angles([angle, *angles]),
-            *products(own_rates, angles), *of_time(speed))]  # fmt: skip
-        found += waves(port.name, angle, covered)
-        found += bumps(port.name, angle, covered)
+        found += [
+            Term(port.name, text, (("size", coefficient_unit(powers)),), shapes)
+            for text, powers, shapes in (
+                *constant_terms(),
+                *rate_terms(own_rates, covered),
+                *dry_friction_terms(speed, covered),
+                *spring_terms([angle, *angles]),
+                *product_terms(own_rates, angles),
+                *drift_terms(speed),
+            )
+        ]
+        found += ripple_terms(port.name, angle, covered)
+        found += bump_terms(port.name, angle, covered)
         if len([w for w in weights.values() if w]) > 1:
-            found += [Term(port.name, t, (("size", unit(p)),), s) for t, p, s in of_input(plant.input, speed)]
+            found += [
+                Term(port.name, t, (("size", coefficient_unit(p)),), s) for t, p, s in input_terms(plant.input, speed)
+            ]
     return list({t.key: t for t in found}.values())
 
 
-def distinct(plant: Nameplate) -> list[Place]:
+def distinct_ports(plant: Nameplate) -> list[Place]:
     """Ports along coordinates of their own: of several along the same one, the first."""
     return list({port.weights: port for port in reversed(plant.ports)}.values())[::-1]
 
 
-RATE, ANGLE, VOLT = {"rad": 1, "s": -1}, {"rad": 1}, {"V": 1}
-Spec = tuple[str, dict[str, int], tuple[Shape, ...]]
+RATE_UNIT_POWERS, ANGLE_UNIT_POWERS, VOLTAGE_UNIT_POWERS = {"rad": 1, "s": -1}, {"rad": 1}, {"V": 1}
+TermSpec = tuple[str, dict[str, int], tuple[ShapeParameter, ...]]
 
 
-def times(*powers: Mapping[str, int]) -> dict[str, int]:
+def product_powers(*powers: Mapping[str, int]) -> dict[str, int]:
     """Powers of the units of a product."""
     names = sorted({n for p in powers for n in p})
     return {n: sum(p.get(n, 0) for p in powers) for n in names}
 
 
-def unit(powers: Mapping[str, int]) -> str:
+def coefficient_unit(powers: Mapping[str, int]) -> str:
     """Unit of a coefficient that turns something with these powers of V, s and rad into V, as in V s²/rad²."""
     wanted = {n: (n == "V") - powers.get(n, 0) for n in ("V", "s", "rad")}
-    above = " ".join(n + raised(p) for n, p in wanted.items() if p > 0) or "1"
-    below = [n + raised(-p) for n, p in wanted.items() if p < 0]
+    above = " ".join(n + superscript(p) for n, p in wanted.items() if p > 0) or "1"
+    below = [n + superscript(-p) for n, p in wanted.items() if p < 0]
     return above + ("" if not below else f"/{below[0]}" if len(below) == 1 else f"/({' '.join(below)})")
 
 
-def raised(power: int) -> str:
+def superscript(power: int) -> str:
     """A power as people write it, nothing for 1."""
     return "" if power == 1 else str(power).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
@@ -122,108 +137,108 @@ def bracketed(name: str) -> str:
     return f"({name})" if " " in name else name
 
 
-def constant() -> Iterator[Spec]:
+def constant_terms() -> Iterator[TermSpec]:
     """The same force always."""
     yield "size", {}, ()
 
 
-def of_rates(rates: Sequence[str], covered: Range) -> Iterator[Spec]:
+def rate_terms(rates: Sequence[str], covered: CoveredRange) -> Iterator[TermSpec]:
     """Drags that grow with a power of a rate, and smooth signs."""
     for name in rates:
         x = bracketed(name)
-        yield f"size*{x}", RATE, ()
-        yield f"size*abs({name})", RATE, ()
-        yield f"size*{x}*abs({name})", times(RATE, RATE), ()
-        yield f"size*{x}^2", times(RATE, RATE), ()
-        yield f"size*{x}^3", times(RATE, RATE, RATE), ()
+        yield f"size*{x}", RATE_UNIT_POWERS, ()
+        yield f"size*abs({name})", RATE_UNIT_POWERS, ()
+        yield f"size*{x}*abs({name})", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+        yield f"size*{x}^2", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+        yield f"size*{x}^3", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
         for width in covered.widths.get(name, ()):
-            yield f"size*tanh({x}/width)", {}, (Shape("width", "rad/s", width, 0.02 * width),)
+            yield f"size*tanh({x}/width)", {}, (ShapeParameter("width", "rad/s", width, 0.02 * width),)
 
 
-def dry(speed: str, covered: Range) -> Iterator[Spec]:
+def dry_friction_terms(speed: str, covered: CoveredRange) -> Iterator[TermSpec]:
     """Dry friction, and dry friction that falls with speed."""
     yield f"size*{DIRECTION}", {}, ()
     for width in covered.widths.get(speed, ()):
         yield (f"size*{DIRECTION}*exp(-({bracketed(speed)}/width)^2)", {},
-               (Shape("width", "rad/s", width, 0.02 * width),))  # fmt: skip
+               (ShapeParameter("width", "rad/s", width, 0.02 * width),))  # fmt: skip
 
 
-def of_angles(angles: Sequence[str]) -> Iterator[Spec]:
+def spring_terms(angles: Sequence[str]) -> Iterator[TermSpec]:
     """Springs."""
     for name in angles:
         x = bracketed(name)
-        yield f"size*{x}", ANGLE, ()
-        yield f"size*{x}*abs({name})", times(ANGLE, ANGLE), ()
-        yield f"size*{x}^3", times(ANGLE, ANGLE, ANGLE), ()
+        yield f"size*{x}", ANGLE_UNIT_POWERS, ()
+        yield f"size*{x}*abs({name})", product_powers(ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
+        yield f"size*{x}^3", product_powers(ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
 
 
-def products(rates: Sequence[str], angles: Sequence[str]) -> Iterator[Spec]:
+def product_terms(rates: Sequence[str], angles: Sequence[str]) -> Iterator[TermSpec]:
     """Drags that depend on another rate or on an angle."""
     for name in rates:
         x = bracketed(name)
         for other in rates:
             if other != name:
-                yield f"size*{x}*abs({other})", times(RATE, RATE), ()
+                yield f"size*{x}*abs({other})", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
         for angle in angles:
-            yield f"size*{x}*abs({angle})", times(RATE, ANGLE), ()
-            yield f"size*{x}*{angle}", times(RATE, ANGLE), ()
+            yield f"size*{x}*abs({angle})", product_powers(RATE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
+            yield f"size*{x}*{angle}", product_powers(RATE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
 
 
-def of_time(speed: str) -> Iterator[Spec]:
+def drift_terms(speed: str) -> Iterator[TermSpec]:
     """Forces that grow while the log runs."""
     yield "size*t", {"s": 1}, ()
-    yield f"size*{bracketed(speed)}*t", times(RATE, {"s": 1}), ()
+    yield f"size*{bracketed(speed)}*t", product_powers(RATE_UNIT_POWERS, {"s": 1}), ()
 
 
-def of_input(name: str, speed: str) -> Iterator[Spec]:
+def input_terms(name: str, speed: str) -> Iterator[TermSpec]:
     """What a motor or driver makes of the voltage, and friction that grows with the load."""
     x = bracketed(speed)
-    yield f"size*abs({name})", VOLT, ()
-    yield f"size*{name}*abs({name})", times(VOLT, VOLT), ()
-    yield f"size*{name}^3", times(VOLT, VOLT, VOLT), ()
-    yield f"size*{name}*t", times(VOLT, {"s": 1}), ()
-    yield f"size*{name}*abs({speed})", times(VOLT, RATE), ()
-    yield f"size*{x}*abs({name})", times(VOLT, RATE), ()
-    yield f"size*abs({name})*sign({speed})", VOLT, ()
+    yield f"size*abs({name})", VOLTAGE_UNIT_POWERS, ()
+    yield f"size*{name}*abs({name})", product_powers(VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS), ()
+    yield f"size*{name}^3", product_powers(VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS), ()
+    yield f"size*{name}*t", product_powers(VOLTAGE_UNIT_POWERS, {"s": 1}), ()
+    yield f"size*{name}*abs({speed})", product_powers(VOLTAGE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+    yield f"size*{x}*abs({name})", product_powers(VOLTAGE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+    yield f"size*abs({name})*sign({speed})", VOLTAGE_UNIT_POWERS, ()
 
 
-def waves(port: str, angle: str, covered: Range) -> list[Term]:
+def ripple_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
     """Ripples that repeat over a turn of a port, where the logs turn far enough to tell."""
     x = bracketed(angle)
     reach = covered.high.get(angle, 0.0) - covered.low.get(angle, 0.0)
     return [
         Term(port, f"sine*sin({n}*{x}) + cosine*cos({n}*{x})", (("sine", "V"), ("cosine", "V")), per_log=True)
-        for n in TURNS if n * reach > WAVE
+        for n in HARMONICS_PER_TURN if n * reach > MIN_WAVE_PHASE_RAD
     ]  # fmt: skip
 
 
-def bumps(port: str, angle: str, covered: Range) -> list[Term]:
+def bump_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
     """Pushes at a place."""
     low, high = covered.low.get(angle, 0.0), covered.high.get(angle, 0.0)
     if high - low < 0.5:
         return []
     return [
         Term(port, f"size*exp(-(({angle} - place)/width)^2)", (("size", "V"),),
-             (Shape("place", "rad", float(place), None), Shape("width", "rad", share * (high - low),
+             (ShapeParameter("place", "rad", float(place), None), ShapeParameter("width", "rad", share * (high - low),
                                                               0.01 * (high - low))))
-        for share in BROAD for place in np.linspace(low, high, PLACES)
+        for share in BUMP_WIDTH_SHARES for place in np.linspace(low, high, BUMP_PLACE_COUNT)
     ]  # fmt: skip
 
 
 # ---- numbers
 
 
-def values_of(term: Term, motion: Mapping[str, np.ndarray], plant: Nameplate) -> np.ndarray:
+def term_regressors(term: Term, motion: Mapping[str, np.ndarray], plant: Nameplate) -> np.ndarray:
     """What multiplies each coefficient (N, sizes) along a motion, from the very text of the term."""
     rates = [c.dq for c in plant.coordinates]
     slip = sum(w * motion[n] for w, n in zip(plant.port(term.port).weights, rates, strict=True))
     known = {**{n: v for n, v in motion.items() if n.isidentifier()}, DIRECTION: np.sign(slip)}
-    columns = [function(*(known[n] for n in inputs)) for inputs, function in compiled(term, tuple(known))]
+    columns = [function(*(known[n] for n in inputs)) for inputs, function in compiled_regressors(term, tuple(known))]
     return np.column_stack([np.broadcast_to(np.asarray(c, dtype=float), np.shape(slip)) for c in columns])
 
 
 @lru_cache(maxsize=4096)
-def compiled(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], Callable], ...]:
+def compiled_regressors(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], Callable], ...]:
     """For each coefficient the inputs, and the function of them, that multiply it."""
     from derive.grammar import read
 
@@ -234,10 +249,10 @@ def compiled(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...],
     for size, _ in term.sizes:
         column = expression.diff(symbol(size))
         inputs = tuple(n for n in known if column.has(symbol(n)))
-        found.append((inputs, sp.lambdify([symbol(n) for n in inputs], column, NUMERIC)))
+        found.append((inputs, sp.lambdify([symbol(n) for n in inputs], column, LAMBDIFY_MODULES)))
     return tuple(found)
 
 
-def directions_of(term: Term, plant: Nameplate) -> np.ndarray:
+def term_directions(term: Term, plant: Nameplate) -> np.ndarray:
     """How a term acts on each row (sizes, rows): a resistance opposes its port."""
     return np.tile(-np.array(plant.port(term.port).weights), (len(term.sizes), 1))

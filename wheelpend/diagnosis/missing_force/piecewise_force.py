@@ -16,84 +16,88 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.diagnosis.refit import SHORT
-from wheelpend.estimation.continuation import fit_model, fit_parts
-from wheelpend.estimation.data import shortened
+from wheelpend.diagnosis.refit import SHORT_HORIZON_SHARE
+from wheelpend.estimation.continuation import fit_model, fit_segments
+from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import limits_of, per_log_names
 from wheelpend.estimation.normal_equations import bounded_step
-from wheelpend.estimation.parameters import layout, vector
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Part
+from wheelpend.estimation.parameters import kernel_parameters, parameter_layout
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
-from wheelpend.estimation.state_reconstruction import input_table, slips
+from wheelpend.estimation.state_reconstruction import input_table, port_motion
 
-PIECES = 5  # of a short segment
-FOLDS = 5
-RUNS = 10  # consecutive stretches of a log, dealt to the folds in turn
+PIECES_PER_SEGMENT = 5  # of a short segment
+FOLD_COUNT = 5
+FOLD_RUN_COUNT = 10  # consecutive stretches of a log, dealt to the folds in turn
 
 
-class Pieces(NamedTuple):
+class PiecewiseForce(NamedTuple):
     """What a log's segments know of parameters and of a force on each row in each piece."""
 
     information: np.ndarray  # (S, n, n): parameters first, then the forces, piece by piece and in it row by row
     score: np.ndarray  # (S, n)
     own: int  # number of parameters
-    spans: np.ndarray  # (S, pieces, 2) half-open sample ranges
+    sample_ranges: np.ndarray  # (S, pieces, 2) half-open sample ranges
     motion: dict[str, np.ndarray]  # states, angle and speed of the drive, input and time (N,)
 
 
-class View(NamedTuple):
+class LinearisedLogs(NamedTuple):
     """The training logs, linearised at a point on short segments."""
 
     fit: Fit
     own: tuple[str, ...]  # the model's own parameters, those of one log as name@log
-    pieces: tuple[Pieces, ...]  # of each log
+    pieces: tuple[PiecewiseForce, ...]  # of each log
     noise: int  # expected sum of squares of the true model
     cost: float  # sum of squares at the point
     limits: dict[str, tuple[float, float]]  # of the model's own parameters
 
 
-def views_of(study: Study, base: Fit) -> list[View]:
+def linearise_logs(problem: EstimationProblem, base: Fit) -> list[LinearisedLogs]:
     """The training logs linearised at a fit on short segments, and at the starts from before any fit.
 
     A fit bends every parameter to what is missing; far from it, and without it, the law may show more clearly.
     """
     free = base.names
-    short = fit_model(study, base.values, free, horizons=(SHORT,), start_per_log=base.per_log)
-    parts = shortened(study, SHORT * study.horizon)
+    short = fit_model(problem, base.values, free, horizons=(SHORT_HORIZON_SHARE,), start_per_log=base.per_log)
+    parts = shortened_segments(problem, SHORT_HORIZON_SHARE * problem.horizon)
     fits = [short]
-    for origin in study.origins:
-        there = fit_parts(study, parts, {**short.values, **origin}, free, start_per_log=short.per_log, rounds=0)
+    for origin in problem.fallback_starts:
+        there = fit_segments(problem, parts, {**short.values, **origin}, free, start_per_log=short.per_log, rounds=0)
         fits += [there] if np.isfinite(there.cost) else []
-    return [view_at(study, fit, parts) for fit in fits]
+    return [linearise_at(problem, fit, parts) for fit in fits]
 
 
-def view_at(study: Study, fitted: Fit, parts: Sequence[Part]) -> View:
+def linearise_at(problem: EstimationProblem, fitted: Fit, parts: Sequence[Segments]) -> LinearisedLogs:
     """Linearise parts at a fit to them."""
     own = tuple(fitted.names)
-    pieces = tuple(pieces_of(study, fitted, part, number, own) for number, part in enumerate(parts))
+    pieces = tuple(piecewise_force(problem, fitted, part, number, own) for number, part in enumerate(parts))
     noise = fitted.count - sum(s.size for s in fitted.states)
-    return View(fitted, own, pieces, noise, fitted.cost, limits_of(own, study.plant, study.module.SIGNED))
+    return LinearisedLogs(fitted, own, pieces, noise, fitted.cost, limits_of(own, problem.plant, problem.module.SIGNED))
 
 
-def pieces_of(study: Study, fitted: Fit, part: Part, number: int, own: Sequence[str]) -> Pieces:
+def piecewise_force(
+    problem: EstimationProblem, fitted: Fit, part: Segments, number: int, own: Sequence[str]
+) -> PiecewiseForce:
     """Linearise a part's shooting problem, at a fit to it as log ``number``, in parameters and constant forces."""
-    module = study.module
+    module = problem.module
     forces = [n for n in module.PARAMETERS if n.startswith("missing.")]
     length = int(np.max(part.bounds[:, 1] - part.bounds[:, 0]))
-    edges = np.linspace(0, length, min(PIECES, length) + 1).astype(np.int64)
+    edges = np.linspace(0, length, min(PIECES_PER_SEGMENT, length) + 1).astype(np.int64)
     pairs = list(itertools.pairwise(edges))
     window = np.array([[0, length]] * len(own) + [p for p in pairs for _ in forces], dtype=np.int64)
     columns = [module.PARAMETERS.index(n) for n in (*own, *(forces * len(pairs)))]
-    parameters = vector(module, fitted.of_log(number), part.log)
-    shot = shoot(module, part, fitted.states[number], parameters, columns, window, study.max_step, keep=False)
-    information, score = without_states(shot.gram, module.NX)
+    parameters = kernel_parameters(module, fitted.of_log(number), part.log)
+    shot = shoot(
+        module, part, fitted.states[number], parameters, columns, window, problem.max_step, keep_residual=False
+    )
+    information, score = eliminate_states(shot.gram, module.NX)
     spans = np.minimum(part.bounds[:, :1, None] + np.array(pairs), part.bounds[:, 1:, None])
-    return Pieces(information, score, len(own), spans, motion_of(study, fitted, part, number))
+    return PiecewiseForce(information, score, len(own), spans, fitted_motion(problem, fitted, part, number))
 
 
-def without_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
+def eliminate_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
     """Information (S, n, n) and score (S, n) of what stands behind the initial states, those eliminated."""
     scale = np.sqrt(np.maximum(np.einsum("sii->si", gram)[:, :nx], 1e-300))
     states = gram[:, :nx, :nx] / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(nx)
@@ -103,44 +107,46 @@ def without_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (information + information.transpose(0, 2, 1)), rest[:, :-1, -1]
 
 
-def motion_of(study: Study, fitted: Fit, part: Part, number: int) -> dict[str, np.ndarray]:
+def fitted_motion(problem: EstimationProblem, fitted: Fit, part: Segments, number: int) -> dict[str, np.ndarray]:
     """States, the drive's angle and speed, input and time (N,) as a fit has them; 0 outside the part's segments.
 
     On short segments its trajectories are the measured motion without the sensors' noise, and they are those along
     which the parameters' own influence is known, so that what a parameter contains is no law.
     """
-    module, log, names = study.module, part.log, study.module.STATES
-    parameters = vector(module, fitted.of_log(number), log)
+    module, log, names = problem.module, part.log, problem.module.STATES
+    parameters = kernel_parameters(module, fitted.of_log(number), log)
     states = np.zeros((len(log.t), len(names)))
     for (a, b), start in zip(part.bounds, fitted.states[number], strict=True):
-        states[a:b] = module.simulate(log.t[a:b], log.voltage[a:b], start, parameters, study.max_step)[:, : len(names)]
+        states[a:b] = module.simulate(log.t[a:b], log.voltage[a:b], start, parameters, problem.max_step)[
+            :, : len(names)
+        ]
     table = {name: states[:, k] for k, name in enumerate(names)}
-    for name, weights in slips(module).items():
+    for name, weights in port_motion(module).items():
         table[name] = states @ weights
     table |= input_table(module, np.nan_to_num(log.voltage))
     table["t"] = log.t - log.t[0]
     return table
 
 
-def inside(view: View, name: str) -> np.ndarray:
+def values_in_segments(view: LinearisedLogs, name: str) -> np.ndarray:
     """Values of a variable within the segments of all logs."""
     found = []
     for p in view.pieces:
         used = np.zeros(len(p.motion["t"]), dtype=bool)
-        for a, b in zip(p.spans[:, 0, 0], p.spans[:, -1, 1], strict=True):
+        for a, b in zip(p.sample_ranges[:, 0, 0], p.sample_ranges[:, -1, 1], strict=True):
             used[a:b] = True
         found.append(p.motion[name][used])
     return np.concatenate(found)
 
 
-def shapes_of(pieces: Pieces, values: np.ndarray) -> np.ndarray:
+def piece_means(pieces: PiecewiseForce, values: np.ndarray) -> np.ndarray:
     """Means (S, pieces, m) over the pieces of what is given at every sample (N, m); 0 for a piece without samples."""
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    samples = np.maximum(pieces.spans[..., 1] - pieces.spans[..., 0], 1)[..., None]
-    return (total[pieces.spans[..., 1]] - total[pieces.spans[..., 0]]) / samples
+    samples = np.maximum(pieces.sample_ranges[..., 1] - pieces.sample_ranges[..., 0], 1)[..., None]
+    return (total[pieces.sample_ranges[..., 1]] - total[pieces.sample_ranges[..., 0]]) / samples
 
 
-def on_rows(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def force_columns(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Columns (S, pieces · rows, m) of forces with shapes (S, pieces, m) along directions (m, rows)."""
     segments, count, number = shapes.shape
     return (shapes[:, :, None, :] * directions.T).reshape(segments, count * directions.shape[1], number)
@@ -150,15 +156,15 @@ def on_rows(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Problem:
+class FoldedLeastSquares:
     """Least squares in parameters and columns of laws, summed over folds of the segments."""
 
     labels: tuple[str, ...]  # parameters and columns, those of one log as name@log
-    normal: np.ndarray  # (FOLDS, n, n)
-    right: np.ndarray  # (FOLDS, n)
+    normal: np.ndarray  # (FOLD_COUNT, n, n)
+    right: np.ndarray  # (FOLD_COUNT, n)
     lowest: np.ndarray  # (n,) bounds on the change
     highest: np.ndarray  # (n,)
-    prior: np.ndarray  # (n,) diagonal of the information that is there before any data
+    prior_information: np.ndarray  # (n,) diagonal of the information that is there before any data
     cost: float  # sum of squares without any change
 
     def places(self, names: Sequence[str]) -> list[int]:
@@ -175,8 +181,8 @@ class Problem:
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
         """Change of the named parameters and columns, within bounds, from all folds but one."""
-        chosen, kept = self.places(names), [k for k in range(FOLDS) if k != left_out]
-        normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior[chosen])
+        chosen, kept = self.places(names), [k for k in range(FOLD_COUNT) if k != left_out]
+        normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior_information[chosen])
         right = self.right[np.ix_(kept, chosen)].sum(axis=0)
         return bounded_step(normal, right, 0.0, self.lowest[chosen], self.highest[chosen])
 
@@ -188,39 +194,39 @@ class Problem:
 
     def left(self, names: Sequence[str]) -> float:
         """Sum of squares that is left when every fold is predicted with the coefficients that the others give."""
-        return self.cost - sum(self.gain(names, self.solve(names, k), k) for k in range(FOLDS))
+        return self.cost - sum(self.gain(names, self.solve(names, k), k) for k in range(FOLD_COUNT))
 
 
-def problem(
-    view: View,
+def build_least_squares(
+    view: LinearisedLogs,
     names: Sequence[str],
     columns: Sequence[np.ndarray],
     *,
     per_log: Sequence[str] = (),
     ridge: float = 0.0,
-) -> Problem:
+) -> FoldedLeastSquares:
     """Least squares in a view's parameters and in named columns, (S, pieces · rows, m) for each log.
 
     ``ridge`` is the prior information of every column; those in ``per_log`` have a coefficient for each log.
     """
     everything = [*view.own, *names]
-    plan = layout(everything, [*per_log_names(view.own), *per_log], len(view.pieces))
+    plan = parameter_layout(everything, [*per_log_names(view.own), *per_log], len(view.pieces))
     size = len(plan.labels)
-    normal, right = np.zeros((FOLDS, size, size)), np.zeros((FOLDS, size))
+    normal, right = np.zeros((FOLD_COUNT, size, size)), np.zeros((FOLD_COUNT, size))
     for pieces, column, places in zip(view.pieces, columns, plan.places, strict=True):
-        for k, (block, score) in enumerate(folded(pieces, column)):
+        for k, (block, score) in enumerate(normal_equations_by_fold(pieces, column)):
             normal[k][np.ix_(places, places)] += block
             right[k][places] += score
-    lowest, highest = bounds_of(view, plan.labels)
+    lowest, highest = change_bounds(view, plan.labels)
     prior = np.array([0.0 if label.split("@")[0] in view.own else ridge for label in plan.labels])
-    return Problem(plan.labels, normal, right, lowest, highest, prior, view.cost)
+    return FoldedLeastSquares(plan.labels, normal, right, lowest, highest, prior, view.cost)
 
 
-def folded(pieces: Pieces, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """For each fold information (n, n) and score (n,) in a log's parameters and in columns (S, pieces · rows, m)."""
-    own, folds, found = pieces.own, folds_of(len(columns)), []
+    own, folds, found = pieces.own, fold_numbers(len(columns)), []
     pulled = pieces.information[:, :, own:] @ columns  # what parameters and forces know of the columns
-    for k in range(FOLDS):
+    for k in range(FOLD_COUNT):
         inside = folds == k
         flat = columns[inside].reshape(-1, columns.shape[2])
         mixed, inner = pulled[inside, :own].sum(axis=0), flat.T @ pulled[inside, own:].reshape(flat.shape)
@@ -230,7 +236,7 @@ def folded(pieces: Pieces, columns: np.ndarray) -> list[tuple[np.ndarray, np.nda
     return found
 
 
-def bounds_of(view: View, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+def change_bounds(view: LinearisedLogs, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """How far each parameter may change: the model's own are never negative; columns are free."""
     lowest, highest = [], []
     for label in labels:
@@ -242,6 +248,6 @@ def bounds_of(view: View, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray
     return np.minimum(np.array(lowest), 0.0), np.maximum(np.array(highest), 0.0)
 
 
-def folds_of(segments: int) -> np.ndarray:
+def fold_numbers(segments: int) -> np.ndarray:
     """Fold of each segment: consecutive runs, dealt in turn."""
-    return np.arange(segments) * min(RUNS, segments) // max(segments, 1) % FOLDS
+    return np.arange(segments) * min(FOLD_RUN_COUNT, segments) // max(segments, 1) % FOLD_COUNT

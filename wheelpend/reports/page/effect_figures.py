@@ -7,26 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
+from derive.plant_signature import Nameplate
 
 import derive
 from derive.effects import Effect
-from derive.nameplate import Nameplate
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import limits_of, per_log_names
-from wheelpend.estimation.problem import Study
-from wheelpend.model.units import Quantities, quantities_of
-from wheelpend.reports.page.effect_laws import Lines, Picture, picture_of
-from wheelpend.reports.page.force_figures import in_torque
-from wheelpend.reports.page.style import AFTER, QUIET, pretty, styled
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.reports.page.effect_laws import EffectPlot, LineFunction, effect_plot
+from wheelpend.reports.page.force_figures import force_hover
+from wheelpend.reports.page.style import AFTER_COLOUR, MUTED_COLOUR, display_text, with_page_style
 
-COLOURS = (AFTER, "#d1592a", "#1b8a7a")  # of lines, or of logs
-MOST_CANDIDATES = 3  # drawn of those that were not added
-MOST_LOGS = 3  # in one drawing
-DRAWS = 200  # of the coefficients, for a band
+LINE_COLOURS = (AFTER_COLOUR, "#d1592a", "#1b8a7a")  # of lines, or of logs
+MAX_DRAWN_CANDIDATES = 3  # drawn of those that were not added
+MAX_LOGS_PER_FIGURE = 3  # in one drawing
+COEFFICIENT_DRAWS = 200  # of the coefficients, for a band
 
 
-class Drawn(NamedTuple):
+class EffectDrawing(NamedTuple):
     """An effect's drawing and what stands beside it."""
 
     name: str
@@ -36,51 +36,51 @@ class Drawn(NamedTuple):
     figure: go.Figure
 
 
-def drawn_effects(explanation: Explanation) -> list[Drawn]:
+def effect_drawings(explanation: Explanation) -> list[EffectDrawing]:
     """Drawings of the effects of the model, of those that were added, and of the first candidates that were not."""
     return [
-        Drawn(
+        EffectDrawing(
             e.name,
             role,
             e.equation,
             e.sentence,
-            effect_figure(e, study, fitted),
+            effect_figure(e, problem, fitted),
         )
-        for e, role, study, fitted in _chosen(explanation)
+        for e, role, problem, fitted in _effects_to_draw(explanation)
     ]
 
 
-def _chosen(explanation: Explanation) -> Iterator[tuple[Effect, str, Study, Fit]]:
+def _effects_to_draw(explanation: Explanation) -> Iterator[tuple[Effect, str, EstimationProblem, Fit]]:
     added = {s.effect for s in explanation.steps}
     for name in explanation.effects:
         role = "added" if name in added else "in the model"
-        yield derive.effects.find(name), role, explanation.study, explanation.fit
+        yield derive.effects.find(name), role, explanation.problem, explanation.fit
     others = [t for t in explanation.first.candidates if t.effect not in explanation.effects]
-    for tried in others[:MOST_CANDIDATES]:
+    for tried in others[:MAX_DRAWN_CANDIDATES]:
         role = "candidate, not added" if tried.physical else "impossible as fitted"
-        yield derive.effects.find(tried.effect), role, explanation.first.study, tried.fit
+        yield derive.effects.find(tried.effect), role, explanation.first.problem, tried.fit
 
 
-def effect_figure(effect: Effect, study: Study, fitted: Fit) -> go.Figure:
+def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go.Figure:
     """An effect's drawing; where each log has its own size, a line for each of the first three."""
-    several = len(study.logs) > 1 and bool(per_log_names(effect.full_names))
-    figure, shown = go.Figure(), range(min(len(study.logs), MOST_LOGS) if several else 1)
-    pictures, q = [picture_of(effect, study, fitted, k) for k in shown], quantities_of(study.model)
+    several = len(problem.logs) > 1 and bool(per_log_names(effect.full_names))
+    figure, shown = go.Figure(), range(min(len(problem.logs), MAX_LOGS_PER_FIGURE) if several else 1)
+    pictures, q = [effect_plot(effect, problem, fitted, k) for k in shown], plant_units_of(problem.model)
     if pictures[0].reference is not None:
-        _line(figure, pictures[0].x, pictures[0].reference, "without", QUIET, None, dash="dash")
-    colours = iter(COLOURS * 4)
+        _add_line(figure, pictures[0].x, pictures[0].reference, "without", MUTED_COLOUR, None, dash="dash")
+    colours = iter(LINE_COLOURS * 4)
     for k, picture in zip(shown, pictures, strict=True):
         values = {n: fitted.of_log(k)[n] for n in effect.full_names}
         for name, y in picture.lines(values).items():
-            label = ", ".join(filter(None, (pretty(name), study.logs[k].name if several else "")))
-            edges = band(picture.lines, name, values, fitted, k, study.plant)
-            known = q if f"[{q.force}]" in picture.up and "voltage" not in picture.up else None
-            _line(figure, picture.x, y, label, next(colours), edges, q=known)
-    return _finished(figure, pictures[0])
+            label = ", ".join(filter(None, (display_text(name), problem.logs[k].name if several else "")))
+            edges = confidence_band(picture.lines, name, values, fitted, k, problem.plant)
+            known = q if f"[{q.force}]" in picture.y_label and "voltage" not in picture.y_label else None
+            _add_line(figure, picture.x, y, label, next(colours), edges, q=known)
+    return _with_axis_titles(figure, pictures[0])
 
 
-def band(
-    lines: Lines, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Nameplate | None = None
+def confidence_band(
+    lines: LineFunction, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Nameplate | None = None
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Where 95 % of a line's points lie when its coefficients are drawn from their errors; None where all are known.
 
@@ -91,7 +91,7 @@ def band(
     places, limits = [fitted.free.index(labels[n]) for n in known], limits_of(known, plant)
     if not known:
         return None
-    normal, edges = np.random.default_rng(0).normal(size=(DRAWS, len(known))), []
+    normal, edges = np.random.default_rng(0).normal(size=(COEFFICIENT_DRAWS, len(known))), []
     for matrix in (fitted.covariance, fitted.robust):
         eigenvalues, vectors = np.linalg.eigh(np.nan_to_num(matrix[np.ix_(places, places)], posinf=0.0))
         draws = normal @ (vectors * np.sqrt(np.maximum(eigenvalues, 0.0))).T
@@ -101,29 +101,29 @@ def band(
     return np.minimum(edges[0][0], edges[1][0]), np.maximum(edges[0][1], edges[1][1])
 
 
-def _line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour: str,
+def _add_line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour: str,
           edges: tuple[np.ndarray, np.ndarray] | None, *,
-          dash: str = "solid", q: Quantities | None = None) -> None:  # fmt: skip
+          dash: str = "solid", q: PlantUnits | None = None) -> None:  # fmt: skip
     if edges is not None and np.any(edges[1] > edges[0]):
         edge = np.concatenate([edges[1], edges[0][::-1]])
         figure.add_trace(go.Scatter(
             x=np.concatenate([x, x[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
-            fillcolor=_pale(colour), hoverinfo="skip", showlegend=False,
+            fillcolor=_translucent(colour), hoverinfo="skip", showlegend=False,
         ))  # fmt: skip
     figure.add_trace(go.Scatter(
         x=x.astype(np.float32), y=np.asarray(y, dtype=np.float32), mode="lines", name=name, showlegend=bool(name),
         line={"color": colour, "width": 2, "dash": dash},
-        **(in_torque(y, q) if q else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
+        **(force_hover(y, q) if q else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
     ))  # fmt: skip
 
 
-def _pale(colour: str) -> str:
+def _translucent(colour: str) -> str:
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return f"rgba({red},{green},{blue},0.22)"
 
 
-def _finished(figure: go.Figure, picture: Picture) -> go.Figure:
-    figure.update_xaxes(title={"text": pretty(picture.across), "standoff": 6})
-    figure.update_yaxes(title={"text": pretty(picture.up), "standoff": 6})
-    figure = styled(figure, 250).update_yaxes(rangemode="tozero")
+def _with_axis_titles(figure: go.Figure, picture: EffectPlot) -> go.Figure:
+    figure.update_xaxes(title={"text": display_text(picture.x_label), "standoff": 6})
+    figure.update_yaxes(title={"text": display_text(picture.y_label), "standoff": 6})
+    figure = with_page_style(figure, 250).update_yaxes(rangemode="tozero")
     return figure.update_layout(margin={"l": 55, "r": 12, "t": 26, "b": 42}, font={"size": 12})

@@ -8,7 +8,7 @@ import sympy as sp
 
 import derive
 from wheelpend.diagnosis.explain import Explanation
-from wheelpend.reports.page.style import pretty
+from wheelpend.reports.page.style import display_text
 
 
 class Term(NamedTuple):
@@ -26,25 +26,25 @@ class Equation(NamedTuple):
     after: list[Term]
 
 
-def equations(explanation: Explanation) -> list[Equation]:
+def equation_rows(explanation: Explanation) -> list[Equation]:
     """The equations of motion before and after, with the difference marked; sensors and command where they changed."""
     plant, assumptions = explanation.model.plant, explanation.model.assumptions
     final = derive.compose(plant, assumptions, explanation.effects)
-    old = terms(derive.compose(plant, assumptions, explanation.first.study.model.effects))
-    new = terms(final)
+    old = equation_terms(derive.compose(plant, assumptions, explanation.first.problem.model.effects))
+    new = equation_terms(final)
     moving = list(new)[: len(final.plant.coordinates)]
     return [
         Equation(
-            pretty(row),
-            [Term(_typeset(t), "" if t in new[row] else "gone") for t in old[row]],
-            [Term(_typeset(t), "" if t in old[row] else "new") for t in new[row]],
+            display_text(row),
+            [Term(_term_text(t), "" if t in new[row] else "gone") for t in old[row]],
+            [Term(_term_text(t), "" if t in old[row] else "new") for t in new[row]],
         )
         for row in new
         if row in moving or old[row] != new[row]
     ]
 
 
-def terms(model: derive.Model) -> dict[str, list[str]]:
+def equation_terms(model: derive.Model) -> dict[str, list[str]]:
     """Signed terms of each row, as equations_text prints them, dry friction included, then of each sensor."""
     found: dict[str, list[str]] = {}
     row = ""
@@ -59,21 +59,21 @@ def terms(model: derive.Model) -> dict[str, list[str]]:
         for row, weight in zip(found, surface.slip, strict=False):
             if weight:
                 law = surface.law.subs(surface.direction, sp.Function("sign")(slip))
-                found[row] += [_signed(t) for t in sp.Add.make_args(sp.expand(int(weight) * law))]
+                found[row] += [_signed_text(t) for t in sp.Add.make_args(sp.expand(int(weight) * law))]
     for channel, reading in zip(model.plant.channels, model.readings, strict=True):
-        found[f"sensor {channel.name} ="] = [_signed(t) for t in sp.Add.make_args(sp.expand(reading))]
+        found[f"sensor {channel.name} ="] = [_signed_text(t) for t in sp.Add.make_args(sp.expand(reading))]
     found["command:"] = [f"+ v_in(t − {model.delay})" if model.delay else "+ v_in(t)"]
     found["command:"] += [f"− {model.lag} dU/dt"] if model.lag else []
     return found
 
 
-def _signed(term: sp.Expr) -> str:
+def _signed_text(term: sp.Expr) -> str:
     text = str(term)
     return f"- {text[1:]}" if text.startswith("-") else f"+ {text}"
 
 
-def _typeset(term: str) -> str:
+def _term_text(term: str) -> str:
     for ours, shown in (("**2", "²"), ("**3", "³"), ("Magnitude", "abs"), ("Sign", "sign"), ("Ramp(", "max(0, "),
                         ("*", "·"), ("-", "−")):  # fmt: skip
         term = term.replace(ours, shown)
-    return pretty(term)
+    return display_text(term)

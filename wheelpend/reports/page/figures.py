@@ -17,35 +17,35 @@ from plotly.subplots import make_subplots
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.prediction import prediction_error
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.segments import Part
-from wheelpend.estimation.validation import held_residuals
-from wheelpend.model.units import Quantities
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.validation import validation_residuals
+from wheelpend.model.units import PlantUnits
 from wheelpend.reports.page.style import (
-    AFTER,
-    BEFORE,
-    FLOOR,
-    MEASURED,
-    MOST_MARKED,
-    MOST_POINTS,
-    QUIET,
-    SHADES,
-    pretty,
-    styled,
+    AFTER_COLOUR,
+    BEFORE_COLOUR,
+    MAX_MARKED_STANDSTILLS,
+    MAX_TRACE_POINTS,
+    MEASURED_COLOUR,
+    MUTED_COLOUR,
+    NOISE_FLOOR_COLOUR,
+    STEP_COLOURS,
+    display_text,
+    with_page_style,
 )
 
 
-def ladder(explanation: Explanation) -> list[tuple[str, float, str]]:
+def ladder_rows(explanation: Explanation) -> list[tuple[str, float, str]]:
     """Rungs of the error ladder: label, error, colour."""
-    rungs = [("parameters refitted", explanation.base_error, BEFORE)]
+    rungs = [("parameters refitted", explanation.base_error, BEFORE_COLOUR)]
     if explanation.nominal_error is not None:
-        rungs.insert(0, ("nominal values", explanation.nominal_error, QUIET))
-    return rungs + [(f"+ {s.effect}", s.error_after, AFTER) for s in explanation.steps]
+        rungs.insert(0, ("nominal values", explanation.nominal_error, MUTED_COLOUR))
+    return rungs + [(f"+ {s.effect}", s.error_after, AFTER_COLOUR) for s in explanation.steps]
 
 
 def ladder_figure(explanation: Explanation) -> go.Figure:
     """Held-out error from the nominal model to the last step, with the noise floor."""
-    rungs = [r for r in ladder(explanation) if np.isfinite(r[1])]
+    rungs = [r for r in ladder_rows(explanation) if np.isfinite(r[1])]
     labels, errors, colours = zip(*rungs, strict=True) if rungs else ((), (), ())
     figure = go.Figure(go.Bar(
         x=errors, y=labels, orientation="h", marker_color=colours, text=[f"{e:.4g}" for e in errors],
@@ -58,40 +58,43 @@ def ladder_figure(explanation: Explanation) -> go.Figure:
                         title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
     figure.update_yaxes(autorange="reversed")
     floor = explanation.noise_floor
-    figure.add_vline(x=floor, line={"color": FLOOR, "dash": "dash", "width": 2})
+    figure.add_vline(x=floor, line={"color": NOISE_FLOOR_COLOUR, "dash": "dash", "width": 2})
     figure.add_annotation(x=np.log10(floor) if wide else floor, y=1.0, yref="paper", yanchor="bottom", showarrow=False,
-                          text=f"noise floor {floor:.3g}", font={"color": FLOOR})  # fmt: skip
-    return styled(figure, 110 + 46 * len(rungs))
+                          text=f"noise floor {floor:.3g}", font={"color": NOISE_FLOOR_COLOUR})  # fmt: skip
+    return with_page_style(figure, 110 + 46 * len(rungs))
 
 
-class Comparison(NamedTuple):
+class ResidualComparison(NamedTuple):
     """A log's judged segments with the residuals of two models."""
 
-    part: Part
+    part: Segments
     before: np.ndarray  # (N, channels) σ
     after: np.ndarray  # (N, channels) σ
     held: bool
 
 
-def comparisons(explanation: Explanation) -> list[Comparison]:
+def residual_comparisons(explanation: Explanation) -> list[ResidualComparison]:
     """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
-    study = explanation.study
-    parts = [h.part for h in study.held] or list(study.training)
-    pairs = zip(parts, _residuals(study, explanation.first.fit), _residuals(study, explanation.fit), strict=True)
-    return [Comparison(part, before, after, bool(study.held)) for part, before, after in pairs]
+    problem = explanation.problem
+    parts = [h.part for h in problem.validation] or list(problem.training)
+    pairs = zip(parts, _residuals(problem, explanation.first.fit), _residuals(problem, explanation.fit), strict=True)
+    return [ResidualComparison(part, before, after, bool(problem.validation)) for part, before, after in pairs]
 
 
-def _residuals(study: Study, fitted: Fit) -> list[np.ndarray]:
-    if study.held:
-        return held_residuals(study, fitted)[1]
+def _residuals(problem: EstimationProblem, fitted: Fit) -> list[np.ndarray]:
+    if problem.validation:
+        return validation_residuals(problem, fitted)[1]
     return [
-        prediction_error(study.module, part, fitted.of_log(k), study.max_step)[1]
-        for k, part in enumerate(study.training)
+        prediction_error(problem.module, part, fitted.of_log(k), problem.max_step)[1]
+        for k, part in enumerate(problem.training)
     ]
 
 
 def prediction_figure(
-    comparison: Comparison, changed: bool, units: Quantities, still: Mapping[str, list[tuple[float, float]]]
+    comparison: ResidualComparison,
+    changed: bool,
+    units: PlantUnits,
+    standstills: Mapping[str, list[tuple[float, float]]],
 ) -> go.Figure:
     """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ.
 
@@ -101,29 +104,29 @@ def prediction_figure(
     channels = part.log.channels
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
                            row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
-    chosen = shown_samples(part)
-    before = [("before", BEFORE, comparison.before)] if changed else []
-    models = [*before, ("after" if changed else "predicted", AFTER, comparison.after)]
+    chosen = thinned_samples(part)
+    before = [("before", BEFORE_COLOUR, comparison.before)] if changed else []
+    models = [*before, ("after" if changed else "predicted", AFTER_COLOUR, comparison.after)]
     for c, channel in enumerate(channels):
-        _channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
-        for begin, end in still.get(channel, [])[:MOST_MARKED]:
-            figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=QUIET, opacity=0.18, line_width=0)
-        figure.update_yaxes(title=f"{pretty(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
+        _add_channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
+        for begin, end in standstills.get(channel, [])[:MAX_MARKED_STANDSTILLS]:
+            figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=MUTED_COLOUR, opacity=0.18, line_width=0)
+        figure.update_yaxes(title=f"{display_text(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
         figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
     figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)
-    return styled(figure, 80 + 270 * len(channels))
+    return with_page_style(figure, 80 + 270 * len(channels))
 
 
-def _channel(figure: go.Figure, part: Part, chosen: np.ndarray, c: int, models: Sequence) -> None:
-    t, values = _taken(part.log.t, chosen), part.log.measured[:, c]
-    _line(figure, t, _taken(values, chosen), "measured", MEASURED, 2 * c + 1, c == 0, width=2.2)
+def _add_channel(figure: go.Figure, part: Segments, chosen: np.ndarray, c: int, models: Sequence) -> None:
+    t, values = _with_gaps(part.log.t, chosen), part.log.measured[:, c]
+    _add_line(figure, t, _with_gaps(values, chosen), "measured", MEASURED_COLOUR, 2 * c + 1, c == 0, width=2.2)
     for name, colour, residual in models:
         predicted = values - residual * part.sigma[c]
-        _line(figure, t, _taken(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
-        _line(figure, t, _taken(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
+        _add_line(figure, t, _with_gaps(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
+        _add_line(figure, t, _with_gaps(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
 
 
-def _line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: str, row: int, legend: bool, *,
+def _add_line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: str, row: int, legend: bool, *,
           width: float) -> None:  # fmt: skip
     figure.add_trace(
         go.Scatter(x=t, y=y, name=name, legendgroup=name, showlegend=legend, mode="lines",
@@ -132,28 +135,28 @@ def _line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: st
     )  # fmt: skip
 
 
-def shown_samples(part: Part) -> np.ndarray:
+def thinned_samples(part: Segments) -> np.ndarray:
     """Samples to draw, evenly thinned; −1 stands for the break after a segment."""
     total = int((part.bounds[:, 1] - part.bounds[:, 0]).sum())
-    stride = max(1, -(-total // (MOST_POINTS - 2 * len(part.bounds)))) if total > MOST_POINTS else 1
+    stride = max(1, -(-total // (MAX_TRACE_POINTS - 2 * len(part.bounds)))) if total > MAX_TRACE_POINTS else 1
     return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in part.bounds])
 
 
-def _taken(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def _with_gaps(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     return np.where(chosen < 0, np.nan, values[chosen]).astype(np.float32)
 
 
 def parameter_figure(explanation: Explanation) -> go.Figure | None:
     """How far each base parameter moved with each step, in % of its first value."""
-    first = {n: explanation.first.fit.values[n] for n in explanation.study.base}
+    first = {n: explanation.first.fit.values[n] for n in explanation.problem.base}
     if not explanation.steps:
         return None
     figure = go.Figure()
-    for step, colour in zip(explanation.steps, itertools.cycle(SHADES)):
+    for step, colour in zip(explanation.steps, itertools.cycle(STEP_COLOURS)):
         moved = [100.0 * (step.parameters.get(n, v) / v - 1.0) if v else None for n, v in first.items()]
         figure.add_trace(go.Bar(x=list(first), y=moved, name=f"+ {step.effect}", marker_color=colour,
                                 hovertemplate="%{x}: %{y:+.3g} %<extra></extra>"))  # fmt: skip
     figure.update_yaxes(title="change from the first fit [%]")
     figure.update_xaxes(title="parameter")
     figure.update_layout(barmode="group", showlegend=True)
-    return styled(figure, 300)
+    return with_page_style(figure, 300)

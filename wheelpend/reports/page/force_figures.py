@@ -12,28 +12,35 @@ from plotly.subplots import make_subplots
 import derive
 from derive.effects import DryForce, Effect, Force, InputDelay, InputLag, SensorMap
 from derive.functions import symbol
-from wheelpend.diagnosis.evidence import Tried
+from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
-from wheelpend.diagnosis.missing_force.repeatability import Repeats
+from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.parameters import vector
-from wheelpend.estimation.problem import Study
-from wheelpend.estimation.state_reconstruction import slips
-from wheelpend.logs.log import side_by_side
-from wheelpend.model.units import Quantities
-from wheelpend.reports.page.style import BEFORE, MOST_POINTS, QUIET, SHADES, quantity, styled
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.state_reconstruction import port_motion
+from wheelpend.logs.log import stack_inputs
+from wheelpend.model.units import PlantUnits
+from wheelpend.reports.page.style import (
+    BEFORE_COLOUR,
+    MAX_TRACE_POINTS,
+    MUTED_COLOUR,
+    STEP_COLOURS,
+    axis_name_text,
+    with_page_style,
+)
 
-BINS = 24
-NUMERIC = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
+MAX_BINS = 24
+LAMBDIFY_MODULES = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
             "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
 
 
-def force_figure(missing: MissingForce, rows: Sequence[str], q: Quantities) -> go.Figure:
+def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> go.Figure:
     """Missing force on each row over time, with a band of two standard deviations."""
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.06)
     order = np.argsort(missing.t)
-    order = order[:: max(1, -(-len(order) // MOST_POINTS))]
+    order = order[:: max(1, -(-len(order) // MAX_TRACE_POINTS))]
     t = missing.t[order]
     for k, row in enumerate(rows):
         force, band = missing.force[order, k], 2.0 * missing.sigma[order, k]
@@ -42,16 +49,25 @@ def force_figure(missing: MissingForce, rows: Sequence[str], q: Quantities) -> g
             x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
             fillcolor="rgba(209,89,42,0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
         ), row=k + 1, col=1)  # fmt: skip
-        figure.add_trace(go.Scatter(
-            x=t.astype(np.float32), y=force.astype(np.float32), mode="lines", line={"color": BEFORE, "width": 1.4},
-            name="missing force", showlegend=k == 0, **in_torque(force, q),
-        ), row=k + 1, col=1)  # fmt: skip
+        figure.add_trace(
+            go.Scatter(
+                x=t.astype(np.float32),
+                y=force.astype(np.float32),
+                mode="lines",
+                line={"color": BEFORE_COLOUR, "width": 1.4},
+                name="missing force",
+                showlegend=k == 0,
+                **force_hover(force, q),
+            ),
+            row=k + 1,
+            col=1,
+        )
         figure.update_yaxes(title=f"{row} row [{q.force}]", row=k + 1, col=1)
     figure.update_xaxes(title="time [s]", row=len(rows), col=1)
-    return styled(figure, 90 + 190 * len(rows))
+    return with_page_style(figure, 90 + 190 * len(rows))
 
 
-def in_torque(force: np.ndarray, q: Quantities) -> dict:
+def force_hover(force: np.ndarray, q: PlantUnits) -> dict:
     """Hover text in V, and in N·m where the plant's volt is known."""
     unit = "" if q.force == "1" else f" {q.force}"
     if q.worth is None:
@@ -60,66 +76,68 @@ def in_torque(force: np.ndarray, q: Quantities) -> dict:
     return {"customdata": np.asarray(force * q.worth, dtype=np.float32), "hovertemplate": shown}
 
 
-def guilty(diagnosis: Diagnosis) -> tuple[int, str]:
+def worst_row_and_state(diagnosis: Diagnosis) -> tuple[int, str]:
     """Row and state of the chart: where the missing force is concentrated most."""
-    rows = diagnosis.study.module.ROWS
+    rows = diagnosis.problem.module.ROWS
     if not diagnosis.where:
-        module = diagnosis.study.module
-        return 0, next((n for n, w in slips(module).items() if w[module.NQ :].any()), module.STATES[module.NQ])
+        module = diagnosis.problem.module
+        return 0, next((n for n, w in port_motion(module).items() if w[module.NQ :].any()), module.STATES[module.NQ])
     return list(rows).index(diagnosis.where[0].row), diagnosis.where[0].state
 
 
-def state_figure(diagnosis: Diagnosis, q: Quantities) -> go.Figure | None:
+def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
     """Missing force against the guilty state: pieces, binned means, and what each candidate says it should be."""
     missing = diagnosis.missing
-    row, state = guilty(diagnosis)
+    row, state = worst_row_and_state(diagnosis)
     if missing is None or state not in missing.variables:
         return None
     x, force = missing.variables[state], missing.force[:, row]
-    thin = slice(None, None, max(1, -(-len(x) // MOST_POINTS)))
+    thin = slice(None, None, max(1, -(-len(x) // MAX_TRACE_POINTS)))
     figure = go.Figure(go.Scatter(
         x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
-        marker={"color": QUIET, "size": 4, "opacity": 0.6}, **in_torque(force[thin], q),
+        marker={"color": MUTED_COLOUR, "size": 4, "opacity": 0.6}, **force_hover(force[thin], q),
     ))  # fmt: skip
-    bins = bins_of(x)
-    means = binned(x, force, bins)
+    bins = quantile_bins(x)
+    means = bin_means(x, force, bins)
     figure.add_trace(go.Scatter(
-        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE}, mode="markers",
-        marker={"color": BEFORE, "size": 8}, name="mean ± std. error", **in_torque(means[:, 1], q),
+        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE_COLOUR}, mode="markers",
+        marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q),
     ))  # fmt: skip
-    for number, tried in enumerate(diagnosis.candidates[: len(SHADES)]):
-        _shape(figure, diagnosis, tried, (row, state), bins, SHADES[number])
+    for number, tried in enumerate(diagnosis.candidates[: len(STEP_COLOURS)]):
+        _add_candidate(figure, diagnosis, tried, (row, state), bins, STEP_COLOURS[number])
     spread = np.quantile(force, [0.005, 0.995])
-    figure.update_yaxes(title=f"missing force, {diagnosis.study.module.ROWS[row]} row [{q.force}]",
+    figure.update_yaxes(title=f"missing force, {diagnosis.problem.module.ROWS[row]} row [{q.force}]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
-    figure.update_xaxes(title=f"{quantity(state)} [{q.unit(state)}]")
-    return styled(figure, 440)
+    figure.update_xaxes(title=f"{axis_name_text(state)} [{q.unit(state)}]")
+    return with_page_style(figure, 440)
 
 
-def _shape(figure: go.Figure, diagnosis: Diagnosis, tried: Tried, place: tuple[int, str], bins, colour: str) -> None:
+def _add_candidate(
+    figure: go.Figure, diagnosis: Diagnosis, tried: CandidateFit, place: tuple[int, str], bins, colour: str
+) -> None:
     """Draw a candidate: its law alone where it is a force along this state, and all that it would change."""
     assert diagnosis.missing is not None
     row, state = place
     x = diagnosis.missing.variables[state]
-    law = law_along(diagnosis.study, tried, row, state)
+    law = law_over_state(diagnosis.problem, tried, row, state)
     if law is not None:
         grid = np.linspace(float(x.min()), float(x.max()), 401)
         figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}, law alone",
                                     line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
-    whole = expected_force(diagnosis, tried)
+    whole = missing_force_if_true(diagnosis, tried)
     if whole is not None:
-        curve = binned(x, whole[:, row], bins)
+        curve = bin_means(x, whole[:, row], bins)
         figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}, refitted",
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
 
-def bins_of(x: np.ndarray) -> np.ndarray:
+def quantile_bins(x: np.ndarray) -> np.ndarray:
     """Bin number of each value; bins hold equal counts."""
-    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(BINS, max(2, len(x) // 8)) + 1)))
+    edges = np.unique(np.quantile(x, np.linspace(0, 1, min(MAX_BINS, max(2, len(x) // 8)) + 1)))
     return np.clip(np.searchsorted(edges, x, side="right") - 1, 0, max(len(edges) - 2, 0))
 
 
-def binned(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
+def bin_means(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
     """Mean x, mean y and the mean's standard error of each bin (bins, 3)."""
     rows = []
     for b in np.unique(bins):
@@ -128,7 +146,7 @@ def binned(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
-def law_along(study: Study, tried: Tried, row: int, state: str):
+def law_over_state(problem: EstimationProblem, tried: CandidateFit, row: int, state: str):
     """The force of an effect on a row as a function of one state, or None where it is not one.
 
     A resistance opposes its port: Q = −law · ∂port/∂q.
@@ -136,57 +154,59 @@ def law_along(study: Study, tried: Tried, row: int, state: str):
     effect = derive.effects.find(tried.effect)
     if not isinstance(effect.enters, Force | DryForce):
         return None
-    plant = derive.plants.build(study.model.plant, study.model.assumptions)
+    plant = derive.plants.build(problem.model.plant, problem.model.assumptions)
     angle = plant.port(effect.enters.port).coordinate
-    speed = derive_rate(angle, plant)
+    speed = port_speed(angle, plant)
     along = symbol("along")
     known = {s.name: s for c in plant.coordinates for s in (c.q, c.dq)}
     is_speed = sp.sympify(state, locals=known) == speed
-    law = _law(effect, symbol("angle"), along if is_speed else symbol("speed"))
+    law = _law_expression(effect, symbol("angle"), along if is_speed else symbol("speed"))
     law = law.subs({effect.symbols[n]: v for n, v in tried.coefficients.items()})
     share = angle.diff(plant.coordinates[row].q)
     if law.free_symbols != {along} or not share.is_number or share == 0:
         return None
-    return sp.lambdify(along, -law * share, NUMERIC)
+    return sp.lambdify(along, -law * share, LAMBDIFY_MODULES)
 
 
-def derive_rate(angle: sp.Expr, plant) -> sp.Expr:
+def port_speed(angle: sp.Expr, plant) -> sp.Expr:
     """Speed of a port."""
     return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
 
 
-def _law(effect: Effect, angle: sp.Expr, speed: sp.Expr) -> sp.Expr:
+def _law_expression(effect: Effect, angle: sp.Expr, speed: sp.Expr) -> sp.Expr:
     if isinstance(effect.enters, DryForce):
         return effect.enters.law(derive.functions.Sign(speed), speed, **effect.symbols)
     return effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
 
 
-def expected_force(diagnosis: Diagnosis, tried: Tried) -> np.ndarray | None:
+def missing_force_if_true(diagnosis: Diagnosis, tried: CandidateFit) -> np.ndarray | None:
     """What the old model would be missing (n, rows) [V] if the candidate and its refit were the truth.
 
     The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
     None for sensors, delays and lags, which are no forces, and where a constant is unknown.
     """
-    study, missing = diagnosis.study, diagnosis.missing
+    problem, missing = diagnosis.problem, diagnosis.missing
     if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay | InputLag):
         return None
     table = missing.variables
-    states = np.column_stack([table[n] for n in study.module.STATES])
-    parameters = vector(study.module, tried.fit.of_log(0), study.training[0].log)
-    rates = np.array([study.module.acceleration(t, s, v, parameters)
-                      for t, s, v in zip(table["t"], states, input_of(study, table), strict=True)])  # fmt: skip
-    found = _left_over(study, diagnosis.fit, table, rates)
+    states = np.column_stack([table[n] for n in problem.module.STATES])
+    parameters = kernel_parameters(problem.module, tried.fit.of_log(0), problem.training[0].log)
+    rates = np.array([problem.module.acceleration(t, s, v, parameters)
+                      for t, s, v in zip(table["t"], states, input_samples(problem, table), strict=True)])  # fmt: skip
+    found = _equation_residuals(problem, diagnosis.fit, table, rates)
     return found if found is not None and np.isfinite(found).all() else None
 
 
-def input_of(study: Study, table: dict[str, np.ndarray]) -> np.ndarray:
+def input_samples(problem: EstimationProblem, table: dict[str, np.ndarray]) -> np.ndarray:
     """The input among some variables; 0 where nothing drives the machine."""
-    return side_by_side([table[name] for name in study.module.INPUTS], len(table["t"]))
+    return stack_inputs([table[name] for name in problem.module.INPUTS], len(table["t"]))
 
 
-def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray) -> np.ndarray | None:
-    model = derive.compose(study.model.plant, study.model.assumptions, study.model.effects)
-    known = {**fitted.of_log(0), "origin": float(table[study.module.STATES[0]][0]), **table}
+def _equation_residuals(
+    problem: EstimationProblem, fitted: Fit, table: dict[str, np.ndarray], rates: np.ndarray
+) -> np.ndarray | None:
+    model = derive.compose(problem.model.plant, problem.model.assumptions, problem.model.effects)
+    known = {**fitted.of_log(0), "origin": float(table[problem.module.STATES[0]][0]), **table}
     known |= {f"dd{c.name}": rates[:, k] for k, c in enumerate(model.plant.coordinates)}
     columns = []
     for row, residual in enumerate(model.residual):
@@ -196,12 +216,12 @@ def _left_over(study: Study, fitted: Fit, table: dict[str, np.ndarray], rates: n
         names = sorted(residual.free_symbols, key=str)
         if any(s.name not in known for s in names):
             return None
-        values = sp.lambdify(names, residual, NUMERIC)(*(known[s.name] for s in names))
+        values = sp.lambdify(names, residual, LAMBDIFY_MODULES)(*(known[s.name] for s in names))
         columns.append(np.broadcast_to(values, table["t"].shape))
     return np.column_stack(columns)
 
 
-def repeats_figure(found: Repeats, q: Quantities) -> go.Figure:
+def explained_force_figure(found: ExplainedForce, q: PlantUnits) -> go.Figure:
     """The missing force over each variable it depends on, the others at their medians, with a band of two σ."""
     figure = make_subplots(rows=1, cols=len(found.curves), shared_yaxes=True, horizontal_spacing=0.04)
     for number, c in enumerate(found.curves, 1):
@@ -212,11 +232,11 @@ def repeats_figure(found: Repeats, q: Quantities) -> go.Figure:
             name="± 2 standard deviations", showlegend=number == 1,
         ), row=1, col=number)  # fmt: skip
         figure.add_trace(go.Scatter(
-            x=c.x, y=c.force, mode="lines", line={"color": BEFORE, "width": 2}, name="missing force",
-            showlegend=number == 1, **in_torque(c.force, q),
+            x=c.x, y=c.force, mode="lines", line={"color": BEFORE_COLOUR, "width": 2}, name="missing force",
+            showlegend=number == 1, **force_hover(c.force, q),
         ), row=1, col=number)  # fmt: skip
         base, _, within = c.variable.partition(" within")
-        figure.update_xaxes(title=f"{quantity(base)}{' within' + within if within else ''} [{q.unit(base)}]",
+        figure.update_xaxes(title=f"{axis_name_text(base)}{' within' + within if within else ''} [{q.unit(base)}]",
                             row=1, col=number)  # fmt: skip
     figure.update_yaxes(title=f"missing force [{q.force}]", row=1, col=1)
-    return styled(figure, 380)
+    return with_page_style(figure, 380)

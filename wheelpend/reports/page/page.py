@@ -15,27 +15,27 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from wheelpend.diagnosis.explain import Explanation
-from wheelpend.diagnosis.missing_force.repeatability import Repeats
+from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.errors import Failure
 from wheelpend.inspection.standstill import standstills
-from wheelpend.model.units import Quantities, quantities_of
+from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.page import effect_figures, figures, force_figures
-from wheelpend.reports.page.equations import equations
-from wheelpend.reports.page.rows import candidate_row, detectable, law_table, log_rows, parameter_rows
+from wheelpend.reports.page.equations import equation_rows
+from wheelpend.reports.page.rows import candidate_row, detectable_size_rows, law_table, log_rows, parameter_rows
 from wheelpend.reports.page.sentences import (
-    doubts,
+    ambiguity_sentences,
+    concentration_sentences,
     error_text,
-    headline,
-    number,
-    places,
-    probability,
-    uncertain,
-    verdict,
+    estimate_text,
+    headline_sentences,
+    number_text,
+    p_value_text,
+    verdict_text,
 )
-from wheelpend.reports.page.style import MOST_LOGS, pretty
-from wheelpend.reports.text.unexplained import repeat_sentences
+from wheelpend.reports.page.style import MAX_DRAWN_LOGS, display_text
+from wheelpend.reports.text.unexplained import repeatability_sentences
 
-SOFTWARE = ("sympy", "numpy", "scipy", "numba", "plotly")
+REPORTED_PACKAGES = ("sympy", "numpy", "scipy", "numba", "plotly")
 
 
 def write_report(explanation: Explanation, path: Path, *, version: str = "", command: str = "") -> Path:
@@ -43,7 +43,7 @@ def write_report(explanation: Explanation, path: Path, *, version: str = "", com
     path = Path(path)
     beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        beside.write_text(render(explanation, version=version, command=command), encoding="utf-8")
+        beside.write_text(page_html(explanation, version=version, command=command), encoding="utf-8")
         os.replace(beside, path)
     except OSError as error:
         raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
@@ -52,44 +52,44 @@ def write_report(explanation: Explanation, path: Path, *, version: str = "", com
     return path
 
 
-def render(explanation: Explanation, *, version: str = "", command: str = "") -> str:
+def page_html(explanation: Explanation, *, version: str = "", command: str = "") -> str:
     """Text of the page."""
     environment = jinja2.Environment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     environment.filters |= {
-        "number": number,
+        "number": number_text,
         "error_text": error_text,
-        "uncertain": uncertain,
-        "pretty": pretty,
-        "probability": probability,
+        "uncertain": estimate_text,
+        "pretty": display_text,
+        "probability": p_value_text,
     }
-    q = quantities_of(explanation.model)
-    return environment.from_string(PAGE).render(
-        style=Markup(STYLE),
+    q = plant_units_of(explanation.model)
+    return environment.from_string(PAGE_TEMPLATE).render(
+        style=Markup(PAGE_STYLE),
         plotly=Markup(get_plotlyjs()),
-        title=title(explanation),
-        headline=headline(explanation, q),
-        verdict=verdict(explanation),
-        doubts=doubts(explanation),
-        remains=places(explanation.last, q) if explanation.verdict == "unexplained" else [],
-        repeats=[pretty(line) for line in repeat_sentences(explanation.repeats)],
+        title=title_text(explanation),
+        headline=headline_sentences(explanation, q),
+        verdict=verdict_text(explanation),
+        doubts=ambiguity_sentences(explanation),
+        remains=concentration_sentences(explanation.last, q) if explanation.verdict == "unexplained" else [],
+        repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
-        charts=charts(explanation, q),
-        places=places(explanation.first, q),
-        rungs=figures.ladder(explanation),
+        charts=chart_markups(explanation, q),
+        places=concentration_sentences(explanation.first, q),
+        rungs=figures.ladder_rows(explanation),
         candidates=[candidate_row(t, q) for t in explanation.first.candidates],
-        detectable=detectable(explanation.last),
+        detectable=detectable_size_rows(explanation.last),
         parameters=parameter_rows(explanation),
-        equations=equations(explanation),
-        logs=log_rows(explanation.study),
-        software=software(version),
+        equations=equation_rows(explanation),
+        logs=log_rows(explanation.problem),
+        software=software_versions(version),
         command=command,
     )
 
 
-def title(explanation: Explanation) -> str:
+def title_text(explanation: Explanation) -> str:
     """The finding in a few words."""
     names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
     found = " and ".join(", ".join(names).rsplit(", ", 1))
@@ -99,57 +99,61 @@ def title(explanation: Explanation) -> str:
     return f"The model was missing {found}" if found else "Nothing is missing in this model"
 
 
-def software(version: str) -> list[tuple[str, str]]:
+def software_versions(version: str) -> list[tuple[str, str]]:
     """Versions of what made the page."""
-    own = version or _installed("wheelpend")
-    return [("wheelpend", own), ("Python", platform.python_version()), *((n, _installed(n)) for n in SOFTWARE)]
+    own = version or _installed_version("wheelpend")
+    return [
+        ("wheelpend", own),
+        ("Python", platform.python_version()),
+        *((n, _installed_version(n)) for n in REPORTED_PACKAGES),
+    ]
 
 
-def _installed(name: str) -> str:
+def _installed_version(name: str) -> str:
     try:
         return installed(name)
     except PackageNotFoundError:
         return "–"
 
 
-def charts(explanation: Explanation, q: Quantities) -> dict:
+def chart_markups(explanation: Explanation, q: PlantUnits) -> dict:
     """Every chart of the page, as markup; logs come with their names."""
     first = explanation.first
     changed = bool(explanation.steps)
-    compared = figures.comparisons(explanation)
-    rows = first.study.module.ROWS
+    compared = figures.residual_comparisons(explanation)
+    rows = first.problem.module.ROWS
     table = explanation.model.table
 
-    def still(c: figures.Comparison) -> dict:
+    def still(c: figures.ResidualComparison) -> dict:
         return standstills(c.part.log, c.part.sigma, table)
 
     state = force_figures.state_figure(first, q)
     force = force_figures.force_figure(first.missing, rows, q) if first.missing is not None else None
     return {
-        "ladder": chart("ladder", figures.ladder_figure(explanation)),
+        "ladder": chart_markup("ladder", figures.ladder_figure(explanation)),
         "logs": [
-            (c.part.log.name, chart(f"log{k}", figures.prediction_figure(c, changed, q, still(c))))
-            for k, c in enumerate(compared[:MOST_LOGS])
+            (c.part.log.name, chart_markup(f"log{k}", figures.prediction_figure(c, changed, q, still(c))))
+            for k, c in enumerate(compared[:MAX_DRAWN_LOGS])
         ],
-        "left_out": len(compared) - MOST_LOGS,
-        "force": chart("force", force),
-        "state": chart("state", state),
-        "repeats": chart("repeats", repeating(explanation.repeats, q)),
+        "left_out": len(compared) - MAX_DRAWN_LOGS,
+        "force": chart_markup("force", force),
+        "state": chart_markup("state", state),
+        "repeats": chart_markup("repeats", most_repeatable_figure(explanation.repeats, q)),
         "dotted": state is not None and any(t.line.dash == "dot" for t in state.data),
-        "parameters": chart("parameters", figures.parameter_figure(explanation)),
+        "parameters": chart_markup("parameters", figures.parameter_figure(explanation)),
         "effects": [
-            (drawn, chart(f"effect{k}", drawn.figure))
-            for k, drawn in enumerate(effect_figures.drawn_effects(explanation))
+            (drawn, chart_markup(f"effect{k}", drawn.figure))
+            for k, drawn in enumerate(effect_figures.effect_drawings(explanation))
         ],
     }
 
 
-def repeating(repeats: Sequence[Repeats], q: Quantities) -> go.Figure | None:
+def most_repeatable_figure(repeats: Sequence[ExplainedForce], q: PlantUnits) -> go.Figure | None:
     """The missing force over what it depends on, where it repeats most."""
-    return force_figures.repeats_figure(repeats[0], q) if repeats and repeats[0].curves else None
+    return force_figures.explained_force_figure(repeats[0], q) if repeats and repeats[0].curves else None
 
 
-def chart(name: str, figure: go.Figure | None) -> Markup:
+def chart_markup(name: str, figure: go.Figure | None) -> Markup:
     """A figure's place in the page and the script that draws it."""
     if figure is None:
         return Markup("")
@@ -162,7 +166,7 @@ def chart(name: str, figure: go.Figure | None) -> Markup:
     )
 
 
-STYLE = """
+PAGE_STYLE = """
 :root { --ink: #262b33; --soft: #667080; --line: #e2e6eb; --before: #d1592a; --after: #1f6fb4; --floor: #5b8c5a; }
 html { overflow-y: scroll; } * { box-sizing: border-box; }
 body { margin: 0; background: #f6f7f9; color: var(--ink); font: 16px/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
@@ -199,7 +203,7 @@ dt { color: var(--soft); } dd { margin: 0; min-width: 0; overflow-wrap: anywhere
 @media (max-width: 700px) { .two { grid-template-columns: 1fr; } section, header { padding: 16px; } }
 @media print { body { background: #fff; } section { break-inside: avoid; } }
 """
-PAGE = """<!doctype html>
+PAGE_TEMPLATE = """<!doctype html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
@@ -243,7 +247,7 @@ style-src 'unsafe-inline'; img-src data: blob:">
 <section>
 <h2>The error, step by step</h2>
 <p class="soft">Root mean square of (measured − predicted)/σ over {{ e.horizon_s | number }} s predictions on \
-{% if e.study.held %}data that no fit saw{% else %}the data of the fit, nothing was held out{% endif %}; \
+{% if e.problem.validation %}data that no fit saw{% else %}the data of the fit, nothing was held out{% endif %}; \
 1.0 is the sensors' own noise.</p>
 {{ charts.ladder }}
 <div class="wide"><table>

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import derive
-from wheelpend.diagnosis.evidence import Tried
+from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.verdict import Diagnosis
-from wheelpend.estimation.problem import Study
-from wheelpend.model.units import Quantities, quantities_of
-from wheelpend.reports.page.equations import _typeset
-from wheelpend.reports.page.sentences import in_torque, number, shown_unit, uncertain, uncertain_size
-from wheelpend.reports.text.unexplained import law_sentence
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.reports.page.equations import _term_text
+from wheelpend.reports.page.sentences import estimate_text, number_text, small_estimate_text, torque_text, unit_text
+from wheelpend.reports.text.unexplained import law_summary_text
 
 
 class LawTable(NamedTuple):
@@ -26,41 +26,43 @@ class LawTable(NamedTuple):
 
 def law_table(law: FreeLaw) -> LawTable:
     """Texts of a free-form law."""
-    laws = [(effect, law.on[effect], _typeset(text.replace("^", "**"))) for effect, text in law.laws.items()]
-    numbers = [(n, uncertain_size(v, law.sigma[n]), shown_unit(law.unit[n])) for n, v in law.coefficients.items()]
-    return LawTable(law_sentence(law), laws, numbers)
+    laws = [(effect, law.on[effect], _term_text(text.replace("^", "**"))) for effect, text in law.laws.items()]
+    numbers = [(n, small_estimate_text(v, law.sigma[n]), unit_text(law.unit[n])) for n, v in law.coefficients.items()]
+    return LawTable(law_summary_text(law), laws, numbers)
 
 
 class CandidateRow(NamedTuple):
     """A candidate as the table shows it."""
 
-    tried: Tried
+    tried: CandidateFit
     sentence: str
     means: str
     law: str
     sizes: list[str]
 
 
-def candidate_row(tried: Tried, q: Quantities) -> CandidateRow:
+def candidate_row(tried: CandidateFit, q: PlantUnits) -> CandidateRow:
     """Texts of a candidate."""
     effect = derive.effects.find(tried.effect)
     sizes = []
     for name, value in tried.coefficients.items():
         unit = tried.unit[name]
-        torque = in_torque(value, unit, q)
-        text = f"{name} = {uncertain(value, tried.sigma[name])} {shown_unit(unit)}"
+        torque = torque_text(value, unit, q)
+        text = f"{name} = {estimate_text(value, tried.sigma[name])} {unit_text(unit)}"
         sizes.append(text.rstrip() + (f" ({torque})" if torque else ""))
         further = [o for o in tried.per_log[1:] if name in o.coefficients]
-        sizes += [f"… in {o.log}: {uncertain(o.coefficients[name], o.sigma[name])}" for o in further]
+        sizes += [f"… in {o.log}: {estimate_text(o.coefficients[name], o.sigma[name])}" for o in further]
     return CandidateRow(tried, effect.sentence, effect.means, effect.equation, sizes)
 
 
-def detectable(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+def detectable_size_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """The smallest size of each effect that the logs would have shown."""
     rows = []
     for effect, sizes in diagnosis.detectable.items():
-        units = {p.name: shown_unit(p.unit) for p in diagnosis.study.effect(effect).parameters}
-        rows.append((effect, ", ".join(f"{n} {number(v, 2)} {units.get(n, '')}".rstrip() for n, v in sizes.items())))
+        units = {p.name: unit_text(p.unit) for p in diagnosis.problem.effect(effect).parameters}
+        rows.append(
+            (effect, ", ".join(f"{n} {number_text(v, 2)} {units.get(n, '')}".rstrip() for n, v in sizes.items()))
+        )
     return rows
 
 
@@ -77,12 +79,12 @@ class ParameterRow(NamedTuple):
 def parameter_rows(explanation: Explanation) -> list[ParameterRow]:
     """How each base parameter moved."""
     rows = []
-    for name in explanation.study.base:
+    for name in explanation.problem.base:
         given, first = explanation.model.parameters.get(name), explanation.first.fit.values[name]
         values = [s.parameters[name] for s in explanation.steps if name in s.parameters]
         steps = [(v, 100.0 * (v / first - 1.0) if first else None) for v in values]
         final = explanation.parameters.get(name, {"value": first, "sigma": None})
-        row = uncertain(final["value"], final["sigma"])
+        row = estimate_text(final["value"], final["sigma"])
         rows.append(ParameterRow(name, given.nominal if given else None, first, steps, row))
     return rows
 
@@ -99,14 +101,14 @@ class LogRow(NamedTuple):
     floor: float
 
 
-def log_rows(study: Study) -> list[LogRow]:
+def log_rows(problem: EstimationProblem) -> list[LogRow]:
     """Training logs, then hold-out logs."""
-    own = {h.training for h in study.held}
-    logs = [(log, "fit; last third held out" if k in own else "fit") for k, log in enumerate(study.logs)]
-    logs += [(h.part.log, "held out") for h in study.held if h.training is None]
-    rows, units = [], quantities_of(study.model)
-    for (log, role), noise in zip(logs, study.noise, strict=False):
-        sigma = [(c, f"{number(s, 3)} {units.unit(c)}") for c, s in zip(log.channels, noise.sigma, strict=True)]
+    own = {h.training for h in problem.validation}
+    logs = [(log, "fit; last third held out" if k in own else "fit") for k, log in enumerate(problem.logs)]
+    logs += [(h.part.log, "held out") for h in problem.validation if h.training is None]
+    rows, units = [], plant_units_of(problem.model)
+    for (log, role), noise in zip(logs, problem.noise, strict=False):
+        sigma = [(c, f"{number_text(s, 3)} {units.unit(c)}") for c, s in zip(log.channels, noise.sigma, strict=True)]
         seconds = float(log.t[-1] - log.t[0])
         rows.append(LogRow(log.name, role, len(log.t), seconds, log.reference is not None, sigma, noise.floor))
     return rows

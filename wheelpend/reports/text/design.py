@@ -8,18 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from wheelpend.errors import Failure
-from wheelpend.experiments.advice import CLEAR
-from wheelpend.experiments.design import Design, Peaks, Value, design
-from wheelpend.experiments.pose import last_logs
-from wheelpend.experiments.question import ALIKE
+from wheelpend.experiments.advice import CLEAR_SEPARATION_SIGMA
+from wheelpend.experiments.design import Design, ExpectedErrors, Peaks, design
+from wheelpend.experiments.pose import logs_of_last_change
+from wheelpend.experiments.question import MAX_EQUIVALENT_ERROR_DIFFERENCE
 from wheelpend.model.record import Model
-from wheelpend.reports.console import say, table
+from wheelpend.reports.console import print_line, print_table
 from wheelpend.serialise import to_json
 from wheelpend.simulation.references import save_trajectory
 
 
 @dataclass(frozen=True)
-class Written:
+class WrittenDesign:
     """A designed command and where it was written."""
 
     design: Design
@@ -31,12 +31,12 @@ class Written:
         """The design's own keys, with the file and the logs."""
         return {**to_json(self.design), "file": str(self.path), "logs": list(self.logs)}
 
-    def tell(self) -> None:
+    def print_summary(self) -> None:
         """Print it."""
-        tell(self)
+        print_design(self)
 
 
-def run(
+def write_design(
     model: Model,
     logs: Sequence[Path],
     between: Sequence[str],
@@ -44,65 +44,74 @@ def run(
     *,
     progress: Callable[[str], None],
     **options: Any,
-) -> Written:
+) -> WrittenDesign:
     """Design a command and write it; without logs from those of the workspace's last change."""  # fmt: skip
     if output.suffix.lower() != ".csv":
         raise Failure(f"A command is written as CSV, so -o must end in .csv, but it is {output}.")
-    known = tuple(logs) or last_logs(model)
+    known = tuple(logs) or logs_of_last_change(model)
     designed = design(model, known, between=between, progress=progress, **options)
     save_trajectory(output, designed.t, designed.theta_ref, designed.dtheta_ref)
-    module = designed.question.study.module
+    module = designed.question.problem.module
     units = dict(zip(module.PARAMETERS, module.UNITS, strict=True))
-    return Written(designed, output, tuple(map(str, known)), units)
+    return WrittenDesign(designed, output, tuple(map(str, known)), units)
 
 
-def tell(written: Written) -> None:
+def print_design(written: WrittenDesign) -> None:
     """Print what the command is, what it asks of the robot and what it is expected to bring."""
     d = written.design
     if written.logs:
-        say(f"Beside {', '.join(written.logs)}:")
-    say(f"Wrote {written.path}: {d.duration_s:g} s of {d.command}.")
-    _tell_aim(d)
-    _tell_parameters(d, written.units)
+        print_line(f"Beside {', '.join(written.logs)}:")
+    print_line(f"Wrote {written.path}: {d.duration_s:g} s of {d.command}.")
+    _print_separation(d)
+    _print_expected_errors(d, written.units)
     asked = [
-        (_name(d, k, ""), f"{p.pitch:.3f}", f"{p.voltage:.1f}", f"{p.wheel_travel:.0f}") for k, p in d.peaks.items()
+        (_command_text(d, k, ""), f"{p.pitch:.3f}", f"{p.voltage:.1f}", f"{p.wheel_travel:.0f}")
+        for k, p in d.peaks.items()
     ]
-    table("What it asks of the robot", ("command", "pitch [rad]", "voltage [V]", "wheels turn [rad]"), asked)
+    print_table("What it asks of the robot", ("command", "pitch [rad]", "voltage [V]", "wheels turn [rad]"), asked)
     for sentence in d.sentences:
-        say(sentence)
+        print_line(sentence)
     if not d.own_controller:
         gains = ", ".join(f"{g:.4g}" for g in d.gains)
-        say(f"The model has no [controller]; it was rehearsed with a PID on the pitch, made for it: gains = [{gains}].")
-    say(f"Try it: wheelpend simulate -o log.csv --command {written.path}")
+        print_line(
+            f"The model has no [controller]; it was rehearsed with a PID on the pitch, made for it: gains = [{gains}]."
+        )
+    print_line(f"Try it: wheelpend simulate -o log.csv --command {written.path}")
 
 
-def _tell_aim(d: Design) -> None:
+def _print_separation(d: Design) -> None:
     if d.separation is None:
         return
-    rows = [(_name(d, k), f"{v:.1f}") for k, v in d.separation.items() if v is not None]
-    table(f"{d.between[0]} or {' or '.join(d.between[1:])}: standard errors apart", ("after", "apart"), rows)
+    rows = [(_command_text(d, k), f"{v:.1f}") for k, v in d.separation.items() if v is not None]
+    print_table(f"{d.between[0]} or {' or '.join(d.between[1:])}: standard errors apart", ("after", "apart"), rows)
     reached = d.separation["designed"] or 0.0
-    longer = d.duration_s * (CLEAR / max(reached, 1e-9)) ** 2 / 60.0
-    if reached < CLEAR and longer < 60.0:
-        say(f"{CLEAR:g} would be clear: a record of about {longer:.0f} min would be needed.")
-    elif reached < CLEAR:
-        say(f"{CLEAR:g} would be clear, which no command comes near: `wheelpend diagnose` says what else may help.")
-    elif d.gap is not None and d.gap < ALIKE:
-        say(f"Their errors will differ by {100 * d.gap:.2g} % only, so that `wheelpend diagnose` will still list both; "
-            "the smaller one is right.")  # fmt: skip
+    longer = d.duration_s * (CLEAR_SEPARATION_SIGMA / max(reached, 1e-9)) ** 2 / 60.0
+    if reached < CLEAR_SEPARATION_SIGMA and longer < 60.0:
+        print_line(f"{CLEAR_SEPARATION_SIGMA:g} would be clear: a record of about {longer:.0f} min would be needed.")
+    elif reached < CLEAR_SEPARATION_SIGMA:
+        print_line(
+            f"{CLEAR_SEPARATION_SIGMA:g} would be clear, which no command comes near: "
+            "`wheelpend diagnose` says what else may help."
+        )
+    elif d.gap is not None and d.gap < MAX_EQUIVALENT_ERROR_DIFFERENCE:
+        print_line(
+            f"Their errors will differ by {100 * d.gap:.2g} % only, so that `wheelpend diagnose` will still list both; "
+            "the smaller one is right."
+        )
 
 
-def _tell_parameters(d: Design, units: dict[str, str]) -> None:
+def _print_expected_errors(d: Design, units: dict[str, str]) -> None:
     shown = [
         k for k in ("logs", "builtin", "designed") if any(getattr(v, k) is not None for v in d.parameters.values())
     ]
     rows = [
-        (n, f"{v.value:.4g}", units[n], *(_error(v, getattr(v, k)) for k in shown)) for n, v in d.parameters.items()
+        (n, f"{v.value:.4g}", units[n], *(_relative_error_text(v, getattr(v, k)) for k in shown))
+        for n, v in d.parameters.items()
     ]
-    table("Expected standard errors", ("parameter", "value", "unit", *(_name(d, k) for k in shown)), rows)
+    print_table("Expected standard errors", ("parameter", "value", "unit", *(_command_text(d, k) for k in shown)), rows)
 
 
-def _error(value: Value, error: float) -> str:
+def _relative_error_text(value: ExpectedErrors, error: float) -> str:
     """A standard error in percent of the value, or in its own unit where the value is lost in it."""
     if error == float("inf"):
         return "unknown"
@@ -110,7 +119,7 @@ def _error(value: Value, error: float) -> str:
     return f"{share:.2g} %" if share < 100.0 else f"{error:.2g}"
 
 
-def _name(d: Design, kind: str, beside: str = "+ ") -> str:
+def _command_text(d: Design, kind: str, beside: str = "+ ") -> str:
     """What stands for the logs at hand, the best built-in command, and the designed one."""
     beside = "" if all(v.logs is None for v in d.parameters.values()) else beside
     if kind == "logs":

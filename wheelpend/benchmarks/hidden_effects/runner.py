@@ -16,8 +16,8 @@ from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
 from wheelpend.kernels.cache import derivation_fingerprint
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
-from wheelpend.parallel import as_they_end, cores
-from wheelpend.serialise import plain
+from wheelpend.parallel import cores, results_as_completed
+from wheelpend.serialise import plain_data
 
 Progress = Callable[[str], None]
 
@@ -40,8 +40,8 @@ def run(
     progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
     begin, seconds = monotonic(), float("inf") if minutes is None else 60 * minutes
     with book.open("a", encoding="utf-8") as file:
-        for number, (_, outcome) in enumerate(as_they_end([partial(try_case, c) for c in left], seconds), 1):
-            file.write(json.dumps(plain(outcome), allow_nan=False) + "\n")
+        for number, (_, outcome) in enumerate(results_as_completed([partial(try_case, c) for c in left], seconds), 1):
+            file.write(json.dumps(plain_data(outcome), allow_nan=False) + "\n")
             file.flush()
             known[outcome.key] = outcome
             spent = monotonic() - begin

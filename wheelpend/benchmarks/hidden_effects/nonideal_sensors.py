@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.estimation.parameters import vector
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
@@ -16,9 +16,12 @@ from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
 from wheelpend.simulation.simulate import noise_levels
 
-FINE, COARSE = 60000, 2000  # counts per revolution of the paper's encoder and of a coarse one
-OUTLIERS = 0.005  # share of readings that are off by ten standard deviations
-Errors = Callable[[np.random.Generator, int, float], np.ndarray]  # generator, samples, interval [s]: (samples,)
+FINE_ENCODER_COUNTS, COARSE_ENCODER_COUNTS = (
+    60000,
+    2000,
+)  # counts per revolution of the paper's encoder and of a coarse one
+OUTLIER_SHARE = 0.005  # share of readings that are off by ten standard deviations
+ErrorGenerator = Callable[[np.random.Generator, int, float], np.ndarray]  # generator, samples, interval [s]: (samples,)
 
 
 def white(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
@@ -26,7 +29,7 @@ def white(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
     return random.normal(size=samples)
 
 
-def coloured(time: float) -> Errors:
+def coloured(time: float) -> ErrorGenerator:
     """Gaussian noise of unit variance with a correlation time [s]: a first-order autoregression."""
 
     def errors(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
@@ -40,7 +43,7 @@ def coloured(time: float) -> Errors:
     return errors
 
 
-def on_top(slow: Errors, size: float) -> Errors:
+def white_plus_slow(slow: ErrorGenerator, size: float) -> ErrorGenerator:
     """White noise with something slow on top, ``size`` times as large."""
     return lambda random, samples, dt: white(random, samples, dt) + size * slow(random, samples, dt)
 
@@ -52,15 +55,17 @@ def student(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
 
 def outliers(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
     """Gaussian, with a few readings far off."""
-    return np.where(random.random(samples) < OUTLIERS, 10.0, 1.0) * random.normal(size=samples)
+    return np.where(random.random(samples) < OUTLIER_SHARE, 10.0, 1.0) * random.normal(size=samples)
 
 
-KINDS: dict[str, dict[str, Errors]] = {  # errors of the pitch and the gyro, in standard deviations; white where absent
+SENSOR_KINDS: dict[
+    str, dict[str, ErrorGenerator]
+] = {  # errors of the pitch and the gyro, in standard deviations; white where absent
     "white": {},
     "pitch coloured, 10 ms": {"theta_p": coloured(0.01)},
     "gyro coloured, 5 ms": {"dtheta_p": coloured(0.005)},
-    "pitch wanders, 0.5 s": {"theta_p": on_top(coloured(0.5), 0.3)},
-    "pitch wanders, 0.1 s": {"theta_p": on_top(coloured(0.1), 0.5)},
+    "pitch wanders, 0.5 s": {"theta_p": white_plus_slow(coloured(0.5), 0.3)},
+    "pitch wanders, 0.1 s": {"theta_p": white_plus_slow(coloured(0.1), 0.5)},
     "coarse encoder": {},
     "Student t": {"theta_p": student, "dtheta_p": student},
     "outliers": {"theta_p": outliers, "dtheta_p": outliers},
@@ -78,21 +83,23 @@ def complete_log(
     hide: Mapping[str, float] | None = None,
 ) -> tuple[Model, Log]:
     """The paper's robot, with nothing hidden unless asked for, measured by sensors of a kind; and its model."""
-    if kind not in KINDS:
-        raise Failure(f"No kind of sensors named '{kind}'. Known: {', '.join(KINDS)}.{did_you_mean(kind, KINDS)}")
+    if kind not in SENSOR_KINDS:
+        raise Failure(
+            f"No kind of sensors named '{kind}'. Known: {', '.join(SENSOR_KINDS)}.{did_you_mean(kind, SENSOR_KINDS)}"
+        )
     model, random = Model.default(), np.random.default_rng(seed)
-    counts = COARSE if kind == "coarse encoder" else FINE
+    counts = COARSE_ENCODER_COUNTS if kind == "coarse encoder" else FINE_ENCODER_COUNTS
     model = Model.parse(re.sub(r"(?m)^encoder_counts = \S+", f"encoder_counts = {counts}", model.text))
-    module = model_kernels.library_of(model)
+    module = model_kernels.library_module_of(model)
     t = np.arange(round(duration / sample) + 1) * sample
     if kind == "jittered clock":
         t[1:-1] += random.uniform(-0.3, 0.3, size=len(t) - 2) * sample
-    drawn = [KINDS[kind].get(c, white)(random, len(t), sample) for c in module.OUTPUTS]
+    drawn = [SENSOR_KINDS[kind].get(c, white)(random, len(t), sample) for c in module.OUTPUTS]
     noise = np.column_stack(drawn) * noise_levels(model, module.OUTPUTS)
     quantum = np.array([2 * np.pi / counts if c == "theta_w" else 0.0 for c in module.OUTPUTS])
     angle, rate = reference(command, t)
     blank = Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
-    parameters = vector(module, machine_values(model, hide or {}), blank)
+    parameters = kernel_parameters(module, machine_values(model, hide or {}), blank)
     gains = np.array(model.controller.gains, dtype=float)  # type: ignore[union-attr]
     _, measured, voltage = module.closed_loop(
         t, angle, rate, gains, np.zeros(module.NX), parameters, noise, quantum, sample
