@@ -3,7 +3,6 @@
 one_log    one log's answer
 study      all of them, each kept as it comes
 summary    what they have in common: bias, spread and coverage of simulated ones, agreement of measured ones
-words      the same as a table for other programs, and in words
 """
 
 from wheelpend.campaigns.runner import Campaign, campaign

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 import typer
 
 from wheelpend.campaigns.runner import Campaign, campaign
-from wheelpend.campaigns.text import csv_text, is_campaign_table, print_campaign
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.record import Model
 from wheelpend.reports.console import err, print_result, print_warnings, progress
+from wheelpend.reports.text.campaign import csv_text, is_campaign_table, print_campaign
 from wheelpend.simulation.hidden import parse_hidden
 
 INTERRUPTED_EXIT_CODE = 130  # exit code, as of a program that Ctrl-C ends
