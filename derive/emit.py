@@ -1,7 +1,12 @@
-"""The templates make a module's text out of the pieces."""
+"""The templates make a module's text out of the pieces.
+
+A template formats strings of ``Code``. Functions that read the same in every module are no templates but Python files
+in ``templates/core``; ``{{ core("friction", "_slip") }}`` in a template puts them where they belong.
+"""
 
 from __future__ import annotations
 
+import ast
 from functools import lru_cache
 
 import jinja2
@@ -40,7 +45,32 @@ def frame() -> jinja2.Template:
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.globals["core"] = core
     return environment.get_template("module.py.j2")
+
+
+def core(file: str, *names: str) -> str:
+    """Functions of a file in templates/core, letter for letter: those named, or all of it.
+
+    Raises KeyError, naming the known ones, for a function that is not there.
+    """
+    functions = core_functions(file)
+    for name in names:
+        if name not in functions:
+            raise KeyError(f"templates/core/{file}.py has no function '{name}'; it has {', '.join(functions)}")
+    return "\n\n\n".join(functions[name] for name in names or functions)
+
+
+@lru_cache
+def core_functions(file: str) -> dict[str, str]:
+    """The functions of such a file by name, each from its decorator to its last line; imports and docstring stay."""
+    text = (TEMPLATES / "core" / f"{file}.py").read_text(encoding="utf-8")
+    lines = text.splitlines()
+    return {
+        f.name: "\n".join(lines[f.decorator_list[0].lineno - 1 : f.end_lineno])
+        for f in ast.parse(text).body
+        if isinstance(f, ast.FunctionDef)
+    }
 
 
 def argument_lists(code: Code) -> dict[str, str]:
