@@ -1,6 +1,7 @@
 """Templates format short texts; what reads the same in every generated module is plain Python beside them."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,12 @@ def assigned(tree):
 @pytest.mark.parametrize("template", sorted((ROOT / "templates").glob("*.j2")), ids=lambda p: p.name)
 def test_a_template_is_read_at_a_glance(template):
     assert len(template.read_text(encoding="utf-8").splitlines()) <= 110
+
+
+@pytest.mark.parametrize("template", sorted((ROOT / "templates").glob("*.j2")), ids=lambda p: p.name)
+def test_a_function_in_a_template_needs_template_language(template):
+    for function in re.split(r"^@", template.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
+        assert "{{" in function or "{%" in function, function.splitlines()[1]
 
 
 @pytest.mark.parametrize("file", CORE, ids=lambda p: p.stem)
