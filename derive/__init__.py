@@ -7,7 +7,7 @@ Each stage is a function from one frozen record to the next:
 3. ``grouping.group``               Equations    → Grouping    equivalent parameters X1, X2, ... and rows in them
 4. ``model.compose``                + effects    → Model       residual per row, dry surfaces, sensor readings
 5. ``regressor.derive_regressor``   Model        → Regressor   tau = phi X and the split without accelerations
-6. ``statespace.generate_code``     Model        → Code        kernels as strings: here SymPy ends
+6. ``statespace.generate_code``     Model        → Code        kernels as strings, by ``kernels``: here SymPy ends
 7. ``emit.render``                  Code         → text        the templates format it
 
 Beside them, ``equivalence.relations`` finds what no data can tell apart: effects that are part of X1, X2, ..., twins,

@@ -1,7 +1,12 @@
-"""The templates make a module's text out of the pieces."""
+"""The templates make a module's text out of the pieces.
+
+A template formats strings of ``Code``. Functions that read the same in every module are no templates but Python files
+in ``templates/core``; ``{{ core("friction", "_slip") }}`` in a template puts them where they belong.
+"""
 
 from __future__ import annotations
 
+import ast
 from functools import lru_cache
 
 import jinja2
@@ -23,8 +28,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
         effects=", ".join(e.name for e in model.effects) or "none",
         title=title or model.plant.name,
         equations=equations_text(model),
-        code=code,
-        late=", ".join(str(n in code.late) for n in range(len(code.outputs))),
+        **code._asdict(),
         **argument_lists(code),
     )
     return tidy(text)
@@ -40,27 +44,53 @@ def frame() -> jinja2.Template:
         keep_trailing_newline=True,
         undefined=jinja2.StrictUndefined,
     )
+    environment.globals["core"] = core
     return environment.get_template("module.py.j2")
+
+
+def core(file: str, *names: str) -> str:
+    """Functions of a file in templates/core, letter for letter: those named, or all of it.
+
+    Raises KeyError, naming the known ones, for a function that is not there.
+    """
+    functions = core_functions(file)
+    for name in names:
+        if name not in functions:
+            raise KeyError(f"templates/core/{file}.py has no function '{name}'; it has {', '.join(functions)}")
+    return "\n\n\n".join(functions[name] for name in names or functions)
+
+
+@lru_cache
+def core_functions(file: str) -> dict[str, str]:
+    """The functions of such a file by name, each from its decorator to its last line; imports and docstring stay."""
+    text = (TEMPLATES / "core" / f"{file}.py").read_text(encoding="utf-8")
+    lines = text.splitlines()
+    return {
+        f.name: "\n".join(lines[f.decorator_list[0].lineno - 1 : f.end_lineno])
+        for f in ast.parse(text).body
+        if isinstance(f, ast.FunctionDef)
+    }
 
 
 def argument_lists(code: Code) -> dict[str, str]:
     """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
-    count, width = len(code.accelerations), len(code.variables) + (code.lag >= 0)
+    layout, friction, turns = code.layout, code.friction, code.layout.turns
+    count, width = len(layout.accelerations), len(layout.variables) + (code.actuator.lag >= 0)
     lists = {
-        "accelerations": code.accelerations,
-        "directions": code.directions,
-        "variables": code.variables,
-        "motion": (*code.variables, code.input, *code.directions),
+        "accelerations": layout.accelerations,
+        "directions": friction.directions,
+        "variables": layout.variables,
+        "motion": (*layout.variables, code.actuator.input, *friction.directions),
         "mobility": [f"mobility_{i}_{j}" for i in range(count) for j in range(count)],
         "by_state": [f"by_{i}_{j}" for i in range(count) for j in range(width)],
-        "forces": [f"force_{n}" for n in range(len(code.slips))],
-        "turns": [f"{f}_{name}" for name in code.turns for f in ("sin", "cos")],
-        "angles": [f"angle_{name}" for name in code.turns],
-        "states": code.states,
-        "signals": [f"signal_{n}" for n in range(len(code.signals))],
-        "features": [f"feature_{n}" for n in range(len(code.features))],
-        "starts": [f"start_{name}" for name in code.turns],
-        "flowing": code.variables[: len(code.slopes)],
+        "forces": [f"force_{n}" for n in range(len(friction.slips))],
+        "turns": [f"{f}_{name}" for name in turns for f in ("sin", "cos")],
+        "angles": [f"angle_{name}" for name in turns],
+        "states": layout.states,
+        "signals": [f"signal_{n}" for n in range(len(code.filters.signals))],
+        "features": [f"feature_{n}" for n in range(len(code.filters.features))],
+        "starts": [f"start_{name}" for name in turns],
+        "flowing": layout.variables[: len(layout.slopes)],
     }
     return {name: ", ".join(entries) for name, entries in lists.items()}
 

@@ -63,42 +63,68 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
     grouping, rows = group_and_deform(plant, settled, chosen)
     lag, voltage = parameter_of(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
-    driven = driven_by(plant, acting)
-    residual = [replaced(row, driven) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
-    residual = [without_size(row, chosen) if n >= len(plant.coordinates) else row for n, row in enumerate(residual)]
-    memories = memories_of(plant, chosen)
-    fitted = [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
-    fitted += [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
-    absent = [0.0] * len(grouping.names) + [p.absent for e in chosen for p in e.parameters]
-    if missing_force:
-        absent += [0.0] * len(plant.coordinates)
-        unknown = [symbol(f"missing.{c.row}") for c in plant.coordinates] + [0] * len(plant.free)
-        residual = [r - f for r, f in zip(residual, unknown, strict=True)]
-        fitted += [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
-    readings = sensor_maps(plant, chosen)
-    used = set().union(*(symbols_in(e) for e in (*residual, *readings, *(m.law for m in memories))))
+    unknown = missing_forces(plant) if missing_force else []
+    residual = residual_of(plant, chosen, rows, acting, unknown)
+    fitted = (*own_parameters(plant, grouping), *effect_parameters(chosen), *unknown)
+    memories, readings = memories_of(plant, chosen), sensor_maps(plant, chosen)
     surfaces = dry_surfaces(plant, chosen, load_in(plant, grouping, acting))
-    constants = [c for c in (*plant.constants, origin_of(plant)) if symbol(c.name) in used]
     return Model(
         plant=plant,
         assumptions=settled,
         effects=chosen,
         grouping=grouping,
-        residual=tuple(residual),
+        residual=residual,
         surfaces=surfaces,
         readings=readings,
-        fitted=tuple(fitted),
-        constants=tuple(constants),
+        fitted=fitted,
+        constants=constants_in(plant, (*residual, *readings, *(m.law for m in memories))),
         delay=parameter_of(InputDelay, chosen),
         lag=lag,
         drive=voltage,
-        regressor=regressor_of(plant, settled, residual, surfaces, memories, grouping, tuple(fitted)),
-        absent=tuple(absent),
+        regressor=regressor_of(plant, settled, residual, surfaces, memories, grouping, fitted),
+        absent=absent_values(fitted, chosen),
         memories=memories,
         sensor_delay=parameter_of(SensorDelay, chosen),
         late=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
         moments=tuple(f"{e.name}.{p.name}" for e in chosen for p in e.parameters if p.moment),
     )
+
+
+def residual_of(
+    plant: Plant, chosen: tuple[Effect, ...], rows: tuple, acting: sp.Expr, unknown: Sequence[Parameter]
+) -> tuple[sp.Expr, ...]:
+    """The rows under the acting input, less the effects' forces and the unknown one on each coordinate's row."""
+    driven, count = driven_by(plant, acting), len(plant.coordinates)
+    residual = [replaced(row, driven) - force for row, force in zip(rows, forces(plant, chosen), strict=True)]
+    residual = [without_size(row, chosen) if n >= count else row for n, row in enumerate(residual)]
+    return tuple(r - symbol(unknown[n].name) if n < len(unknown) else r for n, r in enumerate(residual))
+
+
+def missing_forces(plant: Plant) -> list[Parameter]:
+    """One unknown generalised force for each row."""
+    return [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
+
+
+def own_parameters(plant: Plant, grouping: Grouping) -> list[Parameter]:
+    """The plant's own parameters X1, X2, ..., each with what it is in physical symbols."""
+    return [Parameter(n, x_unit(plant, n, grouping), str(d)) for n, d in named(grouping)]
+
+
+def effect_parameters(chosen: tuple[Effect, ...]) -> list[Parameter]:
+    """The parameters of all effects, under their full names."""
+    return [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
+
+
+def absent_values(fitted: tuple[Parameter, ...], chosen: tuple[Effect, ...]) -> tuple[float, ...]:
+    """Value of each parameter while its effect is absent."""
+    stated = {f"{e.name}.{p.name}": p.absent for e in chosen for p in e.parameters}
+    return tuple(stated.get(p.name, 0.0) for p in fitted)
+
+
+def constants_in(plant: Plant, expressions: Sequence[sp.Expr]) -> tuple[Parameter, ...]:
+    """The known numbers that these expressions use."""
+    used = set().union(*map(symbols_in, expressions))
+    return tuple(c for c in (*plant.constants, origin_of(plant)) if symbol(c.name) in used)
 
 
 def freed(chosen: tuple[Effect, ...]) -> tuple[str, ...]:

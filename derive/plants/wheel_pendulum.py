@@ -6,6 +6,8 @@ vertical. Positions are in the frame of the track (x forward along it, z away fr
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from derive.late import sp
 from derive.records import Assumption, Body, Channel, Coordinate, Heading, Load, Parameter, Plant, Port, coordinate
 
@@ -84,127 +86,103 @@ def inside() -> dict[str, Coordinate]:
     }
 
 
+class Motion(NamedTuple):
+    """Angles and their rates; zero where something is rigid, or where the robot keeps its heading."""
+
+    theta_w: sp.Expr
+    dtheta_w: sp.Expr
+    theta_p: sp.Expr
+    dtheta_p: sp.Expr
+    psi: sp.Expr
+    dpsi: sp.Expr
+    twist: sp.Expr
+    dtwist: sp.Expr
+    creep: sp.Expr
+    sway: sp.Expr
+    dsway: sp.Expr
+
+    @property
+    def slip(self) -> sp.Expr:
+        """Speed of the motors' side of the drive against the body."""
+        return self.dtheta_w + self.dtwist - self.dtheta_p
+
+    @property
+    def dlead(self) -> sp.Expr:
+        """By which the right wheel is faster than the mean of both, the left one slower."""
+        W, R = sp.symbols("W R", positive=True)
+        return W / (2 * R) * self.dpsi
+
+    @property
+    def axle(self) -> sp.Matrix:
+        """Middle of the axle, in the frame of the track."""
+        R = sp.Symbol("R", positive=True)
+        return sp.Matrix([R * (self.theta_w - self.creep), 0, R])
+
+
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensors of the robot under the given assumptions; what is not free is rigid."""
     turns = not assumptions["planar"]
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
-    theta_w, dtheta_w, theta_p, dtheta_p = wheel.q, wheel.dq, pitch.q, pitch.dq
-    m, M, L, R, g, W = sp.symbols("m M L R g W", positive=True)
-    J_w, J_b, J_m, epsilon = sp.symbols("J_w J_b J_m epsilon", positive=True)
-    J_x, J_z, J_t = sp.symbols("J_x J_z J_t", positive=True)  # of the body about its other axes, of a wheel's turning
-    K_t, K_b, R_m, f_m, f_w, alpha = sp.symbols("K_t K_b R_m f_m f_w alpha", positive=True)
-    gamma, delta, payload = sp.symbols("track_slope com_angle payload", real=True)
-    hung, height, length, decay = sp.symbols("sway_mass sway_height sway_length sway_decay", real=True)
     give = inside()
-    (twist, dtwist), (creep, _), (sway, dsway) = (
-        (c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()
-    )
-    gamma = sp.Integer(0) if turns else gamma  # a slope would turn with the heading
+    moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()]
+    (twist, dtwist), (creep, _), (sway, dsway) = moving
     psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
+    motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, sway, dsway)
     names = ("v_left", "v_right") if turns else ("v_in", "v_in")
     V_left, V_right = (sp.Symbol(name, real=True) for name in names)
-
-    dlead = W / (2 * R) * dpsi  # by which the right wheel is faster than the mean of both, the left one slower
-    slip = dtheta_w + dtwist - dtheta_p  # speed of the motors' side of the drive against the body
-    tilt = theta_p + delta + gamma  # body's centre of mass against the normal of the track
-    axle = sp.Matrix([R * (theta_w - creep), 0, R])
-    pivot = axle + height * sp.Matrix([sp.sin(theta_p + gamma), 0, sp.cos(theta_p + gamma)])
-    bob = pivot - length * sp.Matrix([sp.sin(sway + gamma), 0, sp.cos(sway + gamma)])
-    base_rate = dtheta_p if assumptions["rotor_speed"] == "world" else 0
-    left_rotor, right_rotor = (epsilon * (slip + difference) + base_rate for difference in (-dlead, dlead))
-    rotor_inertia = J_m if assumptions["rotor_inertia"] else sp.Integer(0)
-
-    # The motors: i R_m + K_b ω = V (paper eq. 7), torque ε K_t i of each on its wheel. Both together drive the robot,
-    # the difference turns it, by the virtual work on the mean angle of the wheels and on the yaw.
-    gear = epsilon if assumptions["gear_ratio_in_back_emf"] == "twice" else 1
-    left, right = (
-        epsilon * K_t * (V - K_b * gear * (slip + difference)) / R_m
-        for V, difference in ((V_left, -dlead), (V_right, dlead))
-    )
-    arm = W / (2 * R)
-    reaction = "axle" if assumptions["ground_friction_reaction"] == "body" else "ground"
-
-    on_a_track = {  # what is only stated for a robot that keeps its heading
-        "track_slope": gamma,
-        "sway_mass": hung,
-        "sway_height": height,
-        "sway_length": length,
-        "sway_decay": decay,
-    }
+    g, alpha, epsilon, K_t, R_m = sp.symbols("g alpha epsilon K_t R_m", positive=True)
+    gamma = slope_of(assumptions)
     return Plant(
         name=NAME,
         sentence="A body balancing on two coaxial wheels that it drives itself.",
         coordinates=(wheel, pitch, yaw) if turns else (wheel, pitch),
-        bodies=(
-            Body("left wheel", m, axle + sp.Matrix([0, W / 2, 0]), J_w, dtheta_w - dlead),
-            Body("right wheel", m, axle - sp.Matrix([0, W / 2, 0]), J_w, dtheta_w + dlead),
-            Body("body", M * (1 + payload), axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)]), J_b, dtheta_p),
-            Body("left rotor", sp.Integer(0), axle, rotor_inertia, left_rotor),
-            Body("right rotor", sp.Integer(0), axle, rotor_inertia, right_rotor),
-            *(turning_bodies(axle, theta_p, dpsi, (2 * J_t, J_x, J_z)) if turns else []),
-            *([Body("pendulum", hung * M, bob, sp.Integer(0), dsway)] if "sway" in free else []),
-        ),
+        bodies=(*bodies(assumptions, motion), *(hanging(assumptions, motion) if "sway" in free else [])),
         gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
-        loads=(
-            Load("motors", "drive", left + right),
-            Load("gearbox friction", "drive", -2 * f_m * slip),
-            *([Load("ground friction", reaction, -2 * f_w * dtheta_w)] if assumptions["ground_friction"] else []),
-            *(
-                [
-                    Load("motors' difference", "turn", arm * (right - left)),
-                    Load("gearbox friction", "turn", -2 * f_m * arm * dlead),
-                    *(
-                        [Load("ground friction", "turn", -2 * f_w * arm * dlead)]
-                        if assumptions["ground_friction"]
-                        else []
-                    ),
-                ]
-                if turns
-                else []
-            ),
-            *(
-                [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (dsway - dtheta_p))]
-                if "sway" in free
-                else []
-            ),
-        ),
-        ports=(
-            Port("drive", theta_w + twist - theta_p, "between wheel and body, through motor and gearbox"),
-            Port("axle", theta_w - theta_p, "between wheel and body, at the axle"),
-            Port("ground", theta_w, "between wheel and ground"),
-            Port("body", theta_p, "between body and the world"),
-            Port("outside", theta_w, "between the robot and what pushes or pulls it from outside"),
-            *([Port("turn", psi, "between the robot and the ground, about the vertical")] if turns else []),
-            *([Port("pendulum", sway - theta_p, "between the body and what hangs in it")] if "sway" in free else []),
-        ),
-        channels=(
-            Channel("theta_w", theta_w - (theta_p if assumptions["encoder"] == "relative" else 0), "rad"),
-            Channel("theta_p", theta_p, "rad"),
-            Channel("dtheta_p", dtheta_p, "rad/s"),
-            *([Channel("dpsi", dpsi, "rad/s")] if turns else []),
-        ),
+        loads=(*loads(assumptions, motion, V_left, V_right), *(damping(motion) if "sway" in free else [])),
+        ports=ports(motion, turns, "sway" in free),
+        channels=channels(assumptions, motion),
         input=V_left,
         further=(V_right,) if turns else (),
-        heading=Heading(yaw, axle) if turns else None,
+        heading=Heading(yaw, motion.axle) if turns else None,
         input_unit="V",
         scale=alpha,
         substitutions={K_t: alpha * R_m / (2 * epsilon)},  # alpha = 2 ε K_t / R_m (paper eq. 12)
-        constants=(
-            Parameter("R", "m", "wheel radius"),
-            Parameter("g", "m/s²", "gravity"),
-            Parameter("alpha", "N m/V", "torque of both motors per volt (paper eq. 12)"),
-            Parameter("J_w", "kg m²", "inertia of one wheel about its axle"),
-            Parameter("L", "m", "height of the body's centre of mass above the axle"),
-            Parameter("epsilon", "1", "gear ratio"),
-            *([Parameter("W", "m", "distance of the wheels")] if turns else []),
-        ),
-        geometry={"com_angle": delta, "payload": payload} | ({} if turns else on_a_track),
+        constants=constants(turns),
+        geometry=deformations(turns),
         inner={} if turns else give,
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference="theta_ref",
         falls="theta_p",
     )
+
+
+def slope_of(assumptions: dict) -> sp.Expr:
+    """Tilt of the track, which is level for a robot that turns: a slope would turn with the heading."""
+    return sp.Symbol("track_slope", real=True) if assumptions["planar"] else sp.Integer(0)
+
+
+def bodies(assumptions: dict, motion: Motion) -> list[Body]:
+    """Wheels, body and the motors' rotors."""
+    m, M, L, W = sp.symbols("m M L W", positive=True)
+    J_w, J_b, J_m, epsilon = sp.symbols("J_w J_b J_m epsilon", positive=True)
+    J_x, J_z, J_t = sp.symbols("J_x J_z J_t", positive=True)  # of the body about its other axes, of a wheel's turning
+    delta, payload = sp.symbols("com_angle payload", real=True)
+    axle, dlead = motion.axle, motion.dlead
+    tilt = motion.theta_p + delta + slope_of(assumptions)  # body's centre of mass against the normal of the track
+    base_rate = motion.dtheta_p if assumptions["rotor_speed"] == "world" else 0
+    left_rotor, right_rotor = (epsilon * (motion.slip + difference) + base_rate for difference in (-dlead, dlead))
+    rotor_inertia = J_m if assumptions["rotor_inertia"] else sp.Integer(0)
+    turning = [] if assumptions["planar"] else turning_bodies(axle, motion.theta_p, motion.dpsi, (2 * J_t, J_x, J_z))
+    centre = axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)])
+    return [
+        Body("left wheel", m, axle + sp.Matrix([0, W / 2, 0]), J_w, motion.dtheta_w - dlead),
+        Body("right wheel", m, axle - sp.Matrix([0, W / 2, 0]), J_w, motion.dtheta_w + dlead),
+        Body("body", M * (1 + payload), centre, J_b, motion.dtheta_p),
+        Body("left rotor", sp.Integer(0), axle, rotor_inertia, left_rotor),
+        Body("right rotor", sp.Integer(0), axle, rotor_inertia, right_rotor),
+        *turning,
+    ]
 
 
 def turning_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias: tuple) -> list[Body]:
@@ -215,3 +193,102 @@ def turning_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias:
         Body("body turning, about its forward axis", sp.Integer(0), axle, forward, rate * sp.sin(pitch)),
         Body("body turning, about its upward axis", sp.Integer(0), axle, upward, rate * sp.cos(pitch)),
     ]
+
+
+def hanging(assumptions: dict, motion: Motion) -> list[Body]:
+    """What hangs in the body and sways: a share of its mass on a rod, from a pivot above the axle."""
+    M = sp.Symbol("M", positive=True)
+    hung, height, length = sp.symbols("sway_mass sway_height sway_length", real=True)
+    gamma = slope_of(assumptions)
+    body, rod = motion.theta_p + gamma, motion.sway + gamma
+    pivot = motion.axle + height * sp.Matrix([sp.sin(body), 0, sp.cos(body)])
+    bob = pivot - length * sp.Matrix([sp.sin(rod), 0, sp.cos(rod)])
+    return [Body("pendulum", hung * M, bob, sp.Integer(0), motion.dsway)]
+
+
+def loads(assumptions: dict, motion: Motion, V_left: sp.Symbol, V_right: sp.Symbol) -> list[Load]:
+    """Motors and friction: both wheels together drive the robot, their difference turns it.
+
+    The work of the one is done on the mean angle of the wheels, of the other on the yaw.
+    """
+    W, R, f_m, f_w = sp.symbols("W R f_m f_w", positive=True)
+    arm = W / (2 * R)
+    left, right = (
+        torque(assumptions, V_left, motion.slip - motion.dlead),
+        torque(assumptions, V_right, motion.slip + motion.dlead),
+    )
+    reaction = "axle" if assumptions["ground_friction_reaction"] == "body" else "ground"
+    driving = [Load("motors", "drive", left + right), Load("gearbox friction", "drive", -2 * f_m * motion.slip)]
+    turning = [
+        Load("motors' difference", "turn", arm * (right - left)),
+        Load("gearbox friction", "turn", -2 * f_m * arm * motion.dlead),
+    ]
+    if assumptions["ground_friction"]:
+        driving.append(Load("ground friction", reaction, -2 * f_w * motion.dtheta_w))
+        turning.append(Load("ground friction", "turn", -2 * f_w * arm * motion.dlead))
+    return driving if assumptions["planar"] else driving + turning
+
+
+def torque(assumptions: dict, V: sp.Symbol, slip: sp.Expr) -> sp.Expr:
+    """Torque ε K_t i of a motor on its wheel: i R_m + K_b ω = V (paper eq. 7)."""
+    epsilon, K_t, K_b, R_m = sp.symbols("epsilon K_t K_b R_m", positive=True)
+    gear = epsilon if assumptions["gear_ratio_in_back_emf"] == "twice" else 1
+    return epsilon * K_t * (V - K_b * gear * slip) / R_m
+
+
+def damping(motion: Motion) -> list[Load]:
+    """What slows the swaying."""
+    M = sp.Symbol("M", positive=True)
+    hung, length, decay = sp.symbols("sway_mass sway_length sway_decay", real=True)
+    return [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (motion.dsway - motion.dtheta_p))]
+
+
+def ports(motion: Motion, turns: bool, sways: bool) -> tuple[Port, ...]:
+    """Where forces do work."""
+    theta_w, theta_p = motion.theta_w, motion.theta_p
+    return (
+        Port("drive", theta_w + motion.twist - theta_p, "between wheel and body, through motor and gearbox"),
+        Port("axle", theta_w - theta_p, "between wheel and body, at the axle"),
+        Port("ground", theta_w, "between wheel and ground"),
+        Port("body", theta_p, "between body and the world"),
+        Port("outside", theta_w, "between the robot and what pushes or pulls it from outside"),
+        *([Port("turn", motion.psi, "between the robot and the ground, about the vertical")] if turns else []),
+        *([Port("pendulum", motion.sway - theta_p, "between the body and what hangs in it")] if sways else []),
+    )
+
+
+def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
+    """What encoder and gyros read."""
+    base = motion.theta_p if assumptions["encoder"] == "relative" else 0
+    return (
+        Channel("theta_w", motion.theta_w - base, "rad"),
+        Channel("theta_p", motion.theta_p, "rad"),
+        Channel("dtheta_p", motion.dtheta_p, "rad/s"),
+        *([] if assumptions["planar"] else [Channel("dpsi", motion.dpsi, "rad/s")]),
+    )
+
+
+def constants(turns: bool) -> tuple[Parameter, ...]:
+    """Numbers that are measured by themselves, never identified."""
+    return (
+        Parameter("R", "m", "wheel radius"),
+        Parameter("g", "m/s²", "gravity"),
+        Parameter("alpha", "N m/V", "torque of both motors per volt (paper eq. 12)"),
+        Parameter("J_w", "kg m²", "inertia of one wheel about its axle"),
+        Parameter("L", "m", "height of the body's centre of mass above the axle"),
+        Parameter("epsilon", "1", "gear ratio"),
+        *([Parameter("W", "m", "distance of the wheels")] if turns else []),
+    )
+
+
+def deformations(turns: bool) -> dict[str, sp.Symbol]:
+    """Where the geometry may deviate, each zero unless an effect is there."""
+    anywhere = ("com_angle", "payload")
+    on_a_track = (
+        "track_slope",
+        "sway_mass",
+        "sway_height",
+        "sway_length",
+        "sway_decay",
+    )  # of a robot that keeps its heading
+    return {name: sp.Symbol(name, real=True) for name in (*anywhere, *(() if turns else on_a_track))}

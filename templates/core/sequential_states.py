@@ -1,3 +1,12 @@
+"""Initial states of a log's segments, fitted one after the other."""
+
+import math
+
+import numpy as np
+
+from templates.core.frame import FIRST, NV, NX, compiled, internal, shoot, simulate
+
+
 @compiled
 def settle(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
     """Fit the initial states (S, NX) of segments one after the other, each with what the one before hands on, in place.

@@ -1,55 +1,31 @@
-{% from "macros.j2" import body %}
-@inlined
-def _driven(t, {{ code.input }}, parameters):
-    """What the actuator makes of a command, before it lags."""
-{{ body(code.kernels.drive) }}
-    return driven
+"""The input that acts where the actuator lags: a state of its own, which follows from the commands before."""
 
+import numpy as np
 
-@inlined
-def _drive_jacobian(t, {{ code.input }}, parameters, by_parameter):
-    """Derivatives of the driven input into (NP,); zero entries are not touched."""
-{{ body(code.kernels.drive_jacobian) }}
-
-@internal
-def _lag(h, time_constant):
-    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
-
-    Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
-    derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at
-    T = 0 it has the derivatives of a pure delay.
-    """
-    if time_constant <= 0.0:
-        return 0.0, 0.0, 0.0, 4.0 / h, -6.0 / (h * h), 0.0
-    x = h / time_constant
-    end = math.exp(-x)
-    if x < 1e-3:  # the closed form cancels
-        return (
-            1.0 - x * x / 12.0, (0.5 * x * x - x) / h, end,
-            x * x / (6.0 * time_constant), (x - x * x) / (h * time_constant), end * x / time_constant,
-        )  # fmt: skip
-    area, moment = time_constant * (1.0 - end), time_constant * (h - time_constant * (1.0 - end))
-    area_by, moment_by = 1.0 - end - x * end, h - 2.0 * time_constant * (1.0 - end) + h * end
-    slope, slope_by = 12.0 * (0.5 * area * h - moment) / h**3, 12.0 * (0.5 * area_by * h - moment_by) / h**3
-    return area / h - 0.5 * slope * h, slope, end, area_by / h - 0.5 * slope_by * h, slope_by, end * x / time_constant
-
-
-@inlined
-def _lagged(share, share_by, old, excess, driven_by):
-    """Sensitivity of driven + share · excess, where old is that of the old input; excess is 0 but for the lag's column."""
-    return share * old + (1.0 - share) * driven_by + share_by * excess
+from templates.core.delays import _acting_at, _delay
+from templates.core.frame import (
+    DELAY,
+    FITTED,
+    LAG,
+    LAG_MEMORY,
+    NS,
+    NV,
+    NX,
+    _drive_jacobian,
+    _driven,
+    compiled,
+    inlined,
+    internal,
+)
+from templates.core.lag import _lag, _lagged
 
 
 @inlined
 def _acting(t, h, state, voltage, parameters):
     """The input that acts in the mean over the next h."""
-{% if code.lag >= 0 %}
     begin, slope = _lag(h, parameters[LAG])[:2]
     driven = _driven(t, voltage, parameters)
     return driven + (begin + 0.5 * slope * h) * (state[NV] - driven)
-{% else %}
-    return voltage
-{% endif %}
 
 
 @internal
@@ -64,7 +40,6 @@ def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
     for i in range(NV):
         for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
-{% if code.lag >= 0 %}
     time_constant, delay = parameters[LAG], _delay(parameters)
     first = acting
     while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
@@ -87,19 +62,14 @@ def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
     for c in range(NX, sens.shape[1]):
         if columns[c - NX] == DELAY and time_constant > 0.0:
             sens[NV, c] = (state[NV] - _driven(when, voltage[acting], parameters)) / time_constant
-{% endif %}
 
 
 @compiled
 def acting_voltage(t, voltage, parameters):
     """The input (N,) that acts at each sample just before its command: the commanded one unless the input lags."""
-{% if code.lag < 0 %}
-    return voltage.copy()
-{% else %}
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
         _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
         acting[k] = state[NV]
     return acting
-{% endif %}

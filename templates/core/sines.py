@@ -1,3 +1,10 @@
+"""Sines and cosines without calls and branches."""
+
+import math
+
+from templates.core.frame import NEAR, ROUNDING, inlined
+
+
 @inlined
 def _sine_pair(x):
     """Sine and cosine to 2e-16 while |x| < 1e6, by their series within an eighth of a turn.

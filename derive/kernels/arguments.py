@@ -1,0 +1,92 @@
+"""Where a kernel finds each symbol: entries of arrays, or scalars under their own names."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derive.functions import TIME, symbol
+from derive.printing import Target
+from derive.records import Model
+
+
+def variables_of(model: Model) -> tuple[str, ...]:
+    """Names of everything that varies in time: coordinates and rates, then what effects add."""
+    return tuple(s.name for s in (*model.states, *model.inner))
+
+
+def sources(model: Model, **extra: str) -> dict[str, str]:
+    """Where a kernel finds each symbol among its arguments."""
+    table = {"t": "t", **input_sources(model, "voltage")}
+    table |= {name: f"state[{n}]" for n, name in enumerate(variables_of(model))}
+    table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.moving)}
+    table |= {s.direction.name: f"direction[{n}]" for n, s in enumerate(model.surfaces)}
+    return table | {name: f"parameters[{n}]" for n, name in enumerate(model.parameters)} | extra
+
+
+def input_argument(model: Model) -> str:
+    """What the integrator's kernels call their input: its own name, or that of a row of several."""
+    return model.plant.input.name if len(model.plant.inputs) == 1 else "voltages"
+
+
+def input_sources(model: Model, argument: str) -> dict[str, str]:
+    """Where a kernel finds each input in an argument."""
+    inputs = model.plant.inputs
+    if len(inputs) == 1:
+        return {inputs[0].name: argument}
+    return {u.name: f"{argument}[{k}]" for k, u in enumerate(inputs)}
+
+
+def scalar_sources(model: Model) -> dict[str, str]:
+    """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
+    plant, surfaces = model.plant, model.surfaces
+    accelerations = (c.ddq for c in plant.moving)
+    scalars = (*model.states, *model.inner, *accelerations, *(s.direction for s in surfaces))
+    return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
+
+
+def turns_of(model: Model) -> dict[sp.Expr, str]:
+    """What the equations of motion take sines and cosines of and that changes with time: expression → name."""
+    varying = {TIME, *model.states, *model.inner}
+    found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
+    ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
+    return {a: a.name if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
+
+
+def turned(model: Model, targets: list[Target]) -> list[Target]:
+    """Targets whose sines and cosines of these are arguments of the kernel."""
+    turns = turns_of(model).items()
+    known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in turns for f in (sp.sin, sp.cos)}
+    return [Target(t.place, sp.sympify(t.value).xreplace(known)) for t in targets]
+
+
+def turn_sources(model: Model) -> dict[str, str]:
+    """Sources for a kernel that is handed sines and cosines."""
+    names = [f"{f}_{name}" for name in turns_of(model).values() for f in ("sin", "cos")]
+    return {**scalar_sources(model), **{name: name for name in names}}
+
+
+def directed(model: Model) -> dict[str, str]:
+    """Sources for the regressor, in which dry friction has the sign of the slip."""
+    slips = {}
+    for surface in model.surfaces:
+        weights = zip(surface.slip, range(len(model.states) // 2, len(model.states)), strict=False)
+        slip = " + ".join(f"{w} * state[{n}]" for w, n in weights if w)
+        slips[surface.direction.name] = f"_sign({slip})"
+    return sources(model, **slips)
+
+
+def place_of(names: tuple[str, ...], name: str) -> int:
+    """Index of a name, -1 for none."""
+    return names.index(name) if name else -1
+
+
+def nonzero(array: str, matrix: sp.Matrix, *outer: str) -> list[Target]:
+    """Targets for the entries of a matrix that are not always zero; ``outer`` are indices before row and column."""
+    rows, columns = matrix.shape
+    entries = [(i, j) for i in range(rows) for j in range(columns) if matrix[i, j] != 0]
+    return [Target(f"{array}[{', '.join([*outer, str(i), str(j)])}]", matrix[i, j]) for i, j in entries]
+
+
+def nonzero_entries(array: str, row: sp.Matrix) -> list[Target]:
+    """Targets for the entries of a row that are not always zero."""
+    return [Target(f"{array}[{i}]", entry) for i, entry in enumerate(row) if entry != 0]

@@ -1,0 +1,85 @@
+"""Dry friction on surfaces, and forces with a memory of the path."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import sympy as sp
+
+from derive.algebra import slope, symbols_in
+from derive.functions import symbol
+from derive.kernels.arguments import scalar_sources, sources, variables_of
+from derive.printing import Kernel, Target, kernel
+from derive.records import Memory, Model
+
+
+class MemoryCode(NamedTuple):
+    """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
+
+    name: str
+    place: int
+    path: tuple[tuple[float, str, int], ...]  # weight, coordinate, its index among the variables
+    value: Kernel
+    jacobian: Kernel
+
+
+class Friction(NamedTuple):
+    """Surfaces that stick or slip, and forces with a memory."""
+
+    directions: tuple[str, ...]  # of the surfaces
+    slips: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
+    sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
+    memories: tuple[MemoryCode, ...]
+
+
+def friction_of(model: Model) -> Friction:
+    """What the steps through sticking and slipping need to know."""
+    return Friction(
+        directions=tuple(s.direction.name for s in model.surfaces),
+        slips=tuple(s.slip for s in model.surfaces),
+        sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
+        memories=tuple(memory_code(model, m) for m in model.memories),
+    )
+
+
+def memory_code(model: Model, memory: Memory) -> MemoryCode:
+    """A force with a memory as text; its derivatives are by the force before, by the path, then by the parameters."""
+    variables = variables_of(model)
+    pairs = zip(memory.weights, model.plant.moving, strict=True)
+    table = sources(model, **{s.name: s.name for s in (memory.before, memory.path)})
+    slopes = [Target("by_before", slope(memory.law, memory.before)), Target("by_path", slope(memory.law, memory.path))]
+    own = [(n, slope(memory.law, symbol(p.name))) for n, p in enumerate(model.fitted)]
+    return MemoryCode(
+        memory.force.name,
+        variables.index(memory.force.name),
+        tuple((w, c.q.name, variables.index(c.q.name)) for w, c in pairs if w),
+        kernel([Target("force", memory.law)], table),
+        kernel([*slopes, *(Target(f"by_parameter[stage, row, {n}]", s) for n, s in own if s != 0)], table),
+    )
+
+
+def dry_law(model: Model) -> Kernel:
+    """Dry friction on each surface against its direction of slip [V]."""
+    return kernel([Target(f"force_{n}", s.law) for n, s in enumerate(model.surfaces)], scalar_sources(model))
+
+
+def dry_sizes(model: Model) -> tuple[str, ...]:
+    """Parameters in which the dry laws are linear; no surface has friction where all of them are zero.
+
+    What only scales another one, as a plant's own parameter does in a friction that grows with the load, is left out.
+    """
+    laws = [s.law for s in model.surfaces]
+    sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]
+    sizes = [n for n in sizes if all(slope(slope(f, symbol(n)), symbol(n)) == 0 for f in laws)]
+
+    for name in sorted(sizes, key=lambda n: "." in n):  # the plant's own ones first
+        others = [n for n in sizes if n != name]
+        sizes = sizes if any(f != 0 for f in _without(laws, others)) else others
+    rest = _without(laws, sizes)
+    if any(f != 0 for f in rest):
+        raise ValueError(f"Dry friction must vanish where its linear parameters {sizes} are zero; it leaves {rest}")
+    return tuple(sizes)
+
+
+def _without(laws: list[sp.Expr], names: list[str]) -> list[sp.Expr]:
+    return [f.subs({symbol(n): 0 for n in names}) for f in laws]

@@ -1,0 +1,68 @@
+"""The table of a model's numbers."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import sympy as sp
+
+from derive.algebra import holding, replaced, slope, symbols_in
+from derive.functions import symbol
+from derive.model import ORIGIN, named
+from derive.records import Model, Relations
+
+
+class Parameters(NamedTuple):
+    """The parameters in the order of their vector."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    absent: tuple[str, ...]  # value of each while it has no influence, as an expression
+    fitted: int  # so many, from the first, have sensitivities
+    origin: int  # index of the angle at the log's first sample, or -1
+    moments: tuple[int, ...]  # indices of those that are times
+    linear: tuple[str, ...]  # those of the regressor
+    signed: tuple[str, ...]  # own ones that may be negative: differences of physical constants
+    needs: dict[str, tuple[str, ...]]  # constants without which one has no meaning
+    relations: Relations
+
+
+def parameters_of(model: Model) -> Parameters:
+    """What is known of the parameters."""
+    names = model.parameters
+    absent = (*model.absent, *(1.0 for _ in model.constants))
+    return Parameters(
+        names=names,
+        units=tuple(p.unit for p in (*model.fitted, *model.constants)),
+        absent=tuple("math.inf" if math.isinf(v) else repr(v) for v in absent),
+        fitted=len(model.fitted),
+        origin=names.index(ORIGIN) if ORIGIN in names else -1,
+        moments=tuple(names.index(name) for name in model.moments),
+        linear=tuple(s.name for s in model.regressor.parameters),
+        signed=tuple(n for n, d in named(model.grouping) if not positive(d)),
+        needs=needed_constants(model),
+        relations=model.relations or Relations({}, {}, {}),
+    )
+
+
+def positive(definition: sp.Expr) -> bool:
+    """Whether a parameter is a sum of products of physical constants, all of which are positive."""
+    return all(term.is_positive for term in sp.Add.make_args(sp.expand(definition)))
+
+
+def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
+    """Constants in what multiplies each effect parameter alone, or what the effect frees, where there are any."""
+    known = [c.name for c in model.constants if c.name != ORIGIN]
+    table: dict[str, tuple[str, ...]] = {}
+    for effect in model.effects:
+        own = set(effect.symbols.values())
+        others = {s: sp.Integer(0) for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)
+                  if p.absent == 0.0 and s not in own}  # fmt: skip
+        inner = model.plant.inner.get(effect.frees)
+        touched = (*own, *((inner.q, inner.dq, inner.ddq) if inner else ()))
+        parts = [replaced(holding(row, touched), others) for row in model.residual]
+        inside = set().union(*(symbols_in(slope(part, s)) for part in parts for s in touched))
+        wanted = tuple(c for c in known if symbol(c) in inside)
+        table |= {name: wanted for name in effect.full_names if wanted}
+    return table

@@ -1,0 +1,92 @@
+"""What the sensors read, and what of it the controller sees."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import sympy as sp
+
+from derive.algebra import jacobian
+from derive.functions import symbol
+from derive.kernels.arguments import nonzero, place_of, scalar_sources, sources
+from derive.printing import Kernel, Target, kernel
+from derive.records import Model
+
+
+class Sensors(NamedTuple):
+    """The outputs, by their indices."""
+
+    outputs: tuple[str, ...]
+    late: tuple[bool, ...]  # whether each is that of an earlier time
+    delay: int  # index of that delay among the parameters, or -1
+    controlled: tuple[int, int]  # outputs that the controller sees: value, rate; -1 for what no sensor reads
+    reads: tuple[tuple[float, ...], ...]  # what each output reads of the states while no effect touches the sensors
+    falls: int  # index of the output that must stay within ±π/2, or -1
+    unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
+
+
+def sensors_of(model: Model) -> Sensors:
+    """The outputs and who reads them."""
+    plant = model.plant
+    outputs = tuple(c.name for c in plant.channels)
+    return Sensors(
+        outputs=outputs,
+        late=tuple(name in model.late for name in outputs),
+        delay=place_of(model.parameters, model.sensor_delay),
+        controlled=(place_of(outputs, plant.controlled[0]), place_of(outputs, plant.controlled[1])),
+        reads=ideal_readings(model),
+        falls=place_of(outputs, plant.falls),
+        unmeasured=unmeasured_rates(model),
+    )
+
+
+def sensor_kernels(model: Model) -> dict[str, Kernel]:
+    """Readings, as an array and as scalars, and their derivatives."""
+    return {
+        "controlled": controlled_kernel(model),
+        "outputs": outputs_kernel(model),
+        "readings": readings_kernel(model),
+        "output_jacobian": output_jacobian(model),
+    }
+
+
+def ideal_readings(model: Model) -> tuple[tuple[float, ...], ...]:
+    """What each output reads of the states while no effect touches the sensors, as constant weights."""
+    readings = sp.Matrix([c.reading for c in model.plant.channels])
+    weights = jacobian(readings, model.states)
+    at_rest = readings.subs(dict.fromkeys(model.states, 0))
+    if weights.free_symbols or any(at_rest):
+        raise ValueError(f"{model.plant.name}: every sensor must read a sum of coordinates or of rates, not {readings}")
+    return tuple(tuple(float(w) for w in row) for row in weights.tolist())
+
+
+def unmeasured_rates(model: Model) -> tuple[int, ...]:
+    """Indices, among the states, of the rates that no sensor of the plant reads."""
+    count = len(model.plant.coordinates)
+    read = {c.reading for c in model.plant.channels}
+    return tuple(count + n for n, c in enumerate(model.plant.coordinates) if c.dq not in read)
+
+
+def controlled_kernel(model: Model) -> Kernel:
+    """What the controller sees, in the states; nothing where it reads no rate."""
+    outputs = [c.name for c in model.plant.channels]
+    seen = zip(("angle", "rate"), model.plant.controlled, strict=True)
+    return kernel([Target(n, model.readings[outputs.index(c)]) for n, c in seen if c], scalar_sources(model))
+
+
+def outputs_kernel(model: Model) -> Kernel:
+    """What the sensors read."""
+    return kernel([Target(f"output[{n}]", r) for n, r in enumerate(model.readings)], sources(model))
+
+
+def readings_kernel(model: Model) -> Kernel:
+    """The same as scalars."""
+    return kernel([Target(f"reading_{n}", r) for n, r in enumerate(model.readings)], scalar_sources(model))
+
+
+def output_jacobian(model: Model) -> Kernel:
+    """Derivatives of the readings; zero entries are left out."""
+    readings = sp.Matrix(model.readings)
+    by_state = jacobian(readings, model.states)
+    by_parameter = jacobian(readings, [symbol(p.name) for p in model.fitted])
+    return kernel(nonzero("by_state", by_state) + nonzero("by_parameter", by_parameter), sources(model))

@@ -1,0 +1,104 @@
+"""What the functions beside this file take from the module in which their text stands: layout and kernels of its model.
+
+A generated module has its own of all these: decorators and numbers from ``constants.py.j2``, functions from the other
+templates. Here they say which names there are and of which kind, for readers, linter and type checker. The numbers are
+those of a machine with one coordinate and two sensors, which neither rubs, lags nor remembers.
+"""
+
+from collections.abc import Callable
+from typing import TypeVar, cast
+
+import numpy as np
+from numba import njit
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def compiled(function: Function) -> Function:
+    """A function that Python may call too."""
+    return cast(Function, njit(function))
+
+
+internal = compiled  # for compiled callers only
+inlined = compiled  # the same, in the text of its callers
+
+NQ, NX, NY, NP = 1, 2, 2, 3  # coordinates; these and their rates; outputs; parameters
+NA, NV, NS = 1, 2, 2  # moving coordinates; variables; these and a lagging input
+RATES = (1,)
+FITTED, LINEAR = 3, ("X1", "X2", "X3")
+DELAY, LAG, SENSOR_DELAY = -1, -1, -1
+LATE = (False, False)
+DRY, SLIPS = 0, np.zeros((0, NA))
+RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
+AT_REST, LAG_MEMORY, NEAR, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
+FIRST = np.int64(0)
+
+LANES, REMEMBERED, GIVEN = 8, 0, 1
+MEMORY, EXCESS = 6, 96
+
+SIGNALS, FEATURES = 3, 3
+DERIVATIVES, HELD, UNMEASURED = np.array([2, 1, 0]), np.array([False] * 3), np.array([1])
+Z1, Z2, OLD, NEW, STATE = range(5)
+MIXING = np.zeros((NQ, FEATURES + 1, FEATURES))
+WIDE, SUMS, EVEN = 64, 16, 1e-6
+FREE, FEATURE = 864, 1056
+
+CROWD, NOW, INTEGRAL, GAINS, CROWD_ROWS = 64, 0, 7, 8, 16
+
+
+def _driven(t: float, voltage: float, parameters: np.ndarray) -> float:
+    raise NotImplementedError
+
+
+def _drive_jacobian(t: float, voltage: float, parameters: np.ndarray, by_parameter: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _rate(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _settle(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _slope(
+    t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray, slope: np.ndarray
+) -> None:
+    raise NotImplementedError
+
+
+def simulate(
+    t: np.ndarray, voltage: np.ndarray, state: np.ndarray, parameters: np.ndarray, max_step: float
+) -> np.ndarray:
+    """States at the samples."""
+    raise NotImplementedError
+
+
+def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, window, max_step, gram, residual) -> None:
+    """Least-squares problem of all segments."""
+    raise NotImplementedError
+
+
+def _signals_at(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, signal: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _signal_rates(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, speed: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _assemble(signal: np.ndarray, tau: np.ndarray, phi: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hold, memory, lanes, products) -> None:
+    raise NotImplementedError
+
+
+def _control(t: float, h: float, reference: float, reference_rate: float, lanes: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _crowd_step(t: float, h: float, lanes: np.ndarray) -> None:
+    raise NotImplementedError
