@@ -38,7 +38,7 @@ def derivation_fingerprint() -> str:
     from importlib.metadata import version
 
     digest = hashlib.sha256((version("sympy") + version("jinja2")).encode())
-    for path in sorted([*HERE.rglob("*.py"), *TEMPLATES.glob("*.j2")]):
+    for path in sorted({*HERE.rglob("*.py"), *TEMPLATES.rglob("*.j2"), *TEMPLATES.rglob("*.py")}):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
