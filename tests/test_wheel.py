@@ -20,12 +20,13 @@ def unpacked(tmp_path_factory):
     return folder / "site"
 
 
-def test_the_wheel_installs_package_derivation_templates_and_data_but_no_generated_code(unpacked):
+def test_the_wheel_installs_package_derivation_templates_and_data_but_no_generated_code_and_no_benchmarks(unpacked):
     names = {p.name for p in unpacked.iterdir()}
     assert {"wheelpend", "derive"} <= names
     assert "generated" not in names
     assert (unpacked / "derive" / "templates" / "module.py.j2").exists()
     assert (unpacked / "wheelpend" / "data" / "demo.csv").exists()
+    assert not (unpacked / "wheelpend" / "benchmarks").exists()
 
 
 def test_the_wheel_starts_a_workspace_and_finds_its_demo_log(unpacked, tmp_path):
