@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from errno import EISDIR
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -21,14 +24,29 @@ def differences(folder: Path, files: dict[str, str]) -> str:
 
 
 def write(folder: Path, files: dict[str, str]) -> None:
-    """Write files: all of them beside their places first, then renamed onto them."""
+    """Write the text files of a folder, all of them or none; raises OSError where that is not possible."""
     folder.mkdir(parents=True, exist_ok=True)
-    beside = {name: folder / f".{name}.{os.getpid()}.new" for name in files}
+    with replacing([folder / name for name in files]) as partial_paths:
+        for path, text in zip(partial_paths, files.values(), strict=True):
+            path.write_bytes(text.encode())
+
+
+@contextmanager
+def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
+    """Paths of partial files, to be written in the block and renamed onto ``paths`` when it ends without an error.
+
+    A partial file lies beside the file that it replaces, the one that a symbolic link stands for, and is removed where
+    anything fails. Raises OSError, before the block, where a path is a folder.
+    """
+    targets = [Path(os.path.realpath(path)) for path in paths]
+    for path in targets:
+        if path.is_dir():
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
+    partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
     try:
-        for name, text in files.items():
-            beside[name].write_text(text, encoding="utf-8")
-        for name, path in beside.items():
-            os.replace(path, folder / name)
+        yield partial
+        for written, path in zip(partial, targets, strict=True):
+            os.replace(written, path)
     finally:
-        for path in beside.values():
+        for path in partial:
             path.unlink(missing_ok=True)

@@ -1,18 +1,62 @@
-"""Files written complete or not at all."""
+"""Files written complete or not at all: beside their place first, then renamed onto it.
+
+A file that is there already stays as it is until the new one is whole; a symbolic link is followed to the file that it
+stands for.
+"""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from wheelpend.errors import Failure
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file, complete or not at all; raises Failure where it cannot be written."""
+    """Write a file as UTF-8 with the line ends that the text has; raises Failure where it cannot be written."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
+    """Write a file; raises Failure where it cannot be written."""
+    with replacing(path) as partial:
+        partial.write_bytes(data)
+
+
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files by name, all of them before the first takes its place; raises Failure where one cannot be written."""
+    from derive import files as generated_files  # imported late: the command line starts without the derivation
+
+    paths = [folder / name for name in files]
+    with write_errors(f"The files of {folder}"), generated_files.replacing(paths) as partial_paths:
+        for partial, data in zip(partial_paths, files.values(), strict=True):
+            partial.write_bytes(data)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Path of a partial file that takes the place of ``path`` once the block has ended; raises Failure where it cannot."""
+    from derive import files as generated_files  # imported late: the command line starts without the derivation
+
+    with write_errors(str(path)), generated_files.replacing([path]) as (partial,):
+        yield partial
+
+
+def rename(path: Path, name: str) -> Path:
+    """Give a file another name in its folder, in place of what has it; raises Failure where that is not possible."""
+    target = path.with_name(name)
+    with write_errors(str(target)):
+        return path.replace(target)
+
+
+@contextmanager
+def write_errors(what: str) -> Iterator[None]:
+    """Turn an OSError of the block into a Failure that says what could not be written."""
     try:
-        beside = path.with_name(f".{path.name}.{os.getpid()}.new")
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, path)
+        yield
     except OSError as error:
-        raise Failure(f"{path} must be a file that can be written: {error.strerror}.") from None
+        raise Failure(
+            f"{what} cannot be written: {error.strerror or error}. "
+            "A file must lie in a folder that exists and can be written to; name another."
+        ) from error

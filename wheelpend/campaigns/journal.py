@@ -13,7 +13,7 @@ from typing import Any
 import derive
 import wheelpend
 from wheelpend.campaigns.one_log import CampaignSetting, Estimate, LogResult, LogSource, NamedEffect
-from wheelpend.files import write_text
+from wheelpend.files import rename, write_text
 from wheelpend.kernels.cache import derivation_fingerprint
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -53,9 +53,7 @@ class PartialResults:
         """
         if self.path is None:
             return None
-        aside = self.path.with_name(f"{self.path.name}.other") if self.other else None
-        if aside is not None:
-            os.replace(self.path, aside)
+        aside = rename(self.path, f"{self.path.name}.other") if self.other else None
         rows = [{"setting": self.setting}, *({"key": k, "answer": a} for k, a in self.lines.items())]
         write_text(self.path, "".join(map(_line, rows)))
         return aside

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.files import write_bytes
 from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
 
@@ -130,14 +131,12 @@ def save_error_maps(guide: TimeConstantChoice, path: Path) -> None:
     axes[0].set_ylabel("τ2 [s]")
     bar = figure.colorbar(mesh, ax=axes, ticks=[-2, -1, 0, 1, 2], label="% of the parameters, root mean square")
     bar.ax.set_yticklabels(["0.01", "0.1", "1", "10", "100"])
-    beside = path.with_name(f".{path.stem}.{os.getpid()}.new{path.suffix}")
+    picture = io.BytesIO()
     try:
-        figure.savefig(beside, dpi=130)
-        os.replace(beside, path)
-    except (OSError, ValueError) as error:
+        figure.savefig(picture, format=path.suffix[1:], dpi=130)
+    except ValueError as error:
         raise Failure(f"{path} must be a picture that can be written, such as taus.png: {error}.") from None
-    finally:
-        beside.unlink(missing_ok=True)
+    write_bytes(path, picture.getvalue())
 
 
 def _error_grid(guide: TimeConstantChoice, name: str) -> tuple[list[float], np.ndarray]:

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
 from wheelpend.logs.columns import UNIT_CONVERSIONS, WHEEL_PENDULUM, ColumnMap, ColumnTable, find_sources
@@ -99,17 +100,11 @@ def save_log(
         if len(column) != len(log):
             raise Failure(f"Every column must have {len(log)} values to be saved; {name} has {len(column)}.")
     rows = pl.DataFrame(data).fill_nan(None)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    with replacing(path) as partial:
         if path.suffix in (".parquet", ".pq"):
-            rows.write_parquet(beside)
+            rows.write_parquet(partial)
         else:
-            rows.write_csv(beside)
-        os.replace(beside, path)
-    except OSError as error:
-        raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
-    finally:
-        beside.unlink(missing_ok=True)
+            rows.write_csv(partial)
 
 
 def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:

@@ -16,11 +16,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from derive.plant_signature import Nameplate
-
 from derive import effects as library
 from derive import plants
+from derive.plant_signature import Nameplate
 from wheelpend.errors import Failure
+from wheelpend.files import write_text
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.model.entries import NOISE_KEYS, Controller, ModelFile, ParameterValue, Sensors
@@ -143,14 +143,7 @@ class Model:
         if target is None:
             raise Failure("A model needs a path to be saved at; this one has none yet.")
         target = target / MODEL_FILE if target.is_dir() else target
-        beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
-        try:
-            beside.write_bytes(self.text.encode())
-            os.replace(beside, target.resolve())  # through a link, to the file it stands for
-        except OSError as error:
-            raise Failure(f"{target} cannot be written: {error.strerror or error}.") from error
-        finally:
-            beside.unlink(missing_ok=True)
+        write_text(target, self.text)
         return Model.parse(self.text, target)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
-from derive.plant_signature import Nameplate
 
 from derive import effects as library
 from derive.effects import Effect, EffectParameter
 from derive.effects.own import enters
 from derive.grammar import GrammarError
+from derive.plant_signature import Nameplate
 from wheelpend.errors import Failure
+from wheelpend.files import write_text
 from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
 
-pass
-
+USER_EFFECTS_FILE = "effects.toml"
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
 MAX_EFFECTS_AND_PARAMETERS = 20  # effects in a file, and parameters of one
 
@@ -102,14 +101,7 @@ def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]],
     gap = "" if not old else end if old.endswith(end) else end * 2
     text = old + gap + added + end
     effects_from_text(text, plant)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        beside.write_bytes(text.encode())
-        os.replace(beside, path.resolve())
-    except OSError as error:
-        raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    write_text(path, text)
     return path
 
 
@@ -174,6 +166,3 @@ def _effect_parameter(name: str, given: UserParameter) -> EffectParameter:
         absent=given.starts[len(given.starts) // 2] if shape else 0.0,
         starts=library.Values(given.starts) if shape else None, bounded=shape,
     )  # fmt: skip
-
-
-USER_EFFECTS_FILE = "effects.toml"

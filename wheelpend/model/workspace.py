@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import derive
 from wheelpend.errors import Failure
+from wheelpend.files import write_text
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 
@@ -44,7 +44,7 @@ def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) 
     model_kernels.derived_files(model)  # a model that does not derive changes nothing
     added = [entries] if isinstance(entries, dict) else list(entries)
     if added:
-        _write_json(folder / HISTORY_FILE, [*history(folder), *added])
+        write_text(folder / HISTORY_FILE, json.dumps([*history(folder), *added], indent=1))
     write_generated_code(folder / "generated", model)
     model.save()
 
@@ -59,9 +59,3 @@ def history(folder: Path) -> list[dict]:
     except ValueError as error:
         raise Failure(f"{path} must be JSON, but it is not ({error}). Move it away to start a new history.") from None
     return entries if isinstance(entries, list) else []
-
-
-def _write_json(path: Path, data: Any) -> None:
-    beside = path.with_name(f".{path.name}.new")
-    beside.write_text(json.dumps(data, indent=1), encoding="utf-8")
-    os.replace(beside, path)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from wheelpend.errors import Failure
+from wheelpend.files import write_files
 from wheelpend.reproduction.figures import draw
 from wheelpend.reproduction.gallery import render
 from wheelpend.reproduction.record import Reproduction
@@ -71,16 +72,7 @@ def make_writable_folder(folder: Path) -> None:
 def write(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
     """Write files, all of them or none, and return their paths; raises Failure where that is not possible."""
     make_writable_folder(folder)
-    beside = {name: folder / f".{name}.{os.getpid()}.new" for name in files}
-    with os_errors(folder):
-        try:
-            for name, data in files.items():
-                beside[name].write_bytes(data)
-            for name, path in beside.items():
-                os.replace(path, folder / name)
-        finally:
-            for path in beside.values():
-                path.unlink(missing_ok=True)
+    write_files(folder, files)
     return tuple(str(folder / name) for name in files)
 
 

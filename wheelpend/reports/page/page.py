@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import platform
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError
@@ -16,7 +15,7 @@ from plotly.offline import get_plotlyjs
 
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
-from wheelpend.errors import Failure
+from wheelpend.files import write_text
 from wheelpend.inspection.standstill import standstills
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.page import effect_figures, figures, force_figures
@@ -41,14 +40,7 @@ REPORTED_PACKAGES = ("sympy", "numpy", "scipy", "numba", "plotly")
 def write_report(explanation: Explanation, path: Path, *, version: str = "", command: str = "") -> Path:
     """Write the page, complete or not at all, and return its path."""
     path = Path(path)
-    beside = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        beside.write_text(page_html(explanation, version=version, command=command), encoding="utf-8")
-        os.replace(beside, path)
-    except OSError as error:
-        raise Failure(f"{path} cannot be written: {error.strerror or error}.") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    write_text(path, page_html(explanation, version=version, command=command))
     return path
 
 
