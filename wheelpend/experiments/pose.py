@@ -22,6 +22,7 @@ from wheelpend.estimation.problem import EstimationProblem, extended_effects, wh
 from wheelpend.estimation.starts import best_start  # fmt: skip
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
+from wheelpend.experiments.advice import with_advice
 from wheelpend.experiments.information import information_of_segments
 from wheelpend.experiments.question import Question, closed_loop_of, profiled_values_of, rival_parameters, sample_times
 from wheelpend.logs.log import Log
@@ -128,7 +129,7 @@ def _start_from_diagnosis(
     """Diagnose the logs: what is ambiguous is the question; else the parameters, with what is missing added."""
     from wheelpend.diagnosis.stepwise import diagnose
 
-    found = diagnose(model, logs, progress=progress)
+    found = with_advice(diagnose(model, logs, progress=progress))
     best = found.named[0] if found.named and found.verdict in ("ambiguous", "effect_missing") else None
     problem = prepare(model, logs, use_all=True)
     problem = replace(problem, max_step=found.problem.max_step)
