@@ -36,7 +36,7 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Path of a partial file that takes the place of ``path`` once the block has ended; raises Failure where it cannot."""
+    """Path of a partial file that replaces ``path`` once the block has ended; raises Failure where it cannot."""
     from derive import files as generated_files  # imported late: the command line starts without the derivation
 
     with write_errors(str(path)), generated_files.replacing([path]) as (partial,):

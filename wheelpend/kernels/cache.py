@@ -1,4 +1,4 @@
-"""What was derived once is kept as text in files, under names that carry a hash of everything that decides it."""
+"""Cache of derived texts: files under names that carry a hash of everything that decides their content."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from functools import lru_cache
 from pathlib import Path
 
 import derive
-from derive.files import HERE, TEMPLATES
+from derive.files import DERIVE_FOLDER, TEMPLATE_FOLDER
 
-_texts_in_memory: dict[Path, str] = {}  # what this process has read or made
+_texts_in_memory: dict[Path, str] = {}  # by file, those that this process has read or made
 
 
 def cache_folder() -> Path:
-    """Where texts and machine code are kept: $WHEELPEND_CACHE, else the user's cache, else a temporary folder."""
+    """Folder of texts and machine code: in $WHEELPEND_CACHE, else in the user's cache, else a temporary one."""
     root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
     return _folder(Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend")
 
@@ -38,13 +38,13 @@ def derivation_fingerprint() -> str:
     from importlib.metadata import version
 
     digest = hashlib.sha256((version("sympy") + version("jinja2")).encode())
-    for path in sorted({*HERE.rglob("*.py"), *TEMPLATES.rglob("*.j2"), *TEMPLATES.rglob("*.py")}):
+    for path in sorted({*DERIVE_FOLDER.rglob("*.py"), *TEMPLATE_FOLDER.rglob("*.j2"), *TEMPLATE_FOLDER.rglob("*.py")}):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
 def cached_text(kind: str, plant: str, depends_on: object, make: Callable[[], str]) -> str:
-    """What was made of a plant before, from the same sources and with the same ``decides``; else it is made now."""
+    """A text of a plant from the cache, made and kept where no text of these sources and ``depends_on`` is there."""
     key = repr((plant, derive.plants.fingerprint(plant), depends_on, derivation_fingerprint()))
     path = cache_folder() / f"{kind}_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
     if path not in _texts_in_memory:

@@ -1,7 +1,7 @@
-"""What is derived and compiled on first use, and saying so: both take long, once per machine.
+"""Notices that something is derived or compiled, which takes long and happens once per machine.
 
-Numba itself tells when it finds no machine code of a function in its cache and begins to compile it. That holds for
-whatever decides where the cache is and what is in it: the text, the processor, numba's version, NUMBA_CACHE_DIR.
+Numba itself reports when it begins to compile a function because its cache holds no machine code of it, whatever the
+reason: the text, the processor, numba's version, NUMBA_CACHE_DIR.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ COMPILING_NOTICE = (
 
 
 class FirstUseNotice(Listener):
-    """Says once in a process that kernels are being compiled, as the first of them is, and keeps whose they are."""
+    """Prints each notice once in a process, that of compiling as the first kernel is; holds which modules compiled."""
 
     def __init__(self, prefix: str) -> None:
         self.prefix = prefix  # of the names of modules that hold kernels

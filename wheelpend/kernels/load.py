@@ -3,7 +3,6 @@
 A workspace's `generated/` folder is text for people and for their own programs. The tool itself never executes it as it
 finds it: a text is loaded only when it is, letter for letter, what the derivation makes of the model. So opening
 somebody else's workspace runs nothing of theirs.
-
 """
 
 from __future__ import annotations
@@ -13,8 +12,9 @@ import importlib.util
 import os
 import py_compile
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
+from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -25,13 +25,12 @@ if TYPE_CHECKING:
     from wheelpend.kernels.first_use import FirstUseNotice
 
 KERNEL_MODULE_PREFIX = "wheelpend_kernels_"  # of the names of modules
+DERIVING_NOTICE = "Deriving the equations with every effect, once per machine; later runs find them derived."
 
 
 def model_module(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
     """The model's own module: its effects and no others."""
-    return load_module(
-        _module_text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False), plant
-    )
+    return load_module(model_text(plant, derive.plants.complete_assumptions(plant, assumptions), effects), plant)
 
 
 def library_module(
@@ -39,28 +38,57 @@ def library_module(
 ) -> ModuleType:
     """The plant's module with every effect at zero; it does not change when an effect is added to a model.
 
-    ``own`` are names of a user's registered effects. Effects that free something inside the machine are only in it
-    where that is named in ``free``: while it is free they cannot be absent.
+    ``user_effects`` are names of a user's registered effects, which it holds too. ``released`` are internal
+    coordinates: the effects that release one are only in the module where it is named, since they cannot be absent
+    while it is free.
     """
-    text = _module_text(
-        plant,
-        derive.plants.settle(plant, assumptions),
-        tuple(user_effects),
-        library=True,
-        released=tuple(sorted(released)),
-    )
+    text = library_text(plant, derive.plants.complete_assumptions(plant, assumptions), user_effects, released)
     return load_module(text, "_".join((plant, "library", *sorted(released))))
 
 
 def free_force_module(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
     """A module with these effects and no others, and a free force on each row."""
-    text = _module_text(plant, derive.plants.settle(plant, assumptions), tuple(effects), library=False, forces=True)
+    text = model_text(plant, derive.plants.complete_assumptions(plant, assumptions), effects, missing_force=True)
     return load_module(text, f"{plant}_probing")
 
 
 def released_coordinates(effects: Sequence[str]) -> tuple[str, ...]:
-    """What these effects free inside the machine."""
-    return tuple(sorted({derive.effects.find(e).frees for e in effects} - {""}))
+    """Internal coordinates that these effects release, sorted."""
+    return tuple(sorted({derive.effects.find(e).releases for e in effects} - {""}))
+
+
+def model_text(plant: str, assumptions: dict, effects: Sequence[str], missing_force: bool = False) -> str:
+    """Text of a module with these effects and no others, on request with a free force on each row.
+
+    ``assumptions`` are settled: every one of the plant's has its choice.
+    """
+
+    def derived_text() -> str:
+        return derive.render(derive.compose(plant, assumptions, tuple(effects), missing_force=missing_force))
+
+    return _cached_module_text(plant, assumptions, effects, (False, (), missing_force), derived_text)
+
+
+def library_text(plant: str, assumptions: dict, user_effects: Sequence[str] = (), released: Sequence[str] = ()) -> str:
+    """Text of a module with every effect of the library and these of the user, under settled assumptions."""
+    coordinates = tuple(sorted(released))
+
+    def derived_text() -> str:
+        first_use_notice().print_once(DERIVING_NOTICE)
+        model = derive.library_model(plant, assumptions, tuple(user_effects), coordinates)
+        title = " ".join((plant, "with every effect", *(f"and {name}" for name in coordinates)))
+        return derive.render(model, title=title)
+
+    return _cached_module_text(plant, assumptions, user_effects, (True, coordinates, False), derived_text)
+
+
+def _cached_module_text(
+    plant: str, assumptions: dict, effects: Sequence[str], options: tuple, derived_text: Callable[[], str]
+) -> str:
+    """A module's text from the cache; the rows of the user's effects decide it as well as the names."""
+    rows = sorted(repr(derive.effects.USER_EFFECTS[n]) for n in effects if n in derive.effects.USER_EFFECTS)
+    depends_on = (sorted(assumptions.items()), sorted(effects), rows, *options)
+    return cached_text("derived", plant, depends_on, derived_text)
 
 
 @lru_cache
@@ -70,11 +98,7 @@ def load_module(text: str, name: str) -> ModuleType:
     module_name = f"{KERNEL_MODULE_PREFIX}{name}_{digest}"
     if module_name in sys.modules:
         return sys.modules[module_name]
-    path = cache_folder() / f"{module_name}.py"
-    if not path.exists() or path.read_text(encoding="utf-8") != text:
-        derive.write(path.parent, {path.name: text})
-    if not os.path.exists(importlib.util.cache_from_source(str(path))):
-        py_compile.compile(str(path))  # whatever Python is told to write: this folder is ours
+    path = _module_file(module_name, text)
     from wheelpend.kernels.machine_code import install_fast_load_cache  # imported late: numba is slow to load
 
     spec = importlib.util.spec_from_file_location(module_name, path)
@@ -87,37 +111,19 @@ def load_module(text: str, name: str) -> ModuleType:
     return module
 
 
+def _module_file(module_name: str, text: str) -> Path:
+    """The file of a module in the cache folder, with its bytecode; written where it is not there or differs."""
+    path = cache_folder() / f"{module_name}.py"
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        derive.write(path.parent, {path.name: text})
+    if not os.path.exists(importlib.util.cache_from_source(str(path))):
+        py_compile.compile(str(path))  # whatever Python is told to write: this folder is ours
+    return path
+
+
 @lru_cache
 def first_use_notice() -> FirstUseNotice:
-    """What says so when something is derived or compiled that later runs find."""
-    from wheelpend.kernels.first_use import (
-        FirstUseNotice,  # imported late: a module that is loaded imports numba anyway
-    )
+    """The process's one notice of what is derived or compiled for later runs to find."""
+    from wheelpend.kernels.first_use import FirstUseNotice  # imported late: numba is slow to load
 
     return FirstUseNotice(KERNEL_MODULE_PREFIX)
-
-
-def _module_text(
-    plant: str,
-    assumptions: dict,
-    effects: tuple[str, ...],
-    library: bool,
-    released: tuple[str, ...] = (),
-    forces: bool = False,
-) -> str:
-    """Text of a module with these effects, on request with a force on each row; or of the library with these besides
-    its own, and with what is free.
-    """
-    own = sorted(repr(derive.effects.OWN[n]) for n in effects if n in derive.effects.OWN)
-    decides = (sorted(assumptions.items()), sorted(effects), own, library, released, forces)
-
-    def derived() -> str:
-        if library:
-            first_use_notice().print_once(
-                "Deriving the equations with every effect, once per machine; later runs find them derived."
-            )
-            model = derive.library_model(plant, assumptions, effects, released)
-            return derive.render(model, title=" ".join((plant, "with every effect", *(f"and {f}" for f in released))))
-        return derive.render(derive.compose(plant, assumptions, effects, missing_force=forces))
-
-    return cached_text("derived", plant, decides, derived)

@@ -1,8 +1,7 @@
-"""Machine code that was compiled before, loaded without what only compiling needs.
+"""Loading of cached machine code without the preparations that only compiling needs.
 
-Before numba looks into its cache it makes ready to compile whatever Python can say, a third of a second, of which most
-goes into loading SciPy for linear algebra. A function that is found there needs none of that; one that is not found is
-compiled as ever.
+Before numba looks into its cache it prepares to compile anything, which takes a third of a second, most of it to load
+SciPy for linear algebra. A function found in the cache needs none of that; another one is compiled as usual.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from numba.core.runtime import rtsys
 
 
 class _FastLoadCache(FunctionCache):
-    """numba's cache of a function's machine code."""
+    """numba's cache of a function's machine code, which is looked into before anything is prepared."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The function for a signature; None where it has to be compiled."""
@@ -27,7 +26,7 @@ class _FastLoadCache(FunctionCache):
 
 
 def install_fast_load_cache(module: ModuleType) -> None:
-    """Let a generated module's functions load their machine code in this way."""
+    """Replace the numba caches of a generated module's functions by `_FastLoadCache`."""
     functions: list[Any] = [f for f in vars(module).values() if isinstance(f, Dispatcher)]
     for function in functions:
         if isinstance(getattr(function, "_cache", None), FunctionCache) and hasattr(FunctionCache, "_load_overload"):

@@ -96,7 +96,7 @@ def other_model(model: Model, other: str) -> Model:
     if not chosen:
         raise Failure(f"{name} must be one of {', '.join(map(str, known[name].choices))}, not '{choice}'.")
     assumptions = {**model.assumptions, name: chosen[0]}
-    before, after = (derive.plants.brought(model.plant, a) for a in (model.assumptions, assumptions))
+    before, after = (derive.plants.implied_effects(model.plant, a) for a in (model.assumptions, assumptions))
     effects = (*(e for e in model.effects if e not in before or e in after), *after)
     return replace(model, assumptions=assumptions, effects=tuple(dict.fromkeys(effects)))
 

@@ -5,28 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
 
 from wheelpend.errors import Failure
-from wheelpend.kernels.load import _module_text, library_module, load_module, released_coordinates
-
-if TYPE_CHECKING:
-    from wheelpend.model.record import Model
+from wheelpend.kernels.load import library_module, library_text, load_module, model_text, released_coordinates
+from wheelpend.model.record import Model
 
 
 def derived_files(model: Model) -> dict[str, str]:
     """Generated files of a model, from the cache where the same model was derived before."""
     return {
         "__init__.py": '"""Kernels generated from model.toml by `wheelpend generate`."""\n',
-        f"{model.plant}.py": _module_text(model.plant, model.assumptions, tuple(model.effects), library=False),
-        f"{model.plant}_library.py": _module_text(
-            model.plant, model.assumptions, model.own, library=True, released=released_coordinates(model.effects)
+        f"{model.plant}.py": model_text(model.plant, model.assumptions, model.effects),
+        f"{model.plant}_library.py": library_text(
+            model.plant, model.assumptions, model.own, released_coordinates(model.effects)
         ),
     }
 
 
 def library_module_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
-    """The library's module of a model's plant, assumptions and own effects, with what it or further effects free."""
+    """The library's module of a model's plant and assumptions, with what its and further effects release."""
     return library_module(model.plant, model.assumptions, model.own, released_coordinates((*model.effects, *effects)))
 
 
@@ -35,8 +32,6 @@ def load_kernels(workspace: str | Path = ".") -> ModuleType:
 
     Raises Failure where the folder holds no model or its `generated/` is not what the model derives to.
     """
-    from wheelpend.model.record import Model
-
     model = Model.open(workspace)
     path = model.workspace / "generated" / f"{model.plant}.py"
     derived = derived_files(model)[path.name]

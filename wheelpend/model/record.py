@@ -18,7 +18,7 @@ from typing import Any
 
 from derive import effects as library
 from derive import plants
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.kernels.plant_signature import plant_signature
@@ -87,7 +87,7 @@ class Model:
         return cls.parse(call_look_up(model_file_text, plant))
 
     @cached_property
-    def plant_signature(self) -> Nameplate:
+    def plant_signature(self) -> PlantSignature:
         """What the plant has under the model's assumptions."""
         return plant_signature(self.plant, self.assumptions)
 
@@ -122,7 +122,7 @@ class Model:
         )
 
         wanted = tuple(effects)
-        brought = plants.brought(self.plant, self.assumptions)
+        brought = plants.implied_effects(self.plant, self.assumptions)
         for name in brought:
             if name not in wanted:
                 raise Failure("An effect that leaves must not be part of an assumption, but [assumptions] asks for "
@@ -157,7 +157,7 @@ def checked_model(file: ModelFile, text: str, path: Path | None) -> Model:
     """Check every name against plant and library."""
     assumptions = settled_assumptions(file)
     plant = plant_signature(file.plant, assumptions)
-    brought = plants.brought(file.plant, assumptions)
+    brought = plants.implied_effects(file.plant, assumptions)
     own = user_effect_names(path.parent, plant) if path else ()
     effects = (*check_effects(file.effects, plant, own), *(e for e in brought if e not in file.effects))
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
@@ -194,10 +194,10 @@ def settled_assumptions(file: ModelFile) -> dict[str, Any]:
     known = [a.name for a in call_look_up(plants.assumptions_of, file.plant)]
     encoder = {"encoder": file.sensors.encoder} if "encoder" in known else {}
     check_known("assumption", file.assumptions, [k for k in known if k != "encoder"], " in [assumptions]")
-    return call_look_up(plants.settle, file.plant, {**file.assumptions, **encoder})
+    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **encoder})
 
 
-def user_effect_names(workspace: Path, plant: Nameplate) -> tuple[str, ...]:
+def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]:
     """Names of the effects that a workspace's effects.toml adds, which are known from then on."""
     if not os.path.exists(workspace / USER_EFFECTS_FILE):
         return ()
@@ -206,13 +206,13 @@ def user_effect_names(workspace: Path, plant: Nameplate) -> tuple[str, ...]:
     return library.register(read_user_effects(workspace, plant))
 
 
-def check_effects(names: tuple[str, ...], plant: Nameplate, own: tuple[str, ...]) -> tuple[str, ...]:
+def check_effects(names: tuple[str, ...], plant: PlantSignature, own: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names; raises Failure when one is unknown, there twice, or acts on a part that the plant lacks."""
     for k, name in enumerate(names):
-        check_known("effect", [name], sorted([*library.LIBRARY, *own]))
+        check_known("effect", [name], sorted([*library.EFFECT_LIBRARY, *own]))
         if name in names[:k]:
             raise Failure(f"effects must name each effect once; {name} is there twice. Remove one.")
-        if not library.fits(library.find(name), plant):
+        if not library.is_applicable(library.find(name), plant):
             raise Failure(f"{name} acts on a part that {plant.name} does not have. Remove it from effects.")
     return names
 
@@ -225,7 +225,7 @@ def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, 
             raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
 
 
-def column_table(plant: Nameplate) -> ColumnTable:
+def column_table(plant: PlantSignature) -> ColumnTable:
     """The columns that a log of this plant has."""
     units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
     if plant.driven:
@@ -234,4 +234,4 @@ def column_table(plant: Nameplate) -> ColumnTable:
         units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
     channels = tuple(c.name for c in plant.channels)
     driven = plant.input if plant.driven else ""
-    return ColumnTable(driven, channels, units, plant.reference, plant.falls, plant.further)
+    return ColumnTable(driven, channels, units, plant.reference, plant.range_channel, plant.further)

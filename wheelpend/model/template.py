@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable
 
 import tomlkit
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 from derive import plants
 from derive.records import Assumption
@@ -31,7 +31,7 @@ rate_noise = "auto"                    # [rad/s]
 
 def model_file_text(plant: str) -> str:
     """A first model.toml of a plant; raises KeyError naming the known plants."""
-    built = plant_signature(plant, plants.settle(plant, {}))
+    built = plant_signature(plant, plants.complete_assumptions(plant, {}))
     sections = [
         HEADER_TEMPLATE.format(plant=plant),
         section("assumptions", "", assumption_lines(plant)),
@@ -67,7 +67,7 @@ def commented_assumption(assumption: Assumption) -> str:
     return "\n".join([*(f"# {s}" for s in sentence), f"{assumption.name} = {default}"])
 
 
-def constant_lines(plant: str, built: Nameplate) -> list[str]:
+def constant_lines(plant: str, built: PlantSignature) -> list[str]:
     """The plant's constants, each with its unit and what it is."""
     known = {c.name: c for c in built.constants}
     entries = [(f"{n} = {v!r}", known[n]) for n, v in plants.constants_of(plant).items() if n in known]
@@ -85,7 +85,7 @@ def nominal_value_lines(plant: str) -> list[str]:
     return [f"{x} = {{ nominal = {0.9 * v:.6g} }}" for x, v in plants.reference_of(plant).items()]
 
 
-def noise_section(built: Nameplate) -> str:
+def noise_section(built: PlantSignature) -> str:
     """Noise and steps of every channel, to be found from the data."""
     rows = [f'{c.name} = "auto"'.ljust(39) + f"# [{c.unit}]" for c in built.channels]
     return section("sensors.noise", 'standard deviation of every channel, or "auto": from the data', rows)
@@ -97,7 +97,7 @@ def controller_lines(plant: str) -> list[str]:
     return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
 
 
-def columns_section(built: Nameplate) -> str:
+def columns_section(built: PlantSignature) -> str:
     """How a log's columns are mapped."""
     last = built.channels[-1] if built.name != PAPER_PLANT else next(c for c in built.channels if c.name == "theta_p")
     unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
@@ -112,7 +112,7 @@ def simulation_comment(plant: str) -> str:
     )
 
 
-def simulation_lines(plant: str, built: Nameplate) -> list[str]:
+def simulation_lines(plant: str, built: PlantSignature) -> list[str]:
     """True parameters, noises and where a machine that nothing holds begins."""
     lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
     if plant == PAPER_PLANT:

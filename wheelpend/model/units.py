@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 from wheelpend.model.record import Model
 
@@ -42,7 +42,7 @@ def plant_units_of(model: Model) -> PlantUnits:
     return PlantUnits(units_of(plant), plant.input_unit, worth, physical)
 
 
-def units_of(plant: Nameplate) -> dict[str, str]:
+def units_of(plant: PlantSignature) -> dict[str, str]:
     """Units of everything that varies in a plant and its logs."""
     units = {"t": "s", **dict.fromkeys(plant.inputs, plant.input_unit)}
     for c in plant.coordinates:

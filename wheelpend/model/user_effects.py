@@ -13,9 +13,9 @@ import tomlkit
 
 from derive import effects as library
 from derive.effects import Effect, EffectParameter
-from derive.effects.own import enters
+from derive.effects.user_laws import entry_from_text
 from derive.grammar import GrammarError
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
@@ -71,7 +71,7 @@ EFFECT_CHECK = table(
 )
 
 
-def read_user_effects(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
+def read_user_effects(workspace: Path, plant: PlantSignature) -> tuple[Effect, ...]:
     """Rows of a workspace's effects.toml; none without one. Raises Failure saying what in it is wrong."""
     path = workspace / USER_EFFECTS_FILE
     try:
@@ -86,7 +86,7 @@ def read_user_effects(workspace: Path, plant: Nameplate) -> tuple[Effect, ...]:
         raise Failure(f"{path}: {failure}") from None
 
 
-def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: Nameplate) -> Path:
+def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]], plant: PlantSignature) -> Path:
     """Add tables to a workspace's effects.toml, whose text stays as it is; complete or not at all.
 
     Raises Failure where a name is taken or a table is no effect, and then changes nothing.
@@ -109,8 +109,8 @@ def check_name_is_free(name: str, taken: Sequence[str], path: Path) -> None:
     """Raise Failure unless a name can be that of a new effect."""
     if not NAME_PATTERN.fullmatch(name) or name.startswith("missing"):
         raise Failure(f"An effect must have a name of small letters, digits and _, not '{name}'. Choose another.")
-    if name in taken or name in library.LIBRARY:
-        where = "the library" if name in library.LIBRARY else str(path)
+    if name in taken or name in library.EFFECT_LIBRARY:
+        where = "the library" if name in library.EFFECT_LIBRARY else str(path)
         raise Failure(f"A new effect needs a name that is free, but {name} is in {where} already. Choose another.")
 
 
@@ -124,7 +124,7 @@ def effect_table_text(name: str, table: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def effects_from_text(text: str, plant: Nameplate) -> tuple[Effect, ...]:
+def effects_from_text(text: str, plant: PlantSignature) -> tuple[Effect, ...]:
     """Rows of the text of an effects.toml."""
     try:
         tables = tomllib.loads(text)
@@ -135,15 +135,15 @@ def effects_from_text(text: str, plant: Nameplate) -> tuple[Effect, ...]:
     return tuple(effect_from_table(name, table, plant) for name, table in tables.items())
 
 
-def effect_from_table(name: str, given: object, plant: Nameplate) -> Effect:
+def effect_from_table(name: str, given: object, plant: PlantSignature) -> Effect:
     """One table as a row."""
-    if not NAME_PATTERN.fullmatch(name) or name in library.LIBRARY or name.startswith("missing"):
+    if not NAME_PATTERN.fullmatch(name) or name in library.EFFECT_LIBRARY or name.startswith("missing"):
         raise Failure(f"[{name}] must be a new name of small letters, digits and _. "
-                      f"{'That one is in the library. ' if name in library.LIBRARY else ''}Rename it.")  # fmt: skip
+                      f"{'That one is in the library. ' if name in library.EFFECT_LIBRARY else ''}Rename it.")  # fmt: skip
     try:
         found = EFFECT_CHECK(given, name)
         parameters = tuple(_effect_parameter(n, p) for n, p in found.parameters.items())
-        way = enters(found.on, found.law, parameters, plant)
+        way = entry_from_text(found.on, found.law, parameters, plant)
     except InvalidValue as wrong:
         raise Failure("; ".join(wrong.args) + ".") from None
     except GrammarError as error:

@@ -14,7 +14,7 @@ import traceback
 from pathlib import Path
 
 from derive import plants
-from derive.late import sp
+from derive.lazy import sp
 from derive.records import Plant
 from wheelpend.errors import Failure
 
@@ -46,7 +46,7 @@ def load_plant(path: Path) -> str:
             spec.loader.exec_module(module)
             sys.modules[module_name] = module
         name = plants.register(module)
-        check_plant(plants.build(name, plants.settle(name, {})), name)
+        check_plant(plants.build(name, plants.complete_assumptions(name, {})), name)
         return name
     except Failure as failure:
         raise Failure(f"{path}: {failure}") from None
@@ -76,7 +76,7 @@ def check_plant(plant: object, name: str) -> None:
         if load.port not in ports:
             raise Failure(f"the load '{load.name}' must act on one of the ports {', '.join(ports)}, not '{load.port}'.")
     channels = [c.name for c in plant.channels]
-    for channel in (*plant.controlled, plant.falls):
+    for channel in (*plant.controlled, plant.range_channel):
         if channel and channel not in channels:
             raise Failure(f"controlled and falls must be channels ({', '.join(channels)}), but '{channel}' is none.")
     if plant.reference and not plant.controlled[0]:
