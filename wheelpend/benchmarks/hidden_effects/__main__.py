@@ -1,4 +1,4 @@
-"""``python -m wheelpend.benchmarks.hidden_effects``: try, print and write the page."""
+"""``python -m wheelpend.benchmarks.hidden_effects``: run the benchmark, print its findings and write the page."""
 
 from __future__ import annotations
 

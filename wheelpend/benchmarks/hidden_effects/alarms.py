@@ -18,7 +18,9 @@ import typer
 
 from wheelpend.api import diagnose
 from wheelpend.benchmarks.hidden_effects.nonideal_sensors import SENSOR_KINDS, complete_log
-from wheelpend.benchmarks.hidden_effects.page import markdown_table, rate_text
+from wheelpend.benchmarks.hidden_effects.page import rate_text
+from wheelpend.benchmarks.hidden_effects.summary import NORMAL_QUANTILE_95
+from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.diagnosis.evidence import deviation_from_absence, wald_p_value
 from wheelpend.diagnosis.refit import SHORT_HORIZON_SHARE, refit, short_score_tests, significance_fit, starts_for
 from wheelpend.diagnosis.score_test import size_names
@@ -38,29 +40,28 @@ from wheelpend.simulation.hidden import machine_values, parse_hidden
 
 FIRST_SEED = 7000
 T = TypeVar("T")
-NORMAL_QUANTILE_95 = 1.96  # standard deviations, of a 95 % interval
 
 
 @dataclass(frozen=True)
 class FalseAlarmTrial:
-    """What a diagnosis says of a log in which nothing is hidden."""
+    """Verdict and estimates of a diagnosis of a log in which nothing is hidden."""
 
     kind: str
     seed: int
     verdict: str
     named: tuple[str, ...]
-    error: float
-    floor: float
-    deviations: tuple[float, ...]  # of every parameter, in standard errors
+    error: float  # held out [σ]
+    floor: float  # of the noise [σ]
+    deviations: tuple[float, ...]  # of every parameter from its true value, in standard errors
 
 
 class EffectPValue(NamedTuple):
-    """What a log in which nothing is hidden says of one effect."""
+    """Wald p-value of one effect on a log in which nothing is hidden."""
 
     kind: str
     effect: str
-    p_value: float  # not corrected
-    trials: int  # by which it is multiplied beside the other effects
+    p_value: float  # not corrected for the choice among starts
+    trials: int  # independent starts, by which a diagnosis multiplies it
 
 
 def diagnose_log(kind: str, seed: int, **options) -> FalseAlarmTrial:
@@ -72,7 +73,7 @@ def diagnose_log(kind: str, seed: int, **options) -> FalseAlarmTrial:
 
 
 def deviations(model: Model, found: Diagnosis) -> tuple[float, ...]:
-    """How far the fitted parameters are from the true ones, in their standard errors."""
+    """(estimate − truth) / standard error of every parameter of the model."""
     truth = machine_values(model, {})
     return tuple(
         (found.fit.values[n] - truth[n]) / standard_error(found.problem, found.fit, n) for n in found.problem.base
@@ -80,27 +81,28 @@ def deviations(model: Model, found: Diagnosis) -> tuple[float, ...]:
 
 
 def effect_p_values(kind: str, seed: int, effects: Sequence[str] = (), **options) -> list[EffectPValue]:
-    """Probabilities of effects, refitted as a diagnosis does but whether they promise anything or not.
+    """P-values of effects, refitted as a diagnosis does, but without its selection by the score test.
 
-    Without names those that are not absent at a point where the fit is smooth: they have a grid of sizes or a shape.
+    Without names: of the effects whose null hypothesis is not regular, because they have profiled parameters or a grid
+    of sizes.
     """
     model, log = complete_log(kind, seed, **options)
     problem, start = best_start(prepare(model, [log]))
     free = free_names(problem, model.effects)
     short = fit_model(problem, start, free, horizons=(SHORT_HORIZON_SHARE,))
-    bent = [e for e in problem.candidates() if (e.name in effects if effects else e.profiled or e.parameters[0].grid)]
-    near = short_score_tests(problem, short, start, profile_grids(problem, short, bent), corrupted=False)
+    tested = [e for e in problem.candidates() if (e.name in effects if effects else e.profiled or e.parameters[0].grid)]
+    score_tests = short_score_tests(problem, short, start, profile_grids(problem, short, tested), corrupted=False)
     found = []
-    for effect in bent:
-        beginnings = starts_for(near, effect.name)
-        begun = refit(problem, short, beginnings)
+    for effect in tested:
+        starts = starts_for(score_tests, effect.name)
+        started = refit(problem, short, starts)
         fitted = fit_model(
-            problem, begun.values, free_names(problem, extended_effects(model, effect.name)), horizons=(1.0,)
+            problem, started.values, free_names(problem, extended_effects(model, effect.name)), horizons=(1.0,)
         )
-        evidence = significance_fit(problem, fitted, begun)
-        sized = [n for n in evidence.free if n.split("@")[0] in size_names(effect)]
-        p_value = wald_p_value(evidence, sized, deviation_from_absence(evidence, sized, null_values(problem, effect)))
-        found.append(EffectPValue(kind, effect.name, p_value, beginnings[0][1].trials))
+        evidence = significance_fit(problem, fitted, started)
+        sizes = [n for n in evidence.free if n.split("@")[0] in size_names(effect)]
+        p_value = wald_p_value(evidence, sizes, deviation_from_absence(evidence, sizes, null_values(problem, effect)))
+        found.append(EffectPValue(kind, effect.name, p_value, starts[0][1].trials))
     return found
 
 
@@ -119,7 +121,7 @@ def alarm_table(alarms: Sequence[FalseAlarmTrial]) -> str:
 
 
 def named_table(alarms: Sequence[FalseAlarmTrial]) -> str:
-    """What is named first where something is hidden, by kind of sensors, as Markdown."""
+    """Counts of the first answers where something is hidden, by kind of sensors, as Markdown."""
     rows = []
     for kind in dict.fromkeys(a.kind for a in alarms):
         answers = Counter(a.named[0] if a.named else a.verdict for a in alarms if a.kind == kind)
@@ -128,7 +130,7 @@ def named_table(alarms: Sequence[FalseAlarmTrial]) -> str:
 
 
 def p_value_table(found: Iterable[EffectPValue]) -> str:
-    """How often an effect gets a small probability by chance, alone and times its trials, as Markdown."""
+    """Rates of p-values below 0.05 and 0.01, and below 0.05 once multiplied by the trials, by effect, as Markdown."""
     found, rows = list(found), []
     for effect in dict.fromkeys(c.effect for c in found):
         mine = [c for c in found if c.effect == effect]

@@ -33,16 +33,11 @@ from wheelpend.logs.log import Log
 from wheelpend.simulation.references import reference
 
 PID_GAINS = (-168.0, -800.0, -8.8)  # of the PID on the pitch, V/rad, V/(rad s), V s/rad
-SUPPORTED_PARAMETERS = (
-    *SCENE_PARAMETERS,
-    *FORCE_LAW_PARAMETERS,
-    *VOLTAGE_PARAMETERS,
-    *SENSOR_PARAMETERS,
-)  # effect.parameter
+SUPPORTED_PARAMETERS = (*SCENE_PARAMETERS, *FORCE_LAW_PARAMETERS, *VOLTAGE_PARAMETERS, *SENSOR_PARAMETERS)
 
 
 class Run(NamedTuple):
-    """A log and what truly happened at its samples."""
+    """A measured log and the true motion at its samples."""
 
     log: Log
     angles: np.ndarray  # (samples, joints) x [m], pitch and drive [rad], then rotor and liquid where the scene has them
@@ -111,7 +106,7 @@ def engine_run(
     """Run the robot under its PID controller in MuJoCo and measure it; ``hide`` is {"effect.parameter": value}.
 
     ``noise`` is that of pitch and gyro, in multiples of the paper's. Raises Failure for effects that the engine does
-    not offer and without MuJoCo, and Fallen when the robot falls.
+    not offer and without MuJoCo, and OutOfRange when the robot falls.
     """
     unknown = [name for name in hide if name not in SUPPORTED_PARAMETERS]
     if unknown:

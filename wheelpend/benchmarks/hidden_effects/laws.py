@@ -1,4 +1,4 @@
-"""What surrounds the scene: laws of force that MuJoCo has no part for, the way of the voltage, and the sensors.
+"""Force laws that MuJoCo has no element for, the chain from commanded to acting voltage, and the sensors.
 
 Forces are evaluated once per step of the engine. Times in s, angles in rad, rates in rad/s; laws give volt-equivalents,
 which times ALPHA are N m.
@@ -41,7 +41,7 @@ class ForceLaws:
         self.stiffness = creep_stiffness(hide)  # V s/rad, of traction; 0 where the wheels cannot slip
 
     def of(self, name: str, absent: float = 0.0) -> float:
-        """A hidden parameter's value, or its value while the effect is absent."""
+        """Value of a hidden parameter; ``absent`` where its effect is not hidden."""
         return self.hide.get(name, absent)
 
     def generalised_forces(self, t: float, data: Any) -> np.ndarray:
@@ -79,20 +79,20 @@ class ForceLaws:
         return ALPHA * (self.of("coulomb_drive.torque") + sliding + falling)
 
     def traction(self, creep: float) -> float:
-        """What the ground gives the wheels at a creep speed θ̇w − v/R: F tanh(k creep / F) [V]."""
+        """Traction F tanh(k creep / F) [V] at a creep speed θ̇w − v/R."""
         if self.stiffness == 0.0:
             return 0.0
         limit = self.of("wheel_slip.limit", np.inf)
         return limit * np.tanh(self.stiffness * creep / limit) if np.isfinite(limit) else self.stiffness * creep
 
     def push(self, t: float) -> float:
-        """Somebody pushes at the axle from start to end [V]."""
+        """External push at the axle [V], from its start to its end."""
         pushed = self.of("external_push.start", np.inf) <= t + 1e-9 < self.of("external_push.end", np.inf)
         return self.of("external_push.torque") if pushed else 0.0
 
 
 class Drive:
-    """The way from the commanded voltage to the motor's; keeps the voltage behind the windings."""
+    """From the commanded voltage to the motor's; keeps the voltage behind the windings from step to step."""
 
     def __init__(self, hide: Mapping[str, float], step: float) -> None:
         self.hide, self.step = hide, step
@@ -110,7 +110,7 @@ class Drive:
         return float(driven + (before - driven) * (1 - fade) * lag / self.step)
 
     def driven(self, t: float, commands: np.ndarray) -> float:
-        """What the driver gives [V]: the mean over a step inside which a delayed command may change."""
+        """Driver output [V]: the mean over a step inside which a delayed command may change."""
         begin = t - self.hide.get("actuator_delay.delay", 0.0)
         first = max(int(np.floor(begin / SAMPLE_INTERVAL_S + 1e-6)), 0)
         last = max(int(np.floor((begin + self.step) / SAMPLE_INTERVAL_S - 1e-6)), 0)
@@ -120,7 +120,7 @@ class Drive:
         return share * self.driver(t, commands[first]) + (1 - share) * self.driver(t, commands[last])
 
     def driver(self, t: float, command: float) -> float:
-        """What the driver makes of a command [V]."""
+        """Driver output [V] for a command: saturation, dead zone, sag, asymmetry and offset in turn."""
         limit = self.hide.get("voltage_saturation.limit", np.inf)
         clipped = min(max(float(command), -limit), limit)
         size = max(abs(clipped) - self.hide.get("voltage_dead_zone.threshold", 0.0), 0.0)
@@ -150,7 +150,7 @@ class Sensors:
         return self.path[whole] + (back - whole) * (self.path[after] - self.path[whole])
 
     def read(self, wheel: float, noise: np.ndarray) -> np.ndarray:
-        """What is logged: wheel angle, pitch, pitch rate; ``noise`` is that of the last two."""
+        """Readings (3,) of wheel angle, pitch and pitch rate; ``noise`` (2,) is that of the last two."""
         quantum = 2 * np.pi / ENCODER_COUNTS
         turned = (1 + self.hide.get("encoder_scale.scale", 0.0)) * wheel
         turned += self.hide.get("encoder_eccentricity.sine", 0.0) * np.sin(wheel)

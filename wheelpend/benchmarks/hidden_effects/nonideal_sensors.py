@@ -16,10 +16,7 @@ from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
 from wheelpend.simulation.simulate import noise_levels
 
-FINE_ENCODER_COUNTS, COARSE_ENCODER_COUNTS = (
-    60000,
-    2000,
-)  # counts per revolution of the paper's encoder and of a coarse one
+FINE_ENCODER_COUNTS, COARSE_ENCODER_COUNTS = 60000, 2000  # per revolution, of the paper's encoder and a coarse one
 OUTLIER_SHARE = 0.005  # share of readings that are off by ten standard deviations
 ErrorGenerator = Callable[[np.random.Generator, int, float], np.ndarray]  # generator, samples, interval [s]: (samples,)
 
@@ -44,7 +41,7 @@ def coloured(time: float) -> ErrorGenerator:
 
 
 def white_plus_slow(slow: ErrorGenerator, size: float) -> ErrorGenerator:
-    """White noise with something slow on top, ``size`` times as large."""
+    """White noise of unit variance plus ``size`` times a slow error."""
     return lambda random, samples, dt: white(random, samples, dt) + size * slow(random, samples, dt)
 
 
@@ -54,13 +51,11 @@ def student(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
 
 
 def outliers(random: np.random.Generator, samples: int, dt: float) -> np.ndarray:
-    """Gaussian, with a few readings far off."""
+    """Gaussian of unit variance, with a share of OUTLIER_SHARE ten times as large."""
     return np.where(random.random(samples) < OUTLIER_SHARE, 10.0, 1.0) * random.normal(size=samples)
 
 
-SENSOR_KINDS: dict[
-    str, dict[str, ErrorGenerator]
-] = {  # errors of the pitch and the gyro, in standard deviations; white where absent
+SENSOR_KINDS: dict[str, dict[str, ErrorGenerator]] = {  # errors of a channel in standard deviations; white where absent
     "white": {},
     "pitch coloured, 10 ms": {"theta_p": coloured(0.01)},
     "gyro coloured, 5 ms": {"dtheta_p": coloured(0.005)},

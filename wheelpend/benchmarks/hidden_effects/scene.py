@@ -14,11 +14,8 @@ import numpy as np
 
 ALPHA, WHEEL_RADIUS_M, GRAVITY_M_S2 = 165.42, 0.2413, 9.81  # N m/V, m, m/s²
 WHEELS_MASS_KG, BODY_MASS_KG, COM_HEIGHT_M = 9.2, 110.0, 0.716  # kg, kg, m from the axle to the centre of mass
-WHEEL_INERTIA_KG_M2, BODY_INERTIA_KG_M2, ROTORS_INERTIA_KG_M2 = (
-    0.1339,
-    87.89,
-    0.0178 * ALPHA,
-)  # kg m²; of one wheel, the body, both rotors
+WHEEL_INERTIA_KG_M2, BODY_INERTIA_KG_M2 = 0.1339, 87.89  # of one wheel, of the body
+ROTORS_INERTIA_KG_M2 = 0.0178 * ALPHA  # of both rotors, geared up
 ROTOR_DAMPING_NMS_RAD = 0.7256 * ALPHA  # N m s/rad between rotors and body: back-EMF and gearbox
 MAX_ENGINE_STEP_S = 1e-4  # s, longest step of the engine
 STEEP_TRACTION_SLOPE_S_RAD = 100.0  # s/rad: slope over limit of a traction of which only the limit is given
@@ -68,9 +65,7 @@ SCENE_TEMPLATE = """
  <actuator><motor joint="{driven}" gear="{alpha}"/></actuator>
 </mujoco>
 """
-MOTOR_ATTRIBUTES = (
-    f'armature="{ROTORS_INERTIA_KG_M2}" damping="{ROTOR_DAMPING_NMS_RAD}"'  # of the joint that the motor turns
-)
+MOTOR_ATTRIBUTES = f'armature="{ROTORS_INERTIA_KG_M2}" damping="{ROTOR_DAMPING_NMS_RAD}"'  # of the joint it turns
 ROTOR_ELEMENT = f"""<body name="rotor">
     <joint name="rotor" type="hinge" axis="0 1 0" {MOTOR_ATTRIBUTES}/>
     <inertial pos="0 0 0" mass="{NEGLIGIBLE_MASS_KG}" diaginertia="{" ".join([str(NEGLIGIBLE_MASS_KG)] * 3)}"/>
@@ -97,7 +92,7 @@ SCENE_PARAMETERS = (
 
 
 def scene(hide: Mapping[str, float], engage: float) -> str:
-    """The robot with its hidden effects; dry friction engages within about ``engage`` seconds."""
+    """MuJoCo's XML of the robot with its hidden effects; dry friction engages within about ``engage`` seconds."""
     slope, offset = hide.get("slope.angle", 0.0), hide.get("com_offset.angle", 0.0)
     place = {where: hide.get(name, 0.0) * ALPHA for name, where in MECHANICAL_EFFECTS.items()}
     geared = has_rotor(hide)
@@ -127,12 +122,12 @@ def scene(hide: Mapping[str, float], engage: float) -> str:
 
 
 def has_rotor(hide: Mapping[str, float]) -> bool:
-    """Whether the rotors can turn against the wheels: there is a gap, or a shaft that is not infinitely stiff."""
+    """True if the rotors can turn against the wheels: there is a gap, or a shaft that is not infinitely stiff."""
     return hide.get("backlash.gap", 0.0) > 0.0 or np.isfinite(hide.get("drive_compliance.stiffness", np.inf))
 
 
 def shaft(hide: Mapping[str, float]) -> str:
-    """What lies between rotors and wheels: stops at either end of the gap, or a spring that begins there.
+    """XML of the tendon between rotors and wheels: stops at either end of the gap, or a spring that begins there.
 
     The stops are stiff and do not bounce. With play and spring together the shaft's damping acts in the gap too.
     """
@@ -147,7 +142,7 @@ def shaft(hide: Mapping[str, float]) -> str:
 
 
 def pendulum(hide: Mapping[str, float]) -> str:
-    """Liquid in a tank: a point mass hung on the body's axis, of length g/ω², damped against the body by 2 ζ ω m l².
+    """XML of liquid in a tank: a point mass hung on the body's axis, of length g/ω²; its damper is 2 ζ ω m l².
 
     ω is its natural frequency with the axis held still, ζ its damping ratio: φ̈ + 2 ζ ω φ̇ + ω² φ = 0.
     """
@@ -171,6 +166,6 @@ def creep_stiffness(hide: Mapping[str, float]) -> float:
 
 
 def step_of(hide: Mapping[str, float]) -> float:
-    """Step of the engine [s]: a whole share of STEP at which traction, which is held over a step, is well damped."""
+    """Step of the engine [s]: a whole share of the longest at which traction, held over a step, is well damped."""
     inertia = 2 * WHEEL_INERTIA_KG_M2 + (0.0 if has_rotor(hide) else ROTORS_INERTIA_KG_M2)
     return MAX_ENGINE_STEP_S / max(1, int(np.ceil(creep_stiffness(hide) * ALPHA / inertia * MAX_ENGINE_STEP_S / 0.3)))

@@ -15,14 +15,7 @@ from wheelpend.files import write_text
 from wheelpend.logs.log import Log
 
 LOG_DURATION_S = 10.0  # s
-COLUMN_DECIMALS = {
-    "t": 3,
-    "v_in": 3,
-    "theta_w": 6,
-    "theta_p": 5,
-    "dtheta_p": 5,
-    "theta_ref": 6,
-}  # far finer than the noise
+COLUMN_DECIMALS = {"t": 3, "v_in": 3, "theta_w": 6, "theta_p": 5, "dtheta_p": 5, "theta_ref": 6}  # below the noise
 SHIPPED_LOGS: dict[str, Mapping[str, float]] = {
     "engine_friction_slope": {"coulomb_drive.torque": 0.3, "slope.angle": 0.03},
     "engine_cogging": {"cogging.sine": 0.3, "cogging.cosine": 0.15, "cogging.periods": 4.0},
@@ -40,7 +33,7 @@ def main(folder: Path | None = None) -> None:
 
 
 def log_csv_text(log: Log) -> str:
-    """A log as CSV, each column with as many decimals as its sensor deserves."""
+    """CSV text of a log, each column rounded to its COLUMN_DECIMALS."""
     assert log.reference is not None
     columns = np.column_stack([log.t, log.voltage, log.measured, log.reference])
     rows = [",".join(f"{v:.{d}f}" for v, d in zip(row, COLUMN_DECIMALS.values(), strict=True)) for row in columns]

@@ -31,7 +31,7 @@ MAX_REDRAWS = 8  # times that a log is made with smaller effects because the rob
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a case; errors are held out."""
+    """The answer to a case beside the truth; errors are on validation data, in standard deviations of the noise."""
 
     key: str  # of the case as planned
     kind: str
@@ -57,18 +57,18 @@ class Outcome:
 
     @property
     def cost(self) -> float:
-        """How much larger the error is without the hidden effects."""
+        """Relative increase of the error by leaving out the hidden effects; 0 without an error of the true model."""
         return self.base_error / self.true_error - 1.0 if self.true_error else 0.0
 
     @property
     def found(self) -> tuple[str, ...]:
-        """Which hidden effects were named, or declared equivalent to one that was."""
+        """The hidden effects that were named, or declared equivalent to one that was."""
         answers = [{n, *e} for n, e in zip(self.named, self.equivalents, strict=True)]
         return tuple(h for h in self.hidden if any(h in answer for answer in answers))
 
     @property
     def first_right(self) -> bool:
-        """Whether the first answer is a hidden effect, or declares one equivalent."""
+        """True if the first answer is a hidden effect, or declares one equivalent."""
         return bool(self.named) and bool({self.named[0], *self.equivalents[0]} & set(self.hidden))
 
 
@@ -79,8 +79,9 @@ def try_case(case: Case, model: Model | None = None) -> Outcome:
     try:
         made, log = make_standing_log(case, model)
         outcome = replace(outcome, made=made.key if made != case else "")
-        told = explain(model, [log], without=made.without)
-        outcome = compare_with_truth(replace(outcome, **explanation_fields(told)), made, told, model)
+        explanation = explain(model, [log], without=made.without)
+        outcome = replace(outcome, **explanation_fields(explanation))
+        outcome = compare_with_truth(outcome, made, explanation, model)
         if made.kind == "complete":
             outcome = replace(outcome, estimates=estimates(made, log, model))
     except (Failure, np.linalg.LinAlgError) as failure:
@@ -108,7 +109,7 @@ def make_log(case: Case, model: Model) -> Log:
 
 
 def explanation_fields(explanation: Explanation) -> dict:
-    """What the explanation says."""
+    """Fields of an Outcome that the explanation gives."""
     return {
         "verdict": explanation.first.verdict,
         "named": tuple(s.effect for s in explanation.steps),
@@ -121,7 +122,7 @@ def explanation_fields(explanation: Explanation) -> dict:
 
 
 def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, model: Model) -> Outcome:
-    """Refit the true model from the true values, and see how far its sizes and the named model's parameters are off."""
+    """Add the true model's error, refitted from the true values, and the named model's deviations from the truth."""
     truth = true_values(case, model)
     open_to_all = replace(explanation.problem, without=(), redundant_effects=())
     problem = with_stable_step(open_to_all.with_effects(case.effects), truth)
@@ -139,7 +140,7 @@ def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, m
 
 
 def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ...]:
-    """How far each of the model's own parameters is off in its standard errors, identified from the whole log."""
+    """(name, (estimate − truth) / σ) of each of the model's own parameters, identified from the whole log."""
     truth = true_values(case, model)
     found = identify(model, [log]).parameters
     return tuple((name, (row["value"] - truth[name]) / row["sigma"]) for name, row in found.items())
@@ -156,7 +157,7 @@ def true_values(case: Case, model: Model) -> dict[str, float]:
 
 
 def size_in_standard_deviations(fitted: Fit, effects: tuple[str, ...]) -> float:
-    """What a likelihood-ratio test that knows the effects sees: √(θᵀ Σ⁻¹ θ) over their sizes."""
+    """√(θᵀ Σ⁻¹ θ) over the sizes of the effects: the signal of a likelihood-ratio test that knows them."""
     sizes = [f"{e}.{p.name}" for e in effects for p in derive.effects.find(e).linear]
     keys = [k for k, label in enumerate(fitted.free) if label.partition("@")[0] in sizes]
     if not keys:
