@@ -1,25 +1,24 @@
-"""Shared logs and kernels: simulated and compiled once for the whole run."""
+"""Kernels for all tests, and which tests run on one worker because they share a fixture."""
 
 import os
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "WHEELPEND_THREADS"):
     os.environ.setdefault(name, "1")  # small problems: more threads only get into each other's way
 
-from functools import lru_cache  # noqa: E402
+
+from types import ModuleType  # noqa: E402
 
 import pytest  # noqa: E402
 
 from wheelpend.kernels import load as kernels  # noqa: E402
-from wheelpend.logs.log import Log  # noqa: E402
-from wheelpend.model.record import Model  # noqa: E402
-from wheelpend.simulation.simulate import simulate  # noqa: E402
 
 
-@lru_cache
-def simulated(command: str = "aggressive", seed: int = 0, duration: float = 20.0, noise: bool = True, **hide) -> Log:
-    """A log of the paper's robot; effects are hidden as effect__parameter=value."""
-    hidden = {name.replace("__", "."): value for name, value in hide.items()}
-    return simulate(Model.default(), command=command, duration=duration, hide=hidden, seed=seed, noise=noise)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that share a fixture of their module go to one worker, so that it is made once."""
+    for item in items:
+        shared = [f for found in item._fixtureinfo.name2fixturedefs.values() for f in found if f.scope == "module"]
+        if shared:
+            item.add_marker(pytest.mark.xdist_group(str(item.path)))
 
 
 @pytest.fixture(scope="session")
@@ -30,3 +29,27 @@ def library():
 @pytest.fixture(scope="session")
 def lean():
     return kernels.model_module("wheel_pendulum", {}, ())
+
+
+@pytest.fixture
+def samples(monkeypatch):
+    """How many samples are simulated for fits, module by module, from here on."""
+    counted: dict[str, int] = {}
+    beside: dict[str, ModuleType] = {}  # copies: no kernel may be compiled against a counter
+    load = kernels.load_module
+
+    def counting(text, name):
+        module = load(text, name)
+        if name not in beside:
+            beside[name] = ModuleType(name)
+            vars(beside[name]).update(vars(module))
+
+        def counted_shoot(t, voltage, measured, weight, bounds, *rest):
+            counted[name] = counted.get(name, 0) + int((bounds[:, 1] - bounds[:, 0]).sum())
+            return module.shoot(t, voltage, measured, weight, bounds, *rest)
+
+        beside[name].shoot = counted_shoot
+        return beside[name]
+
+    monkeypatch.setattr(kernels, "load_module", counting)
+    return counted

@@ -1,0 +1,59 @@
+"""The summary says what the answers of many logs have in common."""
+
+import numpy as np
+import pytest
+
+from wheelpend import Model
+from wheelpend.campaigns.one_log import Estimate, LogResult, NamedEffect, SimulationSpec
+from wheelpend.campaigns.summary import parameter_agreement, parameter_recovery, summarise
+
+SHORT = 3.0  # s
+
+
+def test_logs_of_one_value_agree_and_one_that_is_off_is_named():
+    sigma, names = np.full(20, 0.1), [f"drive{k}" for k in range(20)]
+    values = 2.0 + np.random.default_rng(0).normal(size=20) * sigma
+    assert parameter_agreement(names, np.column_stack([values, sigma])).p_value > 0.05
+    values[7] = 3.0
+    off = parameter_agreement(names, np.column_stack([values, sigma]))
+    assert off.p_value < 1e-9
+    assert off.furthest.log == "drive7"
+    assert off.furthest.sigmas == pytest.approx(10.0, abs=3.0)
+
+
+def test_chi_square_is_that_of_the_weighted_mean():
+    found = parameter_agreement(["a", "b"], np.array([[1.0, 1.0], [4.0, 2.0]]))
+    assert found.mean == pytest.approx((1.0 + 4.0 / 4.0) / 1.25)
+    assert found.chi_square == pytest.approx(9.0 / 5.0)  # difference squared over the sum of the variances
+
+
+def test_bias_spread_and_coverage_are_those_of_the_estimates():
+    found = parameter_recovery([1.0, 2.0, 6.0], [(1.0, 0.1), (2.0, 1.0), (6.0, 3.0)], truth=2.0)
+    assert (found.mean, found.bias, found.inside) == (3.0, 1.0, (2, 3))
+    assert found.spread == pytest.approx(np.std([1.0, 2.0, 6.0], ddof=1))
+
+
+def diagnosed(*named, verdict="effect_missing", **parameters):
+    told = tuple(NamedEffect(effect, tuple(equivalent)) for effect, *equivalent in named)
+    estimates = {n.replace("__", "."): Estimate(v, 0.1) for n, v in parameters.items()}
+    return LogResult("log", verdict=verdict, named=told, effects=tuple(n.effect for n in told), parameters=estimates)
+
+
+def test_what_is_hidden_counts_as_found_where_it_or_an_equivalent_is_named():
+    told = [diagnosed(("slope",)), diagnosed(("com_offset", "slope")), diagnosed(("coulomb_drive",))]
+    found = summarise(Model.default(), SimulationSpec("aggressive", SHORT, {"slope.angle": 0.01}), told)
+    assert found.first_right == (2, 3)
+    assert found.found == {"slope": (2, 3)}
+    assert found.named == {"slope": 1, "com_offset": 1, "coulomb_drive": 1}
+    assert found.false_alarms is None
+
+
+def test_what_is_named_where_nothing_is_hidden_is_a_false_alarm():
+    told = [diagnosed(verdict="nothing_missing"), diagnosed(("slope",)), diagnosed(verdict="unexplained")]
+    assert summarise(Model.default(), SimulationSpec("aggressive", SHORT, {}), told).false_alarms == (2, 3)
+
+
+def test_parameters_are_those_of_the_model_that_most_logs_end_with():
+    told = [diagnosed(("slope",), slope__angle=0.01)] * 2 + [diagnosed(("com_offset",), com_offset__angle=0.5)]
+    found = summarise(Model.default(), None, told)
+    assert (found.effects, list(found.parameters)) == (("slope",), ["slope.angle"])

@@ -1,0 +1,165 @@
+"""The command line as a user types it."""
+
+import json
+import re
+
+import pytest
+
+from tests.support import DATA, ROOT, run, simulated
+from wheelpend import Model, save_log
+
+
+@pytest.fixture()
+def workspace(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run("new")
+    save_log(tmp_path / "log.csv", simulated(duration=8.0, coulomb_drive__torque=0.3))
+    return tmp_path
+
+
+def test_a_workspace_lives_from_new_to_history(workspace):
+    run("diagnose", "log.csv", "--json", "diagnosis.json")
+    diagnosis = json.loads((workspace / "diagnosis.json").read_text())
+    assert (diagnosis["schema"], diagnosis["verdict"]) == (1, "effect_missing")
+    assert diagnosis["candidates"][0]["effect"] == "coulomb_drive"
+    added = json.loads(run("add", "coulomb_drive", "--data", "log.csv", "--json", "-").stdout)
+    assert added["error_after"] < 1.05 * added["noise_floor"] < 10 < added["error_before"]
+    run("generate", "--check")
+    assert Model.open(workspace).effects == ("coulomb_drive",)
+    assert "coulomb_drive.torque" in (workspace / "generated" / "wheel_pendulum.py").read_text()
+    run("remove", "coulomb_drive")
+    assert [e["change"] for e in json.loads(run("history", "--json", "-").stdout)["history"]] == [
+        "add coulomb_drive", "remove coulomb_drive"]  # fmt: skip
+
+
+def test_explain_prints_json_with_the_documented_keys_and_nothing_else(workspace):
+    data = json.loads(run("explain", "log.csv", "--json", "-").stdout)
+    assert {"schema", "verdict", "nominal_error", "base_error", "steps", "effects", "error", "noise_floor", "horizon_s",
+            "parameters"} <= set(data)  # fmt: skip
+    assert {"effect", "coefficients", "sigma", "p_value", "equivalent_to", "error_before", "error_after"} <= set(
+        data["steps"][0]
+    )
+    assert data["effects"] == ["coulomb_drive"]
+    assert abs(data["parameters"]["X6"]["value"] - 0.7268) < 1e-3
+
+
+def test_compare_prints_error_horizons_and_places(workspace):
+    data = json.loads(run("compare", "log.csv", "--json", "-").stdout)
+    assert data["error"] > 10
+    assert {"theta_w", "theta_p", "dtheta_p"} == set(data["fit_percent"]) == set(data["rmse"])
+    assert {"seconds", "error", "diverged"} <= set(data["horizons"][0])
+    assert {"row", "state", "from", "to", "share"} <= set(data["where"][0])
+
+
+def test_identify_saves_values_that_explain_the_log(workspace):
+    run("add", "coulomb_drive")
+    run("identify", "log.csv", "--save")
+    assert abs(Model.open(workspace).value("coulomb_drive.torque") - 0.3) < 1e-3
+    assert json.loads(run("compare", "log.csv", "--json", "-").stdout)["error"] < 1.05
+
+
+def test_an_assumption_that_is_switched_changes_every_kernel(workspace):
+    text = (workspace / "model.toml").read_text()
+    changed = re.sub(r'ground_friction_reaction = "body"', 'ground_friction_reaction = "none"', text)
+    (workspace / "model.toml").write_text(changed)
+    assert "stale" in run("generate", "--check", code=1).stderr
+    run("generate")
+    assert "ground_friction_reaction=none" in (workspace / "generated" / "wheel_pendulum.py").read_text()
+    assert "X7*dtheta_w" in run("equations", "--diff", ROOT / "model.toml").stdout
+
+
+@pytest.mark.parametrize(
+    ("switch", "change"),
+    [
+        ("ground_friction_reaction=none", "new   - X7*dtheta_w"),
+        ("rotor_inertia=false", "gone  X2 = "),
+        ("rotor_speed=world", "only what the parameters stand for changes"),
+        ("gear_ratio_in_back_emf=twice", "K_b*alpha*epsilon"),
+        ("motor_circuit=dynamic", "winding_inductance.time_constant dU/dt = v_in - U"),
+        ("encoder=relative", "theta_w: theta_w  ->  -theta_p + theta_w"),
+        ("encoder=absolute", "the same equations"),
+    ],
+)
+def test_the_diff_of_a_switch_names_the_terms_that_change(workspace, switch, change):
+    assert change in run("equations", "--diff", switch).stdout
+
+
+def test_an_unknown_switch_lists_the_known_ones(workspace):
+    assert "motor_circuit" in run("equations", "--diff", "motor_circut=dynamic", code=1).stderr
+    assert "must be one of static, dynamic" in run("equations", "--diff", "motor_circuit=fast", code=1).stderr
+
+
+def test_the_committed_code_is_what_the_model_derives_to():
+    run("generate", "--check", "--model", ROOT / "model.toml")
+
+
+def test_new_refuses_a_folder_that_has_a_model(workspace):
+    assert "Choose another folder" in run("new", code=1).stderr
+
+
+def test_an_unknown_effect_lists_the_known_ones(workspace):
+    result = run("add", "columb_drive", "--json", "-", code=1)
+    assert "coulomb_drive" in json.loads(result.stdout)["failure"]
+
+
+def test_a_log_may_not_be_on_both_sides(workspace):
+    assert "both sides" in run("diagnose", "log.csv", "--holdout", "log.csv", code=1).stderr
+
+
+def test_a_missing_column_is_named(workspace):
+    (workspace / "bad.csv").write_text("t,v_in,pitch\n" + "".join(f"{k / 100},{k % 3},0\n" for k in range(100)))
+    assert "theta_w" in run("compare", "bad.csv", code=1).stderr
+
+
+def test_a_wrong_command_line_is_exit_code_2(workspace):
+    run("simulate", code=2)
+    run("nonsense", code=2)
+
+
+def test_an_interrupted_write_leaves_the_old_workspace_whole(workspace, monkeypatch):
+    before = {p: p.read_bytes() for p in workspace.rglob("*") if p.is_file()}
+
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("os.replace", interrupted)
+    with pytest.raises(BaseException):  # noqa: B017
+        run("add", "slope")
+    assert before == {p: p.read_bytes() for p in workspace.rglob("*") if p.is_file()}
+
+
+def test_hidden_effects_are_read_as_name_value_or_parameters(workspace):
+    run(
+        "simulate",
+        "-o",
+        "a.parquet",
+        "--duration",
+        "2",
+        "--hide",
+        "cogging=sine:0.1,cosine:0,periods:12",
+        "--hide",
+        "slope=0.01",
+    )
+    assert "--hide cogging=sine:VALUE" in run("simulate", "-o", "b.csv", "--hide", "cogging=0.1", code=1).stderr
+
+
+@pytest.fixture
+def measured(workspace):
+    """The measured log of a balancing robot, and a workspace for it."""
+    log = DATA / "mini_segway" / "balancing.csv"
+    if not log.exists():
+        pytest.skip(f"the measured log is not at {log}; set WHEELPEND_DATA")
+    (workspace / "model.toml").write_text('plant = "wheel_pendulum"\n[sensors]\nencoder = "relative"\n')
+    return log
+
+
+def test_the_real_robots_log_goes_through(measured):
+    run("inspect", measured)
+    added = json.loads(run("add", "coulomb_drive", "--data", measured, "--json", "-").stdout)
+    assert added["error_after"] < 0.75 * added["error_before"]
+
+
+@pytest.mark.slow
+def test_dry_friction_is_among_what_the_real_robot_may_miss(measured):
+    diagnosis = json.loads(run("diagnose", measured, "--json", "-").stdout)
+    assert "coulomb_drive" in [c["effect"] for c in diagnosis["candidates"]]

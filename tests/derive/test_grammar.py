@@ -1,0 +1,52 @@
+"""Expressions of users: read exactly, or refused with a reason; nothing is ever executed."""
+
+import pytest
+import sympy as sp
+
+from derive.functions import Magnitude, Sign, symbol
+from derive.grammar import GrammarError, parse
+
+S, F, V = (symbol(n) for n in ("s", "F", "v"))
+NAMES = {"s": S, "F": F, "v": V}
+
+
+@pytest.mark.parametrize(("text", "meant"), [
+    ("F*tanh(s/v)", F * sp.tanh(S / V)),
+    ("-2*s^2*sign(s)", -2 * S**2 * Sign(S)),
+    ("-s^2", -(S**2)),
+    ("2^-2*s", S / 4),
+    ("s**2/v/2", S**2 / V / 2),
+    ("1e-3 + .5*abs(s)", sp.Rational(1, 1000) + Magnitude(S) / 2),
+    ("(s - v)*(s + v)", (S - V) * (S + V)),
+    ("F*exp(-(s/v)^2)", F * sp.exp(-((S / V) ** 2))),
+])  # fmt: skip
+def test_an_expression_means_what_it_says(text, meant):
+    assert sp.expand(parse(text, NAMES) - meant) == 0
+
+
+@pytest.mark.parametrize(("text", "why"), [
+    ("__import__('os').system('true')", "not part of an expression"),
+    ("__import__(s)", "No function named '__import__'"),
+    ("eval(s)", "No function named 'eval'"),
+    ("s.__class__", "not part of an expression"),
+    ("(lambda: 1)()", "not part of an expression"),
+    ("[s for s in s]", "not part of an expression"),
+    ("s; F", "not part of an expression"),
+    ("theta", "Known names: s, F, v"),
+    ("s s", "must stand at character 3"),
+    ("F*(1 + s", "must stand at character 9"),
+    ("", "must stand at character 1"),
+    ("9^9^9^9", "exponent"),
+    ("s^s", "exponent"),
+    ("((99^6)^20)^20", "at most 1e\\+12"),
+    ("1e999*s", "at most 1e\\+12"),
+    ("1/(s - s)", "divide by zero"),
+    ("sqrt(-1)*s", "finite real"),
+    ("(" * 200 + "s" + ")" * 200, "nest"),
+    ("-" * 200 + "s", "nest"),
+    ("s+" * 1000 + "s", "at most 1000 characters"),
+    (b"s", "must be a text"),
+])  # fmt: skip
+def test_anything_else_is_refused_with_a_reason(text, why):
+    with pytest.raises(GrammarError, match=why):
+        parse(text, NAMES)

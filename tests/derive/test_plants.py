@@ -1,0 +1,54 @@
+"""Plants of the library: what acts on their parts, and in which units."""
+
+import pytest
+
+import derive
+from derive.effects import in_plant_units
+
+EVERY = [
+    ("slide", {}),
+    ("pendulum", {}),
+    ("pendulum", {"driven": True}),
+    ("pendulum", {"links": 2}),
+    ("pendulum", {"links": 2, "driven": True, "second_encoder": "absolute"}),
+    ("cart_pole", {}),
+    ("wheel_pendulum", {"encoder": "relative"}),
+]
+
+
+@pytest.mark.parametrize(("plant", "assumptions"), EVERY)
+def test_every_plant_has_a_library_that_the_templates_can_write(plant, assumptions):
+    model = derive.library_model(plant, assumptions)
+    compile(derive.render(model), plant, "exec")
+    assert {e.name for e in model.effects} >= {"coulomb_drive", "quadratic_drive", "stribeck_drive"}
+
+
+def test_a_law_has_the_units_and_numbers_of_the_part_on_which_it_acts():
+    slide, robot, free = (derive.plants.build(n, derive.plants.complete_assumptions(n, {})).plant_signature
+                          for n in ("slide", "wheel_pendulum", "pendulum"))  # fmt: skip
+    row = derive.effects.find("presliding_drive")
+    assert [p.unit for p in in_plant_units(row, robot).parameters] == ["V", "V/rad"]
+    assert [p.unit for p in in_plant_units(row, slide).parameters] == ["V", "V/m"]
+    assert [p.unit for p in in_plant_units(row, free).parameters] == ["1", "1/rad"]
+    assert in_plant_units(row, slide).parameters[1].maximum == 100 * row.parameters[1].maximum  # 0.01 m counts as a rad
+    viscous, cubic = derive.effects.find("viscous_drive"), derive.effects.find("quadratic_drive")
+    assert [in_plant_units(e, slide).parameters[0].unit for e in (viscous, cubic)] == ["V s/m", "V s²/m²"]
+
+
+def test_effects_act_on_parts_and_not_on_plants():
+    def fitting(name, **assumptions):
+        plant = derive.plants.build(name, derive.plants.complete_assumptions(name, assumptions)).plant_signature
+        return {e.name for e in derive.effects.applicable_to(plant)}
+
+    assert "voltage_offset" not in fitting("pendulum") and "voltage_offset" in fitting("pendulum", driven=True)
+    assert "load_friction" not in fitting("pendulum") and "load_friction" in fitting("slide")
+    assert "coulomb_joint" in fitting("cart_pole") and "coulomb_joint" not in fitting("slide")
+    assert "rolling_resistance" in fitting("wheel_pendulum") and "rolling_resistance" not in fitting("cart_pole")
+    assert "imu_bias" in fitting("cart_pole") and "gyro_bias" not in fitting("cart_pole")
+
+
+def test_without_ground_friction_the_two_dampings_are_one():
+    lean = derive.compose("wheel_pendulum", {"ground_friction": False}, [])
+    assert len(lean.grouping.names) == 6
+    damping = [p for p in lean.fitted if p.unit == "V s/rad"]
+    assert len(damping) == 1

@@ -1,0 +1,72 @@
+"""Effects added in turn, and taken out again where others have made them needless."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from tests.support import simulated
+from wheelpend import Model
+from wheelpend.diagnosis import stepwise
+from wheelpend.estimation.continuation import fit_model
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.starts import best_start
+from wheelpend.estimation.validation import validation_residuals
+
+HIDDEN = {"coulomb_drive__torque": 0.3, "slope__angle": 0.02}
+
+
+@pytest.fixture(scope="module")
+def begun():
+    return best_start(prepare(Model.default(), [simulated(seed=2, duration=10.0, **HIDDEN)]))
+
+
+def climbed(begun, *effects):
+    """A climb that has added these effects, the last round of which names nothing more."""
+    problem, start = begun[0].with_effects(effects), begun[1]
+    fitted = fit_model(problem, start, free_names(problem, effects))
+    error = validation_residuals(problem, fitted)[0]
+    below = [SimpleNamespace(named=(SimpleNamespace(effect=e),)) for e in effects]
+    accounted = error <= MAX_EXPLAINED_ERROR_RATIO * problem.floor
+    return [*below, SimpleNamespace(named=(), error=error, problem=problem, fit=fitted, is_explained=accounted)]
+
+
+def test_an_effect_that_later_ones_make_needless_is_told(begun):
+    assert (
+        stepwise.find_redundant_effect(climbed(begun, "quadratic_drive", "coulomb_drive", "slope"), print)
+        == "quadratic_drive"
+    )
+
+
+def test_effects_that_are_all_there_are_all_needed(begun):
+    assert stepwise.find_redundant_effect(climbed(begun, "coulomb_drive", "slope"), print) is None
+
+
+def test_what_does_not_reach_the_noise_is_left_as_it_is(begun):
+    rounds = climbed(begun, "quadratic_drive", "slope")
+    assert not rounds[-1].is_explained and stepwise.find_redundant_effect(rounds, print) is None
+
+
+def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_far(begun, monkeypatch):
+    whole = climbed(begun, "quadratic_drive", "coulomb_drive", "slope")
+    barred = []
+
+    def one_climb(first, enough, progress):
+        barred.append(first)
+        return whole if not first else after
+
+    monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: problem.redundant_effects)
+    monkeypatch.setattr(stepwise, "forward_pass", one_climb)
+    after = climbed(begun, "coulomb_drive", "slope")
+    assert stepwise.stepwise(*begun, lambda rounds: False) is after
+    assert barred == [(), ("quadratic_drive",)]
+    after = [SimpleNamespace(named=(), error=2.0, problem=begun[0], fit=None, is_explained=False)]
+    assert stepwise.stepwise(*begun, lambda rounds: False) is whole
+
+
+def test_a_needless_effect_is_said_not_to_be_judged(begun):
+    problem = replace(begun[0], redundant_effects=("slope",))
+    assert "slope" not in [e.name for e in problem.candidates()]
+    assert "beside" in problem.why_not_testable(next(e for e in begun[0].candidates() if e.name == "slope"))

@@ -1,0 +1,27 @@
+"""A fit stays cheap in simulated samples and in memory."""
+
+from tests.support import simulated
+from wheelpend import Model, identify, simulate
+from wheelpend.estimation.shooting import shoot
+
+
+def test_an_identification_from_known_values_simulates_the_log_less_than_twenty_times(samples):
+    log = simulated(duration=20.0)
+    identify(Model.default(), [log])
+    assert samples.keys() == {"wheel_pendulum"}  # its own kernels alone
+    assert sum(samples.values()) < 20 * len(log)
+
+
+def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
+    kept, log = [], simulate(Model.default(), hide={"coulomb_drive": 0.3}, duration=6.0)
+
+    def watched(*args, **rest):
+        shot = shoot(*args, **rest)
+        kept.append(len(shot.residual))
+        return shot
+
+    monkeypatch.setattr("wheelpend.estimation.states.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.gauss_newton.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.gauss_newton.MAX_COLOUR_TEST_SAMPLES", 1000)
+    identify(Model.default(), [log])
+    assert 0 < max(kept) < len(log) // 2

@@ -1,0 +1,45 @@
+"""Standard errors hold where noise has colour."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
+
+
+def autoregressive(shape, share, seed=0):
+    noise = np.random.default_rng(seed).normal(size=shape) * np.sqrt(1 - share**2)
+    return lfilter([1.0], [1.0, -share], noise, axis=-1)
+
+
+def slopes_and_covariances(share, logs=200, segments=26, samples=50):
+    """Slope of many logs of a line with noise of a colour, with its covariance by information and by blocks."""
+    x = np.random.default_rng(1).normal(size=(segments, samples)).cumsum(axis=1)
+    x -= x.mean(axis=1, keepdims=True)
+    noise = autoregressive((logs, segments * samples), share).reshape(logs, segments, samples)
+    information = (x**2).sum(axis=1)
+    slopes = (x * noise).sum(axis=(1, 2)) / information.sum()
+    scores = (x * (noise - slopes[:, None, None] * x)).sum(axis=2)
+    plain, block = np.array([[1.0 / information.sum()]]), block_numbers([segments])
+    robust = [jackknife_covariance(plain, information[:, None, None], s[:, None], block)[0, 0] for s in scores]
+    return slopes, plain[0, 0], np.array(robust)
+
+
+def test_blocks_tell_the_scatter_of_an_estimate_whatever_the_colour_of_the_noise():
+    for share in (0.0, 0.95):
+        slopes, plain, robust = slopes_and_covariances(share)
+        assert 0.75 < np.mean(robust) / np.var(slopes) < 1.5
+    assert np.var(slopes) > 5 * plain
+
+
+def test_a_block_holds_several_segments_of_one_log():
+    block = block_numbers([26, 13])
+    assert np.bincount(block).min() >= 2
+    assert not set(block[:26]) & set(block[26:])
+    assert (np.diff(block) >= 0).all()
+
+
+def test_colour_is_seen_where_there_is_some_and_hardly_ever_where_there_is_none():
+    bounds = np.array([[k, k + 250] for k in range(0, 3000, 250)])
+    white = [is_autocorrelated(autoregressive((3, 3000), 0.0, seed).T, bounds) for seed in range(40)]
+    assert sum(white) <= 1
+    assert all(is_autocorrelated(autoregressive((3, 3000), 0.3, seed).T, bounds) for seed in range(10))

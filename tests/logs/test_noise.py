@@ -1,0 +1,93 @@
+"""Sensor noise is read off the log alone, whatever its rate, its gaps and its distribution."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from tests.support import simulated
+from wheelpend import Log, Model, simulate
+from wheelpend.benchmarks.hidden_effects.nonideal_sensors import complete_log, student
+from wheelpend.estimation import data
+from wheelpend.logs.noise import sensor_noise
+
+STEP = 2 * np.pi / 60000
+TRUE = np.array([STEP / np.sqrt(12), np.radians(0.5), np.radians(0.5)])
+
+
+def noise_of(log, stated=None):
+    return sensor_noise(log, {}, {"theta_w": stated})
+
+
+@pytest.mark.parametrize("command", ["simple", "aggressive"])
+def test_noise_is_estimated_within_a_tenth_though_the_controller_shakes_the_robot_with_it(command):
+    assert np.abs(noise_of(simulated(command), STEP).sigma / TRUE - 1).max() < 0.1
+
+
+def test_a_slow_log_with_stated_encoder_counts_keeps_the_rounding_error():
+    log = simulate(Model.default(), sample=0.005, duration=20)
+    assert abs(noise_of(log, STEP).sigma[0] / TRUE[0] - 1) < 0.001
+
+
+def test_missing_values_do_not_pass_for_noise():
+    log = simulated()
+    holes = np.where(np.random.default_rng(0).random(log.measured.shape) < 0.1, np.nan, log.measured)
+    assert np.abs(noise_of(Log("holes", log.t, log.voltage, holes, log.channels), STEP).sigma / TRUE - 1).max() < 0.1
+
+
+def test_noise_that_is_not_gaussian_is_measured_by_its_standard_deviation():
+    log = simulated(noise=False)
+    noise = np.random.default_rng(0).laplace(scale=np.radians(0.5) / np.sqrt(2), size=log.measured.shape) * [0, 1, 1]
+    estimated = noise_of(Log("laplace", log.t, log.voltage, log.measured + noise, log.channels)).sigma
+    assert np.abs(estimated[1:] / TRUE[1:] - 1).max() < 0.05
+
+
+def test_noise_added_to_a_quantised_channel_is_not_overlooked():
+    log = simulated()
+    noisy = log.measured + np.random.default_rng(0).normal(size=log.measured.shape) * [1e-3, 0, 0]
+    assert noise_of(Log("noisy", log.t, log.voltage, noisy, log.channels), STEP).sigma[0] == pytest.approx(
+        1e-3, rel=0.05
+    )
+
+
+def test_an_encoder_that_stands_still_lowers_the_noise_floor():
+    t = np.arange(2000) * 1e-3
+    wheel = np.round((0.3 + 0.2 * (t > 1.0) * (t - 1.0)) / 0.01) * 0.01
+    pitch = np.random.default_rng(0).normal(size=(2000, 2)) * 0.01
+    log = Log("still", t, np.ones(2000), np.column_stack([wheel, pitch]), ("theta_w", "theta_p", "dtheta_p"))
+    assert 0.8 < noise_of(log, 0.01).floor < 0.97
+
+
+def test_a_rate_whose_noise_is_smooth_has_the_size_by_which_it_contradicts_its_angle():
+    log, random = simulated("aggressive", noise=False), np.random.default_rng(0)
+    smooth = lfilter([1], [1, -0.95], lfilter([1], [1, -0.95], random.standard_normal(len(log))))
+    rate = log.measured[:, 2] + 0.03 * smooth / smooth.std()
+    angle = log.measured[:, 1] + 1e-4 * random.standard_normal(len(log))
+    measured = np.column_stack([log.measured[:, 0], angle, rate])
+    sigma = noise_of(Log("smooth", log.t, log.voltage, measured, log.channels)).sigma
+    assert 0.5 < sigma[2] / 0.03 < 1.5
+
+
+HALF_DEGREE = np.radians(0.5)
+
+
+@pytest.mark.parametrize("sample", [0.001, 0.002])
+def test_a_pitch_whose_noise_has_colour_is_not_taken_for_a_better_one(sample):
+    model, log = complete_log("pitch coloured, 10 ms", 1, sample=sample)
+    assert data.noise_of(log, model).sigma[1] == pytest.approx(HALF_DEGREE, rel=0.1)
+
+
+def test_a_rate_whose_noise_has_colour_is_not_given_up():
+    model, log = complete_log("gyro coloured, 5 ms", 1, sample=0.001)
+    assert HALF_DEGREE < data.noise_of(log, model).sigma[2] < 3 * HALF_DEGREE
+
+
+def test_single_readings_far_off_count_as_noise():
+    log, random = simulated(noise=False), np.random.default_rng(0)
+    noise = np.column_stack([np.zeros(len(log)), *(HALF_DEGREE * student(random, len(log), 0.001) for _ in range(2))])
+    found = sensor_noise(Log("spikes", log.t, log.voltage, log.measured + noise, log.channels), {}, {})
+    assert found.sigma[1:] / noise[:, 1:].std(axis=0) == pytest.approx([1, 1], abs=0.15)
+
+
+def test_an_encoder_coarser_than_stated_is_believed():
+    log = complete_log("coarse encoder", 1)[1]
+    assert sensor_noise(log, {}, {"theta_w": 2 * np.pi / 60000}).quantum[0] == pytest.approx(2 * np.pi / 2000)

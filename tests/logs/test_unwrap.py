@@ -1,0 +1,76 @@
+"""Angles that wrap and encoders that start again are made continuous; nothing else is touched."""
+
+import numpy as np
+import pytest
+
+from wheelpend.logs.unwrap import make_continuous
+
+T = np.arange(4000) * 0.002
+TURNING = 30.0 * np.sin(0.5 * T) + 0.1 * np.sin(9 * T)
+
+
+def test_a_wrapped_angle_is_made_continuous():
+    wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
+    found, remarks = make_continuous("theta_1", wrapped, T, "rad")
+    np.testing.assert_allclose(np.diff(found), np.diff(TURNING), atol=1e-9)
+    assert "was wrapped" in remarks[0]
+
+
+def test_an_encoder_that_starts_again_goes_on_where_it_was():
+    reset = TURNING.copy()
+    reset[1500:] -= reset[1500]
+    reset[2900:] -= reset[2900]
+    found, remarks = make_continuous("theta_w", reset, T, "rad")
+    np.testing.assert_allclose(found, TURNING, atol=0.1)  # a step's own motion is lost at each start
+    assert "2 times, first 3" in remarks[0]
+
+
+@pytest.mark.parametrize("name", ["still", "noise", "swing", "dropout", "fast start"])
+def test_what_is_continuous_stays_as_it_is(name):
+    rng = np.random.default_rng(4)
+    signals = {
+        "still": np.zeros(4000),
+        "noise": rng.normal(size=4000),
+        "swing": np.sin(20 * T),
+        "dropout": np.where(np.arange(4000) == 700, 0.0, 3.0 + np.sin(3 * T)),
+        "fast start": np.tanh(T) * 5.0,
+    }
+    found, remarks = make_continuous("x", signals[name], T, "m")
+    assert found is signals[name] and remarks == []
+
+
+def test_a_gap_does_not_hide_a_wrap():
+    wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
+    for first in range(300, 3600, 170):
+        cut = wrapped.copy()
+        cut[first : first + 100] = np.nan
+        assert "was wrapped" in make_continuous("theta_1", cut, T, "rad")[1][0]
+
+
+SQUARE = np.where(np.sin(4 * T) > 0, 0.1, 0.0) + 1e-5 * np.sin(50 * T)
+RETURN = np.interp(T, [0, 2, 4, 8], [0, 0.2, 0.0, 0.0]) + 1e-5 * np.sin(50 * T)
+SWING = np.where(T < 5, 0.7 * np.sin(3 * T), 0.0) + 1e-4 * np.sin(40 * T)
+
+
+@pytest.mark.parametrize(
+    ("motion", "lost"),
+    [
+        (SQUARE, slice(0, 0)),  # it jumps back
+        (RETURN, slice(1000, 2100)),  # what happened in between is not known
+        (SWING, slice(2490, 2520)),
+        (np.where((T > 3) & (T < 3.2), 0.0, 0.4 + 0.01 * np.sin(9 * T)), slice(0, 0)),  # a sensor that gave nothing
+    ],
+)
+def test_motion_and_dropouts_are_no_encoder_that_starts_again(motion, lost):
+    values = motion.copy()
+    values[lost] = np.nan
+    found, remarks = make_continuous("x", values, T, "m")
+    assert found is values and remarks == []
+
+
+def test_missing_samples_do_not_hide_a_wrap():
+    wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
+    wrapped[::7] = np.nan
+    found, _ = make_continuous("theta_1", wrapped, T, "rad")
+    good = np.isfinite(found)
+    assert np.abs(found[good] - TURNING[good] - (found[good] - TURNING[good])[0]).max() < 1e-9

@@ -1,0 +1,76 @@
+"""Work on all cores ends with whoever asked for it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.support import ROOT
+from wheelpend.parallel import cores
+
+ENDLESS = """
+import os, time
+from functools import partial
+from pathlib import Path
+from wheelpend.parallel import results_as_completed
+
+def job(folder, number):
+    (Path(folder) / str(os.getpid())).touch()
+    time.sleep(1000)
+
+if __name__ == "__main__":
+    list(results_as_completed([partial(job, {folder!r}, k) for k in range(4)]))
+"""
+
+
+def alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def within(seconds: float, holds) -> bool:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and not holds():
+        time.sleep(0.1)
+    return holds()
+
+
+@pytest.fixture()
+def asked(tmp_path):
+    """A process with endless jobs on all cores, and the folder in which each worker leaves its number."""
+    workers = tmp_path / "workers"
+    workers.mkdir()
+    script = tmp_path / "endless.py"
+    script.write_text(ENDLESS.format(folder=str(workers)))
+    process = subprocess.Popen([sys.executable, script], cwd=ROOT, stderr=subprocess.PIPE)
+    try:
+        assert within(60, lambda: len(os.listdir(workers)) >= 2)
+        yield process, workers
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.skipif(cores() < 2, reason="on one core the jobs run in the process itself")
+def test_workers_do_not_outlive_a_process_that_is_killed(asked):
+    process, workers = asked
+    process.kill()
+    process.wait()
+    assert within(20, lambda: not any(alive(int(name)) for name in os.listdir(workers)))
+
+
+@pytest.mark.skipif(cores() < 2, reason="on one core the jobs run in the process itself")
+def test_an_interruption_ends_the_workers_at_once_and_without_a_word_of_theirs(asked):
+    process, workers = asked
+    numbers = [int(name) for name in os.listdir(workers)]
+    for number in (*numbers, process.pid):  # as Ctrl-C in a terminal does
+        os.kill(number, signal.SIGINT)
+    said = process.communicate(timeout=60)[1].decode()
+    assert said.count("Traceback") == said.count("\nKeyboardInterrupt") == 1
+    assert within(20, lambda: not any(alive(number) for number in numbers))
