@@ -12,16 +12,16 @@ from functools import lru_cache
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-ROOM = 1 << 16  # terms remembered: those of a library several times over
+CACHED_TERM_COUNT = 1 << 16  # terms remembered: those of a library several times over
 
 
-@lru_cache(ROOM)
+@lru_cache(CACHED_TERM_COUNT)
 def symbols_in(expression: sp.Expr) -> frozenset[sp.Symbol]:
     """The symbols of an expression."""
     return frozenset(expression.free_symbols)
 
 
-@lru_cache(ROOM)
+@lru_cache(CACHED_TERM_COUNT)
 def expand(expression: sp.Expr) -> sp.Expr:
     """The same as a sum of products."""
     if expression.is_Add:
@@ -32,7 +32,7 @@ def expand(expression: sp.Expr) -> sp.Expr:
     return expression if is_product(expression) else sp.expand(expression)
 
 
-@lru_cache(ROOM)
+@lru_cache(CACHED_TERM_COUNT)
 def is_product(expression: sp.Expr) -> bool:
     """Whether an expression is a product of powers of symbols and of functions, so that nothing in it expands."""
     if isinstance(expression, sp.sin | sp.cos):
@@ -44,29 +44,29 @@ def is_product(expression: sp.Expr) -> bool:
     return expression.is_Atom or (expression.is_Mul and all(map(is_product, expression.args)))
 
 
-@lru_cache(ROOM)
-def slope(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
+@lru_cache(CACHED_TERM_COUNT)
+def derivative(expression: sp.Expr, variable: sp.Symbol) -> sp.Expr:
     """Derivative in a symbol, by the chain rule."""
     if variable not in symbols_in(expression):
         return sp.Integer(0)
     if expression == variable:
         return sp.Integer(1)
     if expression.is_Add:
-        return sp.Add(*(slope(term, variable) for term in expression.args))
+        return sp.Add(*(derivative(term, variable) for term in expression.args))
     if expression.is_Mul:
         factors = expression.args
-        changes = ((n, slope(f, variable)) for n, f in enumerate(factors) if variable in symbols_in(f))
+        changes = ((n, derivative(f, variable)) for n, f in enumerate(factors) if variable in symbols_in(f))
         return sp.Add(*(sp.Mul(*factors[:n], change, *factors[n + 1 :]) for n, change in changes))
     if expression.is_Pow and variable not in symbols_in(expression.exp):
-        return expression * (slope(expression.base, variable) * expression.exp / expression.base)
+        return expression * (derivative(expression.base, variable) * expression.exp / expression.base)
     if isinstance(expression, sp.Function) and not isinstance(expression, sp.Piecewise):
-        return sp.Add(*(expression.fdiff(n) * slope(a, variable) for n, a in enumerate(expression.args, 1)))
+        return sp.Add(*(expression.fdiff(n) * derivative(a, variable) for n, a in enumerate(expression.args, 1)))
     return expression.diff(variable)
 
 
 def jacobian(rows: Sequence[sp.Expr], variables: Sequence[sp.Symbol]) -> sp.Matrix:
     """Derivatives of each row in each symbol."""
-    return sp.Matrix(len(rows), len(variables), [slope(row, v) for row in rows for v in variables])
+    return sp.Matrix(len(rows), len(variables), [derivative(row, v) for row in rows for v in variables])
 
 
 def adjugate_of(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
@@ -80,22 +80,22 @@ def adjugate_of(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
     return adjugate, matrix[0, :].dot(adjugate[:, 0])
 
 
-def holding(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> sp.Expr:
+def terms_containing(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> sp.Expr:
     """Those terms of a sum that hold one of these symbols."""
     wanted = frozenset(symbols)
     return sp.Add(*(t for t in sp.Add.make_args(expression) if not wanted.isdisjoint(symbols_in(t))))
 
 
-def replaced(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
+def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
     """The same with values for symbols, all at once."""
     if symbols_in(expression).isdisjoint(values):
         return expression
     if expression.is_Add:
-        return sp.Add(*(replaced(term, values) for term in expression.args))
+        return sp.Add(*(substitute(term, values) for term in expression.args))
     return expression.xreplace(values)
 
 
-def terms(expression: sp.Expr, variables: Set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
+def collect_terms(expression: sp.Expr, variables: Set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
     """A sum by what its terms hold of some variables: {function of these: constant}."""
     table: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(expand(expression)):
@@ -104,54 +104,54 @@ def terms(expression: sp.Expr, variables: Set[sp.Symbol]) -> dict[sp.Expr, sp.Ex
     return {function: constant for function, constant in table.items() if constant != 0}
 
 
-def combination(columns: Sequence[Mapping], wanted: Mapping) -> tuple[sp.Expr, ...] | None:
+def linear_combination(columns: Sequence[Mapping], wanted: Mapping) -> tuple[sp.Expr, ...] | None:
     """Weights with which the columns add up to the wanted one, those that are free at zero; None without any.
 
     A column is a table of entries under any keys; keys that it lacks are zero.
     """
     if not wanted.keys() <= {key for table in columns for key in table}:
         return None
-    reduced, pivots = echelon((*columns, wanted))
+    reduced, pivots = row_echelon_form((*columns, wanted))
     if len(columns) in pivots:
         return None
     found = dict(zip(pivots, reduced[:, len(columns)].to_Matrix(), strict=False))
     return tuple(found.get(n, sp.Integer(0)) for n in range(len(columns)))
 
 
-def modulo(known: Sequence[Mapping], tables: Sequence[Mapping]) -> list[dict[int, sp.Expr]]:
+def reduce_modulo_span(known: Sequence[Mapping], tables: Sequence[Mapping]) -> list[dict[int, sp.Expr]]:
     """What is left of each table up to combinations of the known ones, in the same coordinates for all."""
-    reduced, pivots = echelon((*known, *tables))
+    reduced, pivots = row_echelon_form((*known, *tables))
     rank = sum(p < len(known) for p in pivots)
     left = reduced[rank:, len(known) :].to_Matrix()
     return [{n: value for n, value in enumerate(left[:, k]) if value != 0} for k in range(len(tables))]
 
 
-def echelon(columns: Sequence[Mapping]) -> tuple[DomainMatrix, tuple[int, ...]]:
+def row_echelon_form(columns: Sequence[Mapping]) -> tuple[DomainMatrix, tuple[int, ...]]:
     """Reduced row echelon form of a matrix of these columns, and its pivots."""
     places = dict.fromkeys(key for table in columns for key in table)
     rows = [[table.get(key, sp.Integer(0)) for table in columns] for key in places]
     return DomainMatrix.from_list_sympy(len(rows), len(columns), rows).to_field().rref()
 
 
-def proportional(one: sp.Expr, other: sp.Expr) -> bool:
+def are_proportional(one: sp.Expr, other: sp.Expr) -> bool:
     """Whether one is a number times the other.
 
     Where their ratio differs between two points it is none, which saves most of the exact comparisons.
     """
-    ratios = [generic(one, k) / generic(other, k) for k in range(2)]
+    ratios = [at_generic_point(one, k) / at_generic_point(other, k) for k in range(2)]
     if all(r.is_Rational for r in ratios) and ratios[0] != ratios[1]:
         return False
     return bool(sp.cancel(one / other).is_number)
 
 
-@lru_cache(ROOM)
-def generic(constant: sp.Expr, point: int = 0) -> sp.Expr:
+@lru_cache(CACHED_TERM_COUNT)
+def at_generic_point(constant: sp.Expr, point: int = 0) -> sp.Expr:
     """A constant with a prime for each of its symbols, the same everywhere; ``point`` chooses between several."""
     exact = sp.nsimplify(constant, rational=True) if constant.has(sp.Float) else constant
-    return replaced(exact, {s: generic_value(s.name, point) for s in symbols_in(constant)})
+    return substitute(exact, {s: prime_of_name(s.name, point) for s in symbols_in(constant)})
 
 
-@lru_cache(ROOM)
-def generic_value(name: str, point: int = 0) -> sp.Integer:
+@lru_cache(CACHED_TERM_COUNT)
+def prime_of_name(name: str, point: int = 0) -> sp.Integer:
     """A prime that belongs to a name."""
     return sp.nextprime((int.from_bytes(name.encode(), "big") + 7919 * point) % 1_000_003)

@@ -12,7 +12,7 @@ from functools import lru_cache
 import jinja2
 import sympy as sp
 
-from derive.files import TEMPLATES
+from derive.files import TEMPLATE_FOLDER
 from derive.records import Model
 from derive.statespace import Code, generate_code
 
@@ -20,7 +20,7 @@ from derive.statespace import Code, generate_code
 def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     """Text of the model's module."""
     code = generate_code(model)
-    text = frame().render(
+    text = module_template().render(
         source=source,
         sympy=sp.__version__,
         plant=model.plant.name,
@@ -31,14 +31,14 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
         **code._asdict(),
         **argument_lists(code),
     )
-    return tidy(text)
+    return normalise_blank_lines(text)
 
 
 @lru_cache
-def frame() -> jinja2.Template:
+def module_template() -> jinja2.Template:
     """The template of a module, read once for all of them."""
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
+        loader=jinja2.FileSystemLoader(TEMPLATE_FOLDER),
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -63,7 +63,7 @@ def core(file: str, *names: str) -> str:
 @lru_cache
 def core_functions(file: str) -> dict[str, str]:
     """The functions of such a file by name, each from its decorator to its last line; imports and docstring stay."""
-    text = (TEMPLATES / "core" / f"{file}.py").read_text(encoding="utf-8")
+    text = (TEMPLATE_FOLDER / "core" / f"{file}.py").read_text(encoding="utf-8")
     lines = text.splitlines()
     return {
         f.name: "\n".join(lines[f.decorator_list[0].lineno - 1 : f.end_lineno])
@@ -105,7 +105,7 @@ def equations_text(model: Model) -> str:
     return "\n".join(lines)
 
 
-def tidy(text: str) -> str:
+def normalise_blank_lines(text: str) -> str:
     """Two blank lines between functions, none trailing."""
     lines: list[str] = []
     for line in text.splitlines():

@@ -18,30 +18,53 @@ import sympy as sp
 
 from derive import effects as library
 from derive import plants
-from derive.algebra import combination, generic, modulo, replaced, slope, terms
-from derive.effects import Deformation, Effect, InnerForce, InnerPlay, InputDelay, InputLag, PathForce, SensorDelay
-from derive.functions import TIME, symbol
+from derive.algebra import (
+    at_generic_point,
+    collect_terms,
+    derivative,
+    linear_combination,
+    reduce_modulo_span,
+    substitute,
+)
+from derive.effects import (
+    Deformation,
+    Effect,
+    HysteresisForce,
+    InputDelay,
+    InputLag,
+    InternalForce,
+    InternalPlay,
+    SensorDelay,
+)
+from derive.functions import TIME_SYMBOL, symbol
 from derive.grouping import NotExpressibleError
-from derive.model import driven_by, dry_surfaces, forces, group_and_deform, input_map, sensor_maps
+from derive.model import dry_surfaces, generalised_forces, group_and_deform, input_map, input_substitution, sensor_maps
 from derive.records import Plant, Relations
 
-UNTRACED = (InputDelay, InputLag, SensorDelay, PathForce, InnerForce, InnerPlay)  # act with a memory or a delay
+KINDS_WITHOUT_TRACE = (
+    InputDelay,
+    InputLag,
+    SensorDelay,
+    HysteresisForce,
+    InternalForce,
+    InternalPlay,
+)  # act with a memory or a delay
 Trace = tuple[sp.Expr, ...]  # change of each reading, then of each row
-Terms = dict[tuple[int, sp.Expr], sp.Expr]  # (entry, function of the motion) → constant
+TermTable = dict[tuple[int, sp.Expr], sp.Expr]  # (entry, function of the motion) → constant
 
 
-class Ground(NamedTuple):
+class PlantTraces(NamedTuple):
     """What the traces of effects are compared with."""
 
     plant: Plant
     rows: Trace  # of the plant without any effect
-    parameters: dict[str, Terms]  # of the model's own parameters
-    changes: tuple[Terms, ...]  # of coordinates
+    parameters: dict[str, TermTable]  # of the model's own parameters
+    changes: tuple[TermTable, ...]  # of coordinates
 
 
 def relations(plant: str, assumptions: dict, names: Sequence[str]) -> Relations:
     """What the equations say about these effects on a plant."""
-    settled = plants.settle(plant, assumptions)
+    settled = plants.complete_assumptions(plant, assumptions)
     chosen = [library.find(n) for n in names]
     inside = {e.name: absorbed(plant, settled, e.name) for e in chosen}
     weights = {f"{e}.{p}": w for e, found in inside.items() for p, w in found.items()}
@@ -54,13 +77,13 @@ def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, 
 
     A size s of the effect is the same as adding s times the weight to each parameter.
     """
-    row, ground = library.find(effect), ground_of(plant, assumptions)
+    row, ground = library.find(effect), plant_traces(plant, assumptions)
     found = traces(plant, assumptions, effect)
     if not found or any(p.scope != "shared" for p in row.linear) or len(row.linear) < len(row.parameters):
         return {}
     table = {}
     for parameter, trace in zip(row.linear, found, strict=True):
-        weights = combination(at_primes(ground.parameters.values()), *at_primes([trace]))
+        weights = linear_combination(at_generic_points(ground.parameters.values()), *at_generic_points([trace]))
         if weights is None or any(constant.free_symbols for constant in trace.values()):
             return {}  # it is not, or by weights that change with the machine
         pairs = zip(ground.parameters, weights, strict=True)
@@ -70,12 +93,16 @@ def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, 
 
 def twins(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Effects whose traces are the same up to the model's own parameters and changes of coordinates."""
-    ground = ground_of(plant, assumptions)
+    ground = plant_traces(plant, assumptions)
     found = {n: t for n in names if (t := traces(plant, assumptions, n))}
     known = [*ground.parameters.values(), *ground.changes]
-    rest = iter(modulo(at_primes(known), at_primes([t for own in found.values() for t in own])))
+    rest = iter(
+        reduce_modulo_span(at_generic_points(known), at_generic_points([t for own in found.values() for t in own]))
+    )
     left = {name: [next(rest) for _ in own] for name, own in found.items()}
-    same = {frozenset((a, b)) for a, b in combinations(left, 2) if spans(left[a], left[b]) and spans(left[b], left[a])}
+    same = {
+        frozenset((a, b)) for a, b in combinations(left, 2) if in_span(left[a], left[b]) and in_span(left[b], left[a])
+    }
     table = {name: tuple(sorted(o for o in found if {o, name} in same)) for name in found}
     return {name: others for name, others in table.items() if others}
 
@@ -86,58 +113,62 @@ def contained(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, 
     table: dict[str, dict[str, tuple]] = {}
     for name, own in found.items():
         for other, smaller in found.items():
-            if len(smaller) < len(own) and spans(at_primes(own), at_primes(smaller)):
-                columns = [combination(at_primes(own), t) or () for t in at_primes(smaller)]
+            if len(smaller) < len(own) and in_span(at_generic_points(own), at_generic_points(smaller)):
+                columns = [linear_combination(at_generic_points(own), t) or () for t in at_generic_points(smaller)]
                 rows = tuple(tuple(float(w) for w in row) for row in zip(*columns, strict=True))
                 table.setdefault(name, {})[other] = rows
     return table
 
 
-def traces(plant: str, assumptions: dict, effect: str) -> list[Terms]:
+def traces(plant: str, assumptions: dict, effect: str) -> list[TermTable]:
     """The trace of each of an effect's linear parameters; empty where it has none that can be written down."""
     return list(_traces(plant, tuple(sorted(assumptions.items())), library.find(effect)))
 
 
 @lru_cache(maxsize=256)
-def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[Terms, ...]:
-    plant, rows, *_ = _ground(plant_name, assumptions)
-    if effect.event or isinstance(effect.enters, UNTRACED) or not library.fits(effect, plant.plant_signature):
+def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[TermTable, ...]:
+    plant, rows, *_ = _plant_traces(plant_name, assumptions)
+    if (
+        effect.event
+        or isinstance(effect.enters, KINDS_WITHOUT_TRACE)
+        or not library.is_applicable(effect, plant.plant_signature)
+    ):
         return ()
     if isinstance(effect.enters, Deformation):
         try:
             rows = group_and_deform(plant, dict(assumptions), (effect,))[1]
         except NotExpressibleError:
             return ()
-    whole = whole_of(plant, rows, (effect,))
+    whole = readings_and_rows(plant, rows, (effect,))
     absent = {effect.symbols[p.name]: sp.nsimplify(p.absent) for p in effect.parameters}
     found = [
-        tuple(slope(e, effect.symbols[p.name]).subs(absent) for e in whole) for p in effect.linear
+        tuple(derivative(e, effect.symbols[p.name]).subs(absent) for e in whole) for p in effect.linear
     ]  # fmt: skip
-    return tuple(terms_of(plant, trace) for trace in found)
+    return tuple(term_table(plant, trace) for trace in found)
 
 
-def ground_of(plant: str, assumptions: dict) -> Ground:
+def plant_traces(plant: str, assumptions: dict) -> PlantTraces:
     """Traces of the plant's own parameters and of the changes of its coordinates."""
-    return _ground(plant, tuple(sorted(assumptions.items())))
+    return _plant_traces(plant, tuple(sorted(assumptions.items())))
 
 
 @lru_cache(maxsize=16)
-def _ground(plant_name: str, assumptions: tuple) -> Ground:
+def _plant_traces(plant_name: str, assumptions: tuple) -> PlantTraces:
     settled = dict(assumptions)
     plant = plants.build(plant_name, settled)
     grouping, rows = group_and_deform(plant, settled, ())
-    whole = whole_of(plant, rows, ())
-    parameters = {n: terms_of(plant, tuple(slope(e, symbol(n)) for e in whole)) for n in grouping.names}
-    return Ground(plant, rows, parameters, tuple(terms_of(plant, t) for t in coordinate_changes(plant, whole)))
+    whole = readings_and_rows(plant, rows, ())
+    parameters = {n: term_table(plant, tuple(derivative(e, symbol(n)) for e in whole)) for n in grouping.names}
+    return PlantTraces(plant, rows, parameters, tuple(term_table(plant, t) for t in coordinate_changes(plant, whole)))
 
 
-def whole_of(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> Trace:
+def readings_and_rows(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> Trace:
     """Readings, then the rows with every force of the chosen effects.
 
     Of a dry force the part that does not turn with the direction of slip is a constant force, in slip and in stick.
     """
-    driven = [replaced(r, driven_by(plant, input_map(plant, chosen))) for r in rows]
-    total = [r - f for r, f in zip(driven, forces(plant, chosen), strict=True)]
+    driven = [substitute(r, input_substitution(plant, input_map(plant, chosen))) for r in rows]
+    total = [r - f for r, f in zip(driven, generalised_forces(plant, chosen), strict=True)]
     for surface in dry_surfaces(plant, chosen):
         ahead, back = (surface.law.subs(surface.direction, d) for d in (1, -1))
         law = (ahead + back) / 2 + (ahead - back) / 2 * surface.direction
@@ -150,24 +181,28 @@ def coordinate_changes(plant: Plant, whole: Trace) -> list[Trace]:
     one = (sp.Integer(1), sp.Integer(0), sp.Integer(0))
     shifts = [one, *((c.q, c.dq, c.ddq) for c in plant.coordinates)]
     return [
-        tuple(slope(e, c.q) * q + slope(e, c.dq) * dq + slope(e, c.ddq) * ddq for e in whole)
+        tuple(derivative(e, c.q) * q + derivative(e, c.dq) * dq + derivative(e, c.ddq) * ddq for e in whole)
         for c in plant.coordinates
         for q, dq, ddq in shifts
     ]
 
 
-def terms_of(plant: Plant, trace: Trace) -> Terms:
+def term_table(plant: Plant, trace: Trace) -> TermTable:
     """A trace as constants times functions of the motion."""
-    moving = {s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)} | {*plant.inputs, TIME}
+    moving = {s for c in plant.coordinates for s in (c.q, c.dq, c.ddq)} | {*plant.inputs, TIME_SYMBOL}
     moving |= {symbol(f"direction_{p.name}") for p in plant.ports}
-    return {(n, motion): constant for n, entry in enumerate(trace) for motion, constant in terms(entry, moving).items()}
+    return {
+        (n, motion): constant
+        for n, entry in enumerate(trace)
+        for motion, constant in collect_terms(entry, moving).items()
+    }
 
 
-def at_primes(traces: Iterable[Terms]) -> list[Terms]:
+def at_generic_points(traces: Iterable[TermTable]) -> list[TermTable]:
     """Traces with generic values for their constants."""
-    return [{key: generic(constant) for key, constant in trace.items()} for trace in traces]
+    return [{key: at_generic_point(constant) for key, constant in trace.items()} for trace in traces]
 
 
-def spans(known: Sequence[Mapping], wanted: Sequence[Mapping]) -> bool:
+def in_span(known: Sequence[Mapping], wanted: Sequence[Mapping]) -> bool:
     """Whether every wanted trace is a combination of the known ones."""
-    return all(combination(known, w) is not None for w in wanted)
+    return all(linear_combination(known, w) is not None for w in wanted)

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from errno import EISDIR
 from pathlib import Path
 
-HERE = Path(__file__).resolve().parent
-TEMPLATES = next(p for p in (HERE / "templates", HERE.parent / "templates") if p.is_dir())
+DERIVE_FOLDER = Path(__file__).resolve().parent
+TEMPLATE_FOLDER = next(p for p in (DERIVE_FOLDER / "templates", DERIVE_FOLDER.parent / "templates") if p.is_dir())
 
 
 def differences(folder: Path, files: dict[str, str]) -> str:

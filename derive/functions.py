@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-TIME = sp.Symbol("t", real=True)  # s from the log's first sample
-LOAD = sp.Symbol("load", real=True)  # what a port carries of the motor, in volt-equivalents
+TIME_SYMBOL = sp.Symbol("t", real=True)  # s from the log's first sample
+LOAD_SYMBOL = sp.Symbol("load", real=True)  # what a port carries of the motor, in volt-equivalents
 
 
 class Step(sp.Function):

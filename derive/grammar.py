@@ -20,13 +20,13 @@ import sympy as sp
 
 from derive.functions import Magnitude, Ramp, Sign
 
-LONGEST, DEEPEST, LARGEST_POWER = 1000, 50, 20
-LARGEST = 10**12  # of a number; no law of physics in SI units needs a larger one
-FUNCTIONS = {
+MAX_TEXT_LENGTH, MAX_NESTING_DEPTH, MAX_EXPONENT = 1000, 50, 20
+MAX_NUMBER = 10**12  # of a number; no law of physics in SI units needs a larger one
+KNOWN_FUNCTIONS = {
     "sin": sp.sin, "cos": sp.cos, "tan": sp.tan, "exp": sp.exp, "log": sp.log, "sqrt": sp.sqrt, "tanh": sp.tanh,
     "atan": sp.atan, "abs": Magnitude, "sign": Sign, "positive": Ramp,
 }  # fmt: skip
-TOKEN = re.compile(r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+TOKEN_PATTERN = re.compile(r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
                    r"|(?P<sign>\*\*|[-+*/^()]))")  # fmt: skip
 
 
@@ -42,10 +42,10 @@ class Token(NamedTuple):
     place: int
 
 
-def read(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
+def parse(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
     """The expression that a text stands for; ``names`` are the only symbols it may use. Raises GrammarError."""
-    if not isinstance(text, str) or len(text) > LONGEST:
-        raise GrammarError(f"An expression must be a text of at most {LONGEST} characters.")
+    if not isinstance(text, str) or len(text) > MAX_TEXT_LENGTH:
+        raise GrammarError(f"An expression must be a text of at most {MAX_TEXT_LENGTH} characters.")
     parser = _Parser(text, names)
     found = parser.sum(0)
     if parser.next.kind != "end":
@@ -55,15 +55,15 @@ def read(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
     return found
 
 
-def tokens(text: str) -> list[Token]:
+def tokenise(text: str) -> list[Token]:
     """The pieces of a text, the end among them."""
     found, place = [], 0
     while text[place:].strip():
-        match = TOKEN.match(text, place)
+        match = TOKEN_PATTERN.match(text, place)
         if match is None:
             at = place + len(text[place:]) - len(text[place:].lstrip())
             raise GrammarError(f"'{text[at]}' at character {at + 1} is not part of an expression. "
-                               f"Use numbers, names, + - * / ^ ( ) and {', '.join(FUNCTIONS)}.")  # fmt: skip
+                               f"Use numbers, names, + - * / ^ ( ) and {', '.join(KNOWN_FUNCTIONS)}.")  # fmt: skip
         kind = str(match.lastgroup)
         found.append(Token(kind, match[kind], match.start(kind)))
         place = match.end()
@@ -74,7 +74,7 @@ class _Parser:
     """Recursive descent; every rule takes how deep it is and returns its expression."""
 
     def __init__(self, text: str, names: Mapping[str, sp.Expr]) -> None:
-        self.names, self.left = names, tokens(text)[::-1]
+        self.names, self.left = names, tokenise(text)[::-1]
 
     @property
     def next(self) -> Token:
@@ -92,8 +92,8 @@ class _Parser:
                             f"but {found.text} does.")  # fmt: skip
 
     def sum(self, depth: int) -> sp.Expr:
-        if depth > DEEPEST:
-            raise GrammarError(f"An expression must not nest more than {DEEPEST} deep.")
+        if depth > MAX_NESTING_DEPTH:
+            raise GrammarError(f"An expression must not nest more than {MAX_NESTING_DEPTH} deep.")
         total = self.term(depth)
         while sign := self.take("+", "-"):
             term = self.term(depth)
@@ -110,8 +110,8 @@ class _Parser:
         return product
 
     def factor(self, depth: int) -> sp.Expr:
-        if depth > DEEPEST:
-            raise GrammarError(f"An expression must not nest more than {DEEPEST} deep.")
+        if depth > MAX_NESTING_DEPTH:
+            raise GrammarError(f"An expression must not nest more than {MAX_NESTING_DEPTH} deep.")
         sign = self.take("+", "-")
         if sign:
             factor = self.factor(depth + 1)
@@ -123,8 +123,8 @@ class _Parser:
         if not self.take("^", "**"):
             return base
         exponent = self.factor(depth + 1)
-        if not (exponent.is_Rational or exponent.is_Float) or abs(exponent) > LARGEST_POWER:
-            raise GrammarError(f"An exponent must be a number of at most {LARGEST_POWER}, not {exponent}. "
+        if not (exponent.is_Rational or exponent.is_Float) or abs(exponent) > MAX_EXPONENT:
+            raise GrammarError(f"An exponent must be a number of at most {MAX_EXPONENT}, not {exponent}. "
                                "Write exp(b*log(a)) for a^b.")  # fmt: skip
         if base == 0 and exponent < 0:
             raise GrammarError("An expression must not divide by zero.")
@@ -143,9 +143,9 @@ class _Parser:
         raise self.refuse("a number, a name or (")
 
     def call(self, token: Token, depth: int) -> sp.Expr:
-        if token.text not in FUNCTIONS:
-            raise GrammarError(f"No function named '{token.text}'. Known functions: {', '.join(FUNCTIONS)}.")
-        return FUNCTIONS[token.text](self.closed(self.sum(depth + 1)))
+        if token.text not in KNOWN_FUNCTIONS:
+            raise GrammarError(f"No function named '{token.text}'. Known functions: {', '.join(KNOWN_FUNCTIONS)}.")
+        return KNOWN_FUNCTIONS[token.text](self.closed(self.sum(depth + 1)))
 
     def named(self, token: Token) -> sp.Expr:
         if token.text not in self.names:
@@ -154,14 +154,14 @@ class _Parser:
 
     def number(self, token: Token) -> sp.Expr:
         value = float(token.text)
-        if value > LARGEST:
-            raise GrammarError(f"A number must be at most {LARGEST:.0e} in size, not {token.text}.")
+        if value > MAX_NUMBER:
+            raise GrammarError(f"A number must be at most {MAX_NUMBER:.0e} in size, not {token.text}.")
         return sp.Rational(repr(value))
 
     def sized(self, value: sp.Expr) -> sp.Expr:
         """A value that is no number or one of a sensible size."""
-        if value.is_Rational and abs(value) > LARGEST:
-            raise GrammarError(f"A number must be at most {LARGEST:.0e} in size.")
+        if value.is_Rational and abs(value) > MAX_NUMBER:
+            raise GrammarError(f"A number must be at most {MAX_NUMBER:.0e} in size.")
         return value
 
     def closed(self, inside: sp.Expr) -> sp.Expr:

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from derive.algebra import combination, expand, proportional, replaced, symbols_in, terms
+from derive.algebra import are_proportional, collect_terms, expand, linear_combination, substitute, symbols_in
 from derive.functions import symbol
 from derive.records import Equations, Grouping, Plant
 
@@ -34,13 +34,13 @@ def find_parameters(plant: Plant, rows: tuple[sp.Expr, ...]) -> tuple[sp.Expr, .
         candidates = [coefficients.get((row, own.ddq), sp.Integer(0)) - shared]
         candidates += [k for pair, k in relative.items() if min(pair) == row]
         candidates += [c for (r, basis), c in coefficients.items() if r == row and _couples(plant, row, basis)]
-        found += _new(candidates, found)
+        found += _independent(candidates, found)
     known = relative_span(found, relative)
     given = {sp.Symbol(c.name, positive=True) for c in plant.constants}
     rest = [(term, c) for term, c in coefficients.items()
             if not _has_acceleration(plant, term[1]) and not c.free_symbols <= given]  # fmt: skip
     for (_, _basis), coefficient in sorted(rest, key=lambda item: _order(plant, item[0])):
-        found += _new([coefficient], found + known)
+        found += _independent([coefficient], found + known)
     return tuple(found)
 
 
@@ -49,7 +49,7 @@ def coefficients_of(plant: Plant, rows: tuple[sp.Expr, ...]) -> dict[Term, sp.Ex
     moving = frozenset(_motion_symbols(plant))
     table: dict[Term, sp.Expr] = {}
     for number, row in enumerate(rows):
-        table |= {(number, basis): constant for basis, constant in terms(row, moving).items()}
+        table |= {(number, basis): constant for basis, constant in collect_terms(row, moving).items()}
     return {key: table[key] for key in sorted(table, key=lambda k: (k[0], sp.default_sort_key(k[1])))}
 
 
@@ -70,7 +70,7 @@ def relative_span(found: list[sp.Expr], relative: dict[tuple[int, int], sp.Expr]
 
 
 @lru_cache(maxsize=4096)
-def express(
+def express_in_parameters(
     target: sp.Expr, basis: tuple[sp.Expr, ...], names: tuple[sp.Symbol, ...], known: frozenset[sp.Symbol]
 ) -> sp.Expr | None:
     """Write a physical constant as a combination of parameters with coefficients in the known constants.
@@ -89,8 +89,8 @@ def express(
 def _combine(target: sp.Expr, basis: tuple, names: tuple, known: frozenset[sp.Symbol]) -> sp.Expr | None:
     """Solve target = Σ weight · parameter + constant for weights in the known constants."""
     unknown = set().union(*map(symbols_in, (target, *basis))) - known
-    *columns, wanted = (terms(e, unknown) for e in without_denominators(*basis, sp.Integer(1), target))
-    weights = combination(columns, wanted)
+    *columns, wanted = (collect_terms(e, unknown) for e in without_denominators(*basis, sp.Integer(1), target))
+    weights = linear_combination(columns, wanted)
     return None if weights is None else sp.Add(*(w * n for w, n in zip(weights, (*names, 1), strict=True)))
 
 
@@ -113,7 +113,7 @@ def rewrite(plant: Plant, rows: tuple[sp.Expr, ...], basis: tuple[sp.Expr, ...],
     symbols = tuple(symbol(n) for n in names)
     rewritten = [sp.Integer(0)] * len(rows)
     for (row, motion), constant in coefficients_of(plant, rows).items():
-        expressed = express(constant, basis, symbols, known)
+        expressed = express_in_parameters(constant, basis, symbols, known)
         if expressed is None:
             raise NotExpressibleError(
                 f"{plant.name}: the constant {constant} of {motion} is no combination of {', '.join(names)} "
@@ -121,10 +121,12 @@ def rewrite(plant: Plant, rows: tuple[sp.Expr, ...], basis: tuple[sp.Expr, ...],
             )
         rewritten[row] += expressed * motion
     plain = {k: symbol(k.name) for k in known}
-    return tuple(replaced(expand(r), plain) for r in rewritten)
+    return tuple(substitute(expand(r), plain) for r in rewritten)
 
 
-def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Matrix] | None = None) -> Grouping:
+def group_parameters(
+    plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Matrix] | None = None
+) -> Grouping:
     """Find, name and substitute the equivalent parameters of the scaled rows.
 
     With ``default_phi``, the regressor columns under the default assumptions, a parameter keeps the name it has there.
@@ -132,20 +134,22 @@ def group(plant: Plant, rows: tuple[sp.Expr, ...], default_phi: dict[str, sp.Mat
     definitions = find_parameters(plant, rows)
     names = tuple(f"X{k + 1}" for k in range(len(definitions)))
     if default_phi is not None:
-        names = names_by_column(plant, rewrite(plant, rows, definitions, names), names, default_phi)
+        names = names_by_regressor_column(plant, rewrite(plant, rows, definitions, names), names, default_phi)
         order = sorted(range(len(names)), key=lambda k: int(names[k][1:]))
         definitions, names = tuple(definitions[k] for k in order), tuple(names[k] for k in order)
     return Grouping(names, definitions, rewrite(plant, rows, definitions, names))
 
 
-def columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.Matrix]:
+def regressor_columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.Matrix]:
     """What multiplies each parameter in each row."""
     return {n: sp.Matrix([expand(r).coeff(symbol(n)) for r in rows]) for n in names}
 
 
-def names_by_column(plant: Plant, rows: tuple, names: tuple[str, ...], default: dict[str, sp.Matrix]) -> tuple:
+def names_by_regressor_column(
+    plant: Plant, rows: tuple, names: tuple[str, ...], default: dict[str, sp.Matrix]
+) -> tuple:
     """Rename parameters so that each has the name of the default model's column it shares most entries with."""
-    own = columns(rows, names)
+    own = regressor_columns(rows, names)
     free = dict(default)
     renamed: list[str] = []
     for name in names:
@@ -180,13 +184,13 @@ def _order(plant: Plant, term: Term) -> tuple:
     return (bool(rates), row, rates, sp.default_sort_key(basis))
 
 
-def _new(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
+def _independent(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
     """Those candidates that are neither numbers nor such a multiple of one that is known."""
     fresh: list[sp.Expr] = []
     for candidate in map(expand, candidates):
         if not candidate.free_symbols:
             continue
-        if not any(proportional(candidate, k) for k in known + fresh):
+        if not any(are_proportional(candidate, k) for k in known + fresh):
             fresh.append(
                 -candidate if candidate.subs(dict.fromkeys(candidate.free_symbols, 2)).is_negative else candidate
             )

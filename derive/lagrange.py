@@ -5,18 +5,18 @@ from __future__ import annotations
 import sympy as sp
 from sympy.simplify.fu import TR8
 
-from derive.algebra import expand, jacobian, slope
+from derive.algebra import derivative, expand, jacobian
 from derive.records import Body, Coordinate, Equations, Plant
 
 
 def derive_equations(plant: Plant) -> Equations:
     """Derive the equations of motion of a plant (paper eqs. 1-4, 11, 13)."""
     lagrangian = kinetic_energy(plant) - potential_energy(plant)
-    sideways = sideways_momentum(plant)
+    sideways = lateral_momentum(plant)
     return Equations(
         lagrangian,
         inertia=tuple(
-            expand(lagrange_row(lagrangian, c, plant.moving) + turning_row(plant, sideways, c)) for c in plant.moving
+            expand(lagrange_row(lagrangian, c, plant.moving) + heading_term(plant, sideways, c)) for c in plant.moving
         ),
         force=tuple(generalised_force(plant, c) for c in plant.moving),
     )
@@ -56,19 +56,21 @@ def sum_angles(expression: sp.Expr) -> sp.Expr:
 
 def lagrange_row(lagrangian: sp.Expr, row: Coordinate, coordinates: tuple[Coordinate, ...]) -> sp.Expr:
     """d/dt ∂L/∂q̇ − ∂L/∂q by the chain rule (paper eq. 2)."""
-    momentum = slope(lagrangian, row.dq)
-    rate_of_momentum = sp.Add(*(slope(momentum, c.dq) * c.ddq + slope(momentum, c.q) * c.dq for c in coordinates))
-    return expand(rate_of_momentum - slope(lagrangian, row.q))
+    momentum = derivative(lagrangian, row.dq)
+    rate_of_momentum = sp.Add(
+        *(derivative(momentum, c.dq) * c.ddq + derivative(momentum, c.q) * c.dq for c in coordinates)
+    )
+    return expand(rate_of_momentum - derivative(lagrangian, row.q))
 
 
-def sideways_momentum(plant: Plant) -> sp.Expr:
+def lateral_momentum(plant: Plant) -> sp.Expr:
     """Momentum along the turning frame's y axis, in which no wheel rolls [kg m/s]."""
     if plant.heading is None:
         return sp.Integer(0)
     return expand(sp.Add(*(body.mass * velocity_of(body, plant)[1] for body in plant.bodies)))
 
 
-def turning_row(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
+def heading_term(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
     """What Lagrange's equation of one coordinate lacks because the frame turns (Boltzmann and Hamel).
 
     The speeds of rolling and of turning are not rates of coordinates of the plane. With the sideways momentum p and the
@@ -77,11 +79,11 @@ def turning_row(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
     if plant.heading is None:
         return sp.Integer(0)
     forward = plant.heading.origin[0]
-    speed = sp.Add(*(slope(forward, c.q) * c.dq for c in plant.moving))
+    speed = sp.Add(*(derivative(forward, c.q) * c.dq for c in plant.moving))
     turned = sideways * speed if row == plant.heading.coordinate else sp.Integer(0)
-    return turned - plant.heading.coordinate.dq * sideways * slope(forward, row.q)
+    return turned - plant.heading.coordinate.dq * sideways * derivative(forward, row.q)
 
 
 def generalised_force(plant: Plant, row: Coordinate) -> sp.Expr:
     """Generalised force on one coordinate, by the virtual work of every load on its port."""
-    return expand(sp.Add(*(load.force * slope(plant.port(load.port).coordinate, row.q) for load in plant.loads)))
+    return expand(sp.Add(*(load.force * derivative(plant.port(load.port).coordinate, row.q) for load in plant.loads)))

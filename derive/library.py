@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from derive import effects, plants
 from derive.algebra import jacobian
-from derive.effects import Deformation, InnerForce, InnerPlay
+from derive.effects import Deformation, InternalForce, InternalPlay
 from derive.equivalence import relations
 from derive.grouping import NotExpressibleError
-from derive.model import compose, freed, group_and_deform, load_in
+from derive.model import compose, group_and_deform, motor_load_by_port, released_coordinates
 from derive.records import Model
 
 
@@ -22,23 +22,23 @@ def library_model(plant: str, assumptions: dict, own: Sequence[str] = (), free: 
 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
-    settled = plants.settle(plant, assumptions)
-    fitting = effects.possible_on(plants.build(plant, settled).plant_signature, own)
-    possible = [e for e in fitting if (not e.frees or e.frees in free) and derivable(plant, settled, e)]
+    settled = plants.complete_assumptions(plant, assumptions)
+    fitting = effects.applicable_to(plants.build(plant, settled).plant_signature, own)
+    possible = [e for e in fitting if (not e.releases or e.releases in free) and is_derivable(plant, settled, e)]
     found = relations(plant, settled, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
     return replace(compose(plant, settled, chosen, missing_force=True), relations=found)
 
 
-def derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
+def is_derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
     """Whether an effect can be written with the plant's parameters and constants under these assumptions."""
-    if not isinstance(effect.enters, Deformation | InnerForce | InnerPlay):
+    if not isinstance(effect.enters, Deformation | InternalForce | InternalPlay):
         return True
-    settled = plants.settle(plant, assumptions)
-    machine = plants.build(plant, settled, freed((effect,)))
+    settled = plants.complete_assumptions(plant, assumptions)
+    machine = plants.build(plant, settled, released_coordinates((effect,)))
     try:
-        grouping, rows = group_and_deform(machine, settled, (effects.suited(effect, machine.plant_signature),))
-        load_in(machine, grouping, machine.input)
+        grouping, rows = group_and_deform(machine, settled, (effects.in_plant_units(effect, machine.plant_signature),))
+        motor_load_by_port(machine, grouping, machine.input)
     except NotExpressibleError:
         return False
     return jacobian(rows, [c.ddq for c in machine.moving]).det() != 0  # a give without inertia is none

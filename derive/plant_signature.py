@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 
-class Axis(NamedTuple):
+class CoordinateSpec(NamedTuple):
     """A generalised coordinate; its symbols by name."""
 
     name: str
@@ -22,17 +22,17 @@ class Axis(NamedTuple):
     ddq: str
 
 
-class Place(NamedTuple):
+class PortSpec(NamedTuple):
     """A port: where a force does work."""
 
     name: str
     sentence: str
     unit: str  # of motion along it, rad or m
-    reach: float  # motion that counts as one rad where a law's numbers are in rad
+    length_per_radian: float  # motion that counts as one rad where a law's numbers are in rad
     weights: tuple[float, ...]  # motion along it as a combination of the coordinates
 
 
-class Gauge(NamedTuple):
+class ChannelSpec(NamedTuple):
     """A sensor's channel."""
 
     name: str
@@ -48,32 +48,32 @@ class Parameter(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Nameplate:
+class PlantSignature:
     """A plant under its assumptions, with nothing inside it free."""
 
     name: str
     sentence: str
-    coordinates: tuple[Axis, ...]
-    ports: tuple[Place, ...]
-    channels: tuple[Gauge, ...]
+    coordinates: tuple[CoordinateSpec, ...]
+    ports: tuple[PortSpec, ...]
+    channels: tuple[ChannelSpec, ...]
     inputs: tuple[str, ...]  # in the order of their columns
     input_unit: str
     driven: bool  # whether an input acts; a plant that swings freely has one in name only
     constants: tuple[Parameter, ...]
     scale: str  # the constant that turns volt-equivalents into N m or N, where it is one
     geometry: tuple[str, ...]  # deformations that effects may use
-    inner: tuple[str, ...]  # give inside the machine that effects may free
+    internal: tuple[str, ...]  # give inside the machine that effects may free
     controlled: tuple[str, str]
     reference: str
-    falls: str
+    range_channel: str
 
     @classmethod
-    def from_json(cls, text: str) -> Nameplate:
+    def from_json(cls, text: str) -> PlantSignature:
         """The nameplate whose JSON this is."""
         found: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in json.loads(text).items()}
-        for name, kind in (("coordinates", Axis), ("channels", Gauge), ("constants", Parameter)):
+        for name, kind in (("coordinates", CoordinateSpec), ("channels", ChannelSpec), ("constants", Parameter)):
             found[name] = tuple(kind(*row) for row in found[name])
-        found["ports"] = tuple(Place(*row)._replace(weights=tuple(row[-1])) for row in found["ports"])
+        found["ports"] = tuple(PortSpec(*row)._replace(weights=tuple(row[-1])) for row in found["ports"])
         return cls(**found)
 
     def to_json(self) -> str:
@@ -101,7 +101,7 @@ class Nameplate:
         lever = "" if along == own else " m" if own == "m" else "/m"
         return f"{self.input_unit}{lever}"
 
-    def port(self, name: str) -> Place:
+    def port(self, name: str) -> PortSpec:
         """Return the port of that name; raises KeyError with the known ones."""
         for port in self.ports:
             if port.name == name:

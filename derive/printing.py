@@ -62,7 +62,7 @@ class KernelPrinter(PythonCodePrinter):
         return super()._print_Pow(e, **kwargs)
 
 
-PRINTER = KernelPrinter({"fully_qualified_modules": True})
+KERNEL_PRINTER = KernelPrinter({"fully_qualified_modules": True})
 
 
 def local_name(name: str) -> str:
@@ -84,7 +84,7 @@ def kernel(targets: Sequence[Target], sources: dict[str, str]) -> Kernel:
     names = {s.name for s in used}
     unpack = [f"{local_name(n)} = {s}" for n, s in sources.items() if n in names and s != local_name(n)]
     shared, reduced = sp.cse(values, symbols=sp.numbered_symbols("c", real=True), order="canonical")
-    steps = [f"{s.name} = {PRINTER.doprint(e)}" for s, e in shared]
-    results = [f"{t.place} = {PRINTER.doprint(e)}" for t, e in zip(targets, reduced, strict=True)]
+    steps = [f"{s.name} = {KERNEL_PRINTER.doprint(e)}" for s, e in shared]
+    results = [f"{t.place} = {KERNEL_PRINTER.doprint(e)}" for t, e in zip(targets, reduced, strict=True)]
     operations = sum(int(sp.count_ops(e)) for _, e in shared) + sum(int(sp.count_ops(e)) for e in reduced)
     return Kernel(tuple(unpack), tuple(steps), tuple(results), operations)

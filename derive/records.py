@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
-from derive.late import sp
-from derive.plant_signature import Axis, Gauge, Nameplate, Parameter, Place
+from derive.lazy import sp
+from derive.plant_signature import ChannelSpec, CoordinateSpec, Parameter, PlantSignature, PortSpec
 
 
 class Coordinate(NamedTuple):
@@ -47,7 +47,9 @@ class Port(NamedTuple):
     name: str
     coordinate: sp.Expr  # rad or m, in the generalised coordinates
     sentence: str
-    reach: float = 1.0  # motion along the coordinate that counts as one rad where a law's numbers are in rad
+    length_per_radian: float = (
+        1.0  # motion along the coordinate that counts as one rad where a law's numbers are in rad
+    )
 
 
 class Load(NamedTuple):
@@ -73,7 +75,7 @@ class Assumption(NamedTuple):
     default: object
     choices: tuple
     sentence: str
-    brings: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is nothing but an effect
+    implies: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is nothing but an effect
 
 
 class Heading(NamedTuple):
@@ -104,18 +106,18 @@ class Plant:
     substitutions: dict  # physical symbols rewritten so that the scale appears in them
     constants: tuple[Parameter, ...]  # known numbers, never identified
     geometry: dict[str, sp.Symbol] = field(default_factory=dict)  # deformations that effects may use, 0 when absent
-    inner: dict[str, Coordinate] = field(default_factory=dict)  # give inside the machine that effects may free
+    internal: dict[str, Coordinate] = field(default_factory=dict)  # give inside the machine that effects may free
     free: tuple[str, ...] = ()  # of these, those that are free; the others are rigid
     controlled: tuple[str, str] = ("", "")  # channels of what is controlled and of its rate, where there are any
     reference: str = ""  # column of the commanded value of what is controlled
     further: tuple[sp.Symbol, ...] = ()  # inputs beside the first
     heading: Heading | None = None  # where the machine turns about the vertical
-    falls: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
+    range_channel: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
 
     @property
     def moving(self) -> tuple[Coordinate, ...]:
         """The coordinates, then those inside the machine that are free."""
-        return (*self.coordinates, *(self.inner[n] for n in self.free))
+        return (*self.coordinates, *(self.internal[n] for n in self.free))
 
     @property
     def driven(self) -> bool:
@@ -128,30 +130,32 @@ class Plant:
         return (self.input, *self.further)
 
     @cached_property
-    def plant_signature(self) -> Nameplate:
+    def plant_signature(self) -> PlantSignature:
         """What it has, in names, units and numbers; ports and channels are linear in the coordinates."""
-        return Nameplate(
+        return PlantSignature(
             name=self.name,
             sentence=self.sentence,
-            coordinates=tuple(Axis(c.name, c.row, c.unit, str(c.q), str(c.dq), str(c.ddq)) for c in self.coordinates),
+            coordinates=tuple(
+                CoordinateSpec(c.name, c.row, c.unit, str(c.q), str(c.dq), str(c.ddq)) for c in self.coordinates
+            ),
             ports=tuple(self.place_of(port) for port in self.ports),
-            channels=tuple(Gauge(c.name, c.unit) for c in self.channels),
+            channels=tuple(ChannelSpec(c.name, c.unit) for c in self.channels),
             inputs=tuple(map(str, self.inputs)),
             input_unit=self.input_unit,
             driven=self.driven,
             constants=self.constants,
             scale=str(self.scale),
             geometry=tuple(self.geometry),
-            inner=tuple(self.inner),
+            internal=tuple(self.internal),
             controlled=self.controlled,
             reference=self.reference,
-            falls=self.falls,
+            range_channel=self.range_channel,
         )
 
-    def place_of(self, port: Port) -> Place:
+    def place_of(self, port: Port) -> PortSpec:
         """A port in names, units and numbers."""
         weights = tuple(float(sp.diff(port.coordinate, c.q)) for c in self.coordinates)
-        return Place(port.name, port.sentence, self.unit_along(port.coordinate), port.reach, weights)
+        return PortSpec(port.name, port.sentence, self.unit_along(port.coordinate), port.length_per_radian, weights)
 
     def unit_along(self, expression: sp.Expr) -> str:
         """Unit of a function of the coordinates that is linear in them."""
@@ -202,7 +206,7 @@ class Regressor(NamedTuple):
     energy: EnergyBalance
 
 
-class Memory(NamedTuple):
+class Hysteresis(NamedTuple):
     """A force on a port that follows from the path of slip and from itself before, whatever the speed."""
 
     force: sp.Symbol  # [V], against the slip
@@ -252,10 +256,10 @@ class Model:
     regressor: Regressor
     absent: tuple[float, ...]  # value of each fitted parameter while its effect is absent
     relations: Relations | None = None  # found for the library
-    memories: tuple[Memory, ...] = ()
+    memories: tuple[Hysteresis, ...] = ()
     sensor_delay: str = ""  # name of the parameter that delays sensors, or ""
     late: tuple[str, ...] = ()  # channels that it delays
-    moments: tuple[str, ...] = ()  # names of the parameters that are times at which something begins or ends
+    event_times: tuple[str, ...] = ()  # names of the parameters that are times at which something begins or ends
 
     @property
     def states(self) -> tuple[sp.Symbol, ...]:
@@ -263,7 +267,7 @@ class Model:
         return tuple(c.q for c in self.plant.coordinates) + tuple(c.dq for c in self.plant.coordinates)
 
     @property
-    def inner(self) -> tuple[sp.Symbol, ...]:
+    def internal(self) -> tuple[sp.Symbol, ...]:
         """What effects add to the state: coordinates inside the machine with their rates, then forces with a memory."""
         free = self.plant.moving[len(self.plant.coordinates) :]
         return (*(s for c in free for s in (c.q, c.dq)), *(m.force for m in self.memories))

@@ -7,8 +7,8 @@ from math import prod
 
 import sympy as sp
 
-from derive.algebra import expand, jacobian, replaced, slope, symbols_in
-from derive.functions import TIME, symbol
+from derive.algebra import derivative, expand, jacobian, substitute, symbols_in
+from derive.functions import TIME_SYMBOL, symbol
 from derive.records import DrySurface, EnergyBalance, Grouping, Parameter, Plant, Regressor
 
 
@@ -25,12 +25,12 @@ def derive_regressor(
     inside tau and phi as known numbers. Raises ValueError, naming the culprits, if a base parameter is not linear.
     """
     slipping = [row + force for row, force in zip(residual, dry_forces(surfaces, len(residual)), strict=True)]
-    rows = [expand(s * r) for s, r in zip(orientation(plant, grouping), slipping, strict=True)]
+    rows = [expand(s * r) for s, r in zip(row_signs(plant, grouping), slipping, strict=True)]
     parameters = linear_parameters(rows, grouping.names, fitted)
     phi = jacobian(rows, parameters).applyfunc(expand)
     known = [expand(row - sp.Add(*map(prod, zip(phi[n, :], parameters, strict=True)))) for n, row in enumerate(rows)]
     tau = -sp.Matrix(known)
-    pieces = [split(plant, entry) for entry in phi]
+    pieces = [split_accelerations(plant, entry) for entry in phi]
     phi2, phi1, phi0 = (sp.Matrix(*phi.shape, [p[k] for p in pieces]) for k in range(3))
     balance = energy_balance(plant, slipping, parameters)
     return Regressor(parameters, tau, phi, phi2, phi1, phi0, balance)
@@ -42,9 +42,9 @@ def energy_balance(plant: Plant, slipping: list[sp.Expr], parameters: tuple[sp.S
     This is the energy regressor of the paper's references [22, 23]. Raises ValueError if an acceleration is left.
     """
     power = expand(sp.Add(*(c.dq * row for c, row in zip(plant.coordinates, slipping, strict=True))))
-    per_parameter = [expand(slope(power, x)) for x in parameters]
+    per_parameter = [expand(derivative(power, x)) for x in parameters]
     stored = [stored_energy(plant, p) for p in per_parameter]
-    taken = [expand(p - total_rate(plant, e)) for p, e in zip(per_parameter, stored, strict=True)]
+    taken = [expand(p - time_derivative(plant, e)) for p, e in zip(per_parameter, stored, strict=True)]
     if any(p.has(*(c.ddq for c in plant.coordinates)) for p in taken):
         raise ValueError(f"{plant.name}: the energy balance must be free of accelerations, but {taken} is not")
     known = sp.Add(*(x * p for x, p in zip(parameters, per_parameter, strict=True)))
@@ -54,12 +54,12 @@ def energy_balance(plant: Plant, slipping: list[sp.Expr], parameters: tuple[sp.S
 def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
     """Kinetic and potential energy whose rate a power contains."""
     still = {c.ddq: sp.Integer(0) for c in plant.coordinates}
-    kinetic = sp.Add(*(replaced(slope(power, c.ddq), still) * c.dq for c in plant.coordinates)) / 2
-    left = expand(power - total_rate(plant, kinetic))
+    kinetic = sp.Add(*(substitute(derivative(power, c.ddq), still) * c.dq for c in plant.coordinates)) / 2
+    left = expand(power - time_derivative(plant, kinetic))
     potential = sp.Integer(0)
     for c in plant.coordinates:
         pull = left.coeff(c.dq, 1)
-        moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), *plant.inputs, TIME)
+        moving = (*(s for k in plant.coordinates for s in (k.dq, k.ddq)), *plant.inputs, TIME_SYMBOL)
         if pull != 0 and not pull.has(*moving) and has_potential(pull, c.q):
             potential += sp.Add(*(potential_of(term, c.q) for term in sp.Add.make_args(pull)))
             left = expand(left - pull * c.dq)
@@ -86,19 +86,21 @@ def potential_of(pull: sp.Expr, angle: sp.Symbol) -> sp.Expr:
         return factor * angle**power / power
     if isinstance(function, sp.sin | sp.cos):
         argument = function.args[0]
-        turning = slope(argument, angle)
+        turning = derivative(argument, angle)
         whole = (-sp.cos(argument) if isinstance(function, sp.sin) else sp.sin(argument)) / turning
         if turning.is_number:
             return factor * whole
         if angle not in symbols_in(turning) and (turning.is_Symbol or (-turning).is_Symbol):
-            still = replaced(function, {s: sp.Integer(0) for s in symbols_in(turning)}) * angle
+            still = substitute(function, {s: sp.Integer(0) for s in symbols_in(turning)}) * angle
             return factor * sp.Piecewise((whole, sp.Ne(turning, 0)), (still, True))
     return sp.integrate(pull, angle)
 
 
-def total_rate(plant: Plant, expression: sp.Expr) -> sp.Expr:
+def time_derivative(plant: Plant, expression: sp.Expr) -> sp.Expr:
     """Time derivative of a function of the coordinates and their rates."""
-    return sp.Add(*(slope(expression, c.q) * c.dq + slope(expression, c.dq) * c.ddq for c in plant.coordinates))
+    return sp.Add(
+        *(derivative(expression, c.q) * c.dq + derivative(expression, c.dq) * c.ddq for c in plant.coordinates)
+    )
 
 
 def dry_forces(surfaces: tuple[DrySurface, ...], rows: int) -> list[sp.Expr]:
@@ -106,13 +108,13 @@ def dry_forces(surfaces: tuple[DrySurface, ...], rows: int) -> list[sp.Expr]:
     return [sp.Add(*(sp.nsimplify(s.slip[n]) * s.law for s in surfaces if s.slip[n])) for n in range(rows)]
 
 
-def orientation(plant: Plant, grouping: Grouping) -> tuple[sp.Expr, ...]:
+def row_signs(plant: Plant, grouping: Grouping) -> tuple[sp.Expr, ...]:
     """Factor per row that puts the input on the left with a plus sign, as in the paper's (19) and (20)."""
-    gains = (own_gain(plant, expand(row)) for row in grouping.rows)
+    gains = (input_gain(plant, expand(row)) for row in grouping.rows)
     return tuple(-1 / gain if gain else sp.Integer(1) for gain in gains)
 
 
-def own_gain(plant: Plant, row: sp.Expr) -> sp.Expr:
+def input_gain(plant: Plant, row: sp.Expr) -> sp.Expr:
     """What all inputs together do to a row; where they cancel, what the last one does."""
     gains = [row.coeff(u) for u in plant.inputs]
     return sp.simplify(sp.Add(*gains)) or gains[-1]
@@ -122,17 +124,17 @@ def linear_parameters(rows: Sequence[sp.Expr], base: tuple[str, ...], fitted: tu
     """Base parameters, then those effect parameters in which the rows are jointly linear."""
     parameters = [symbol(name) for name in base]
     columns = jacobian(rows, parameters)
-    culprits = [x for x in parameters if any(slope(entry, x) for entry in columns)]
+    culprits = [x for x in parameters if any(derivative(entry, x) for entry in columns)]
     if culprits:
         raise ValueError(f"The model is not linear in {', '.join(map(str, culprits))}")
     for candidate in (symbol(p.name) for p in fitted[len(base) :]):
-        column = [slope(row, candidate) for row in rows]
+        column = [derivative(row, candidate) for row in rows]
         if any(column) and not any(symbols_in(entry) & {*parameters, candidate} for entry in column):
             parameters.append(candidate)
     return tuple(parameters)
 
 
-def split(plant: Plant, entry: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+def split_accelerations(plant: Plant, entry: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
     """Split one entry into (a, b, c) with entry = d²a/dt² + db/dt + c and no acceleration in any of them.
 
     A constant times an acceleration is the second derivative of an angle. A function of the configuration times an
@@ -148,7 +150,7 @@ def split(plant: Plant, entry: sp.Expr) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
             twice += factor * c.q
         else:
             once += factor * c.dq
-            factor_rate = sp.Add(*(slope(factor, k.q) * k.dq for k in plant.coordinates))
+            factor_rate = sp.Add(*(derivative(factor, k.q) * k.dq for k in plant.coordinates))
             rest -= factor_rate * c.dq
         rest = expand(rest - factor * c.ddq)
     for c in plant.coordinates:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from derive.kernels.arguments import turns_of
 from derive.kernels.friction import Friction, dry_law, friction_of
-from derive.kernels.motion import Actuator, Layout, actuator_of, free_motion, layout_of, motion_kernels
+from derive.kernels.motion import Actuator, Layout, actuator_of, layout_of, motion_kernels
 from derive.kernels.parameters import Parameters, parameters_of
 from derive.kernels.regression import FilterPlan, filter_plan, filtered_regression, regression_kernels
 from derive.kernels.sensors import Sensors, sensor_kernels, sensors_of
@@ -45,4 +44,3 @@ def generate_code(model: Model) -> Code:
     )
 
 
-__all__ = ["Code", "free_motion", "generate_code", "turns_of"]

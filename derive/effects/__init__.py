@@ -4,93 +4,100 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from derive.effects import actuator, body, drive, ground, joint, sensor, suit
+from derive.effects import actuator, applicability, body, drive, ground, joint, sensor
+from derive.effects.applicability import applicable_effects, is_applicable, unit_product
 from derive.effects.row import (
-    INPUT,
+    INPUT_SIGNAL,
     Deformation,
     DryForce,
     Effect,
     EffectParameter,
     Force,
-    InnerForce,
-    InnerPlay,
+    HysteresisForce,
     InputDelay,
     InputLag,
     InputMap,
+    InternalForce,
+    InternalPlay,
     Onset,
-    PathForce,
     Quantiles,
     Ripple,
     SensorDelay,
     SensorMap,
     Values,
 )
-from derive.effects.suit import fits, joined, possible
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
-LIBRARY: dict[str, Effect] = {
+EFFECT_LIBRARY: dict[str, Effect] = {
     row.name: row
-    for rows in (drive.ROWS, joint.ROWS, ground.ROWS, body.ROWS, actuator.ROWS, sensor.ROWS)
+    for rows in (
+        drive.EFFECT_ROWS,
+        joint.EFFECT_ROWS,
+        ground.EFFECT_ROWS,
+        body.EFFECT_ROWS,
+        actuator.EFFECT_ROWS,
+        sensor.EFFECT_ROWS,
+    )
     for row in rows
 }
 
 
-OWN: dict[str, Effect] = {}  # effects that users wrote; of one name the latest
+USER_EFFECTS: dict[str, Effect] = {}  # effects that users wrote; of one name the latest
 
 
 def register(rows: Sequence[Effect]) -> tuple[str, ...]:
     """Make a user's effects known to ``find``, in place of earlier ones of their names; returns the names."""
-    OWN.update((row.name, row) for row in rows)
+    USER_EFFECTS.update((row.name, row) for row in rows)
     return tuple(row.name for row in rows)
 
 
 def find(name: str) -> Effect:
     """Return the effect of that name; raises KeyError naming the known effects."""
-    if name not in LIBRARY and name not in OWN:
-        raise KeyError(f"No effect named '{name}'. Known effects: {', '.join(sorted(LIBRARY))}")
-    return LIBRARY[name] if name in LIBRARY else OWN[name]
+    if name not in EFFECT_LIBRARY and name not in USER_EFFECTS:
+        raise KeyError(f"No effect named '{name}'. Known effects: {', '.join(sorted(EFFECT_LIBRARY))}")
+    return EFFECT_LIBRARY[name] if name in EFFECT_LIBRARY else USER_EFFECTS[name]
 
 
 def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """The library's effects, then a user's own."""
-    return (*LIBRARY.values(), *map(find, own))
+    return (*EFFECT_LIBRARY.values(), *map(find, own))
 
 
-def suited(effect: Effect, plant: Nameplate) -> Effect:
+def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
     """A row as it reads on a plant; a user's own is in the plant's units already."""
-    return effect if OWN.get(effect.name) is effect else suit.suited(effect, plant)
+    return effect if USER_EFFECTS.get(effect.name) is effect else applicability.in_plant_units(effect, plant)
 
 
-def possible_on(plant: Nameplate, own: Sequence[str] = ()) -> tuple[Effect, ...]:
+def applicable_to(plant: PlantSignature, own: Sequence[str] = ()) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
-    return possible(all_with(own), plant)
+    return applicable_effects(all_with(own), plant)
 
 
 __all__ = [
-    "INPUT",
-    "LIBRARY",
+    "EFFECT_LIBRARY",
+    "INPUT_SIGNAL",
     "Deformation",
     "DryForce",
     "Effect",
     "EffectParameter",
     "Force",
-    "InnerForce",
-    "InnerPlay",
+    "HysteresisForce",
     "InputDelay",
     "InputLag",
     "InputMap",
+    "InternalForce",
+    "InternalPlay",
     "Onset",
-    "PathForce",
     "Quantiles",
     "Ripple",
     "SensorDelay",
     "SensorMap",
     "Values",
     "all_with",
+    "applicable_to",
     "find",
-    "fits",
-    "joined",
-    "possible_on",
+    "in_plant_units",
+    "is_applicable",
     "register",
-    "suited",
+    "unit_product",
 ]

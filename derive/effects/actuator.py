@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from derive.effects.row import INPUT, Effect, EffectParameter, InputDelay, InputLag, InputMap, Quantiles
-from derive.late import Magnitude, Ramp, Sign
+from derive.effects.row import INPUT_SIGNAL, Effect, EffectParameter, InputDelay, InputLag, InputMap, Quantiles
+from derive.lazy import Magnitude, Ramp, Sign
 
-ROWS = (
+EFFECT_ROWS = (
     Effect(
         "actuator_delay",
         "actuator",
@@ -39,7 +39,7 @@ ROWS = (
                 typical=10.0,
                 absent=math.inf,
                 bounded=True,
-                starts=Quantiles(INPUT, (0.5, 0.8, 0.95, 0.995)),
+                starts=Quantiles(INPUT_SIGNAL, (0.5, 0.8, 0.95, 0.995)),
             ),
         ),
         InputMap(lambda V, t, limit: V - Sign(V) * Ramp(Magnitude(V) - limit)),

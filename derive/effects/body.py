@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from derive.effects.row import Deformation, Effect, EffectParameter, Force, InnerForce, Onset, Values
-from derive.late import Magnitude, Step, functions, symbol
+from derive.effects.row import Deformation, Effect, EffectParameter, Force, InternalForce, Onset, Values
+from derive.lazy import Magnitude, Step, functions, symbol
 
-ROWS = (
+EFFECT_ROWS = (
     Effect(
         "air_drag",
         "body",
@@ -64,7 +64,7 @@ ROWS = (
             ),
             EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.3, absent=0.2, bounded=True),
         ),
-        InnerForce(
+        InternalForce(
             "sway",
             lambda q, dq, **parameters: 0,
             (
@@ -83,7 +83,7 @@ ROWS = (
         "M becomes M (1 + r) from a moment on",
         (
             EffectParameter(
-                "time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True
+                "time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), event_time=True
             ),
             EffectParameter("ratio", "1", scope="event", minimum=-0.9, typical=0.1),
         ),
@@ -97,16 +97,18 @@ ROWS = (
         "Q_w = F from start to end",
         (
             EffectParameter(
-                "start", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), moment=True
+                "start", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), event_time=True
             ),
             EffectParameter(
-                "end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), moment=True
+                "end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), event_time=True
             ),
             EffectParameter("torque", "V", scope="event", typical=0.5),
         ),
         Force(
             "outside",
-            lambda a, v, start, end, torque: torque * (Step(functions.TIME - end) - Step(functions.TIME - start)),
+            lambda a, v, start, end, torque: (
+                torque * (Step(functions.TIME_SYMBOL - end) - Step(functions.TIME_SYMBOL - start))
+            ),
         ),
         means="The model is not at fault here: leave the push out of the log, or keep it out of the fit.",
     ),

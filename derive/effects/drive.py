@@ -9,25 +9,25 @@ from derive.effects.row import (
     Effect,
     EffectParameter,
     Force,
-    InnerForce,
-    InnerPlay,
-    PathForce,
+    HysteresisForce,
+    InternalForce,
+    InternalPlay,
     Quantiles,
     Ripple,
     Values,
 )
-from derive.late import Decay, Least, Magnitude, Sign, Step, functions, sp
+from derive.lazy import Decay, Least, Magnitude, Sign, Step, functions, sp
 
-RIGID = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
-LOSS = 1.5  # s/rad: how much of the bounce a contact takes
+RIGID_STIFFNESS_V_RAD = 4000.0  # V/rad: a stiffness that counts as rigid, as that of the teeth on either side of a play
+CONTACT_LOSS_S_RAD = 1.5  # s/rad: how much of the bounce a contact takes
 
 
-def contact(q: sp.Expr, dq: sp.Expr) -> sp.Expr:
+def contact_force(q: sp.Expr, dq: sp.Expr) -> sp.Expr:
     """Force of a contact that counts as rigid and loses energy in proportion to its force (Hunt and Crossley 1975)."""
-    return RIGID * q * (1 + LOSS * dq * Sign(q))
+    return RIGID_STIFFNESS_V_RAD * q * (1 + CONTACT_LOSS_S_RAD * dq * Sign(q))
 
 
-ROWS = (
+EFFECT_ROWS = (
     Effect(
         "viscous_drive",
         "drive",
@@ -73,7 +73,9 @@ ROWS = (
         "Dry friction in the gearbox that grows with the load it carries.",
         "f = μ |T| sign s, T the torque that the motor passes on; sticks at s = 0 while the rest stays below μ |T|",
         (EffectParameter("share", "1", minimum=0.0, maximum=1.0, typical=0.1),),
-        DryForce("drive", lambda direction, s, share: share * Magnitude(functions.LOAD) * direction, loaded=True),
+        DryForce(
+            "drive", lambda direction, s, share: share * Magnitude(functions.LOAD_SYMBOL) * direction, loaded=True
+        ),
         dissipates=True,
         means="Teeth and screws rub the harder the more they carry: a share of every torque is lost, whatever the "
         "speed. A worm gear or a trapezoidal screw loses most.",
@@ -124,7 +126,7 @@ ROWS = (
                 starts=Values((3.0, 12.0, 50.0, 200.0)),
             ),
         ),
-        PathForce(  # dz/dt is s (1 − z k/F sign s): along a path of slip the force approaches ±F
+        HysteresisForce(  # dz/dt is s (1 − z k/F sign s): along a path of slip the force approaches ±F
             "drive",
             lambda before, path, torque, stiffness: (
                 torque * Sign(path) + (before - torque * Sign(path)) * Decay(stiffness * Magnitude(path), torque)
@@ -153,12 +155,12 @@ ROWS = (
             ),
             EffectParameter("damping", "V s/rad", minimum=0.0, typical=0.1, bounded=True),
         ),
-        InnerForce(
+        InternalForce(
             "twist",
             lambda q, dq, stiffness, damping: (
-                Least(stiffness, RIGID) * q
+                Least(stiffness, RIGID_STIFFNESS_V_RAD) * q
                 + damping * dq * Step(Magnitude(q))
-                + Step(stiffness - RIGID) * (contact(q, dq) - contact(q, sp.Integer(0)))
+                + Step(stiffness - RIGID_STIFFNESS_V_RAD) * (contact_force(q, dq) - contact_force(q, sp.Integer(0)))
             ),
         ),
         dissipates=True,
@@ -180,7 +182,7 @@ ROWS = (
                 starts=Values((0.005, 0.015, 0.04, 0.1)),
             ),
         ),
-        InnerPlay("twist", lambda gap: gap, contact),
+        InternalPlay("twist", lambda gap: gap, contact_force),
         means="Worn or loose teeth: at a reversal the motor first crosses the gap, and the wheels roll on their own.",
     ),
     Effect(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InnerForce, Values
-from derive.late import Least, sp
+from derive.effects.row import Deformation, DryForce, Effect, EffectParameter, Force, InternalForce, Values
+from derive.lazy import Least, sp
 
-GRIPS = 300.0  # V s/rad: a grip that counts as rigid
+RIGID_GRIP_V_S_RAD = 300.0  # V s/rad: a grip that counts as rigid
 
-ROWS = (
+EFFECT_ROWS = (
     Effect(
         "ground_viscous",
         "ground",
@@ -59,9 +59,9 @@ ROWS = (
                 "limit", "V", minimum=0.1, maximum=1000.0, typical=5.0, absent=10.0, bounded=True, grid=(3.0,)
             ),
         ),
-        InnerForce(
+        InternalForce(
             "creep",
-            lambda q, dq, stiffness, limit: limit * sp.tanh(Least(stiffness, GRIPS) * dq / limit),
+            lambda q, dq, stiffness, limit: limit * sp.tanh(Least(stiffness, RIGID_GRIP_V_S_RAD) * dq / limit),
         ),
         dissipates=True,
         means="Dust, wet floor or hard tyres: the wheels turn further than the robot travels, most under hard pushes.",

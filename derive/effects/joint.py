@@ -10,7 +10,7 @@ from dataclasses import replace
 from derive.effects import drive
 from derive.effects.row import DryForce, Effect, Force
 
-ALIKE = {  # name, of which row of the drive, sentence, what it means
+JOINT_EFFECTS = {  # name, of which row of the drive, sentence, what it means
     "viscous_joint": (
         "viscous_drive",
         "Viscous friction in the joint.",
@@ -29,7 +29,7 @@ ALIKE = {  # name, of which row of the drive, sentence, what it means
 }
 
 
-TURN = {
+TURNING_EFFECTS = {
     "coulomb_turn": (
         "coulomb_drive",
         "Dry friction of the tyres where the robot turns on the spot.",
@@ -38,14 +38,16 @@ TURN = {
 }
 
 
-def row_of(name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint") -> Effect:
+def drive_row_on(
+    name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint"
+) -> Effect:
     """A row of the drive as it acts on another port."""
-    row = next(r for r in drive.ROWS if r.name == model)
+    row = next(r for r in drive.EFFECT_ROWS if r.name == model)
     assert isinstance(row.enters, Force | DryForce)
     return replace(row, name=name, family=family, sentence=sentence, means=means, enters=row.enters._replace(port=port))
 
 
-ROWS = (
-    *(row_of(name, *rest) for name, rest in ALIKE.items()),
-    *(row_of(name, *rest, family="ground", port="turn") for name, rest in TURN.items()),
+EFFECT_ROWS = (
+    *(drive_row_on(name, *rest) for name, rest in JOINT_EFFECTS.items()),
+    *(drive_row_on(name, *rest, family="ground", port="turn") for name, rest in TURNING_EFFECTS.items()),
 )

@@ -12,16 +12,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from derive.late import sp, symbol
+from derive.lazy import sp, symbol
 
-DIRECTION = "direction"  # in laws: −1 or 1 while a port slips; one that holds it may also hold the port at rest
-INPUT = "input"  # in Quantiles: the commanded input
+DIRECTION_ARGUMENT = (
+    "direction"  # in laws: −1 or 1 while a port slips; one that holds it may also hold the port at rest
+)
+INPUT_SIGNAL = "input"  # in Quantiles: the commanded input
 
 
 class Quantiles(NamedTuple):
     """Starting values from a log: quantiles of the magnitude of the input, or of a port's speed."""
 
-    of: str  # INPUT or the name of a port
+    of: str  # INPUT_SIGNAL or the name of a port
     at: tuple[float, ...]
 
 
@@ -56,7 +58,7 @@ class EffectParameter(NamedTuple):
         None  # starting values that only a log can tell; every shape has them
     )
     bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
-    moment: bool = False  # whether it is a time at which something begins or ends
+    event_time: bool = False  # whether it is a time at which something begins or ends
 
 
 class Force(NamedTuple):
@@ -77,7 +79,7 @@ class DryForce(NamedTuple):
     loaded: bool = False
 
 
-class PathForce(NamedTuple):
+class HysteresisForce(NamedTuple):
     """A resistance on a port with a memory: law(before, path, parameters).
 
     It follows from the path of slip and from what it was where the path began, whatever the speed.
@@ -87,7 +89,7 @@ class PathForce(NamedTuple):
     law: Callable[..., sp.Expr]
 
 
-def by_its_size(t: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
+def first_parameter(t: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
     """A law that is the first parameter."""
     return next(iter(parameters.values()))
 
@@ -96,10 +98,10 @@ class Deformation(NamedTuple):
     """A change of the plant's geometry: re-derived, not added; by how much is law(time, parameters)."""
 
     symbol: str  # of Plant.geometry
-    law: Callable[..., sp.Expr] = by_its_size
+    law: Callable[..., sp.Expr] = first_parameter
 
 
-class InnerForce(NamedTuple):
+class InternalForce(NamedTuple):
     """A give inside the machine, free to move, and what resists it: law(coordinate, rate, parameters).
 
     ``geometry`` are deformations that come with it, each a function of the effect's parameters and the constants.
@@ -110,7 +112,7 @@ class InnerForce(NamedTuple):
     geometry: tuple[tuple[str, Callable[..., sp.Expr]], ...] = ()
 
 
-class InnerPlay(NamedTuple):
+class InternalPlay(NamedTuple):
     """Free play at a give inside the machine: full width(parameters); what else resists it acts outside of the play."""
 
     coordinate: str  # of Plant.inner
@@ -155,7 +157,7 @@ class Effect:
     equation: str
     parameters: tuple[EffectParameter, ...]
     enters: (
-        Force | DryForce | PathForce | Deformation | InnerForce | InnerPlay | InputMap | InputDelay | InputLag
+        Force | DryForce | HysteresisForce | Deformation | InternalForce | InternalPlay | InputMap | InputDelay | InputLag
         | SensorMap | SensorDelay
     )  # fmt: skip
     dissipates: bool = False
@@ -182,22 +184,22 @@ class Effect:
     @property
     def linear(self) -> tuple[EffectParameter, ...]:
         """Parameters whose absence is a zero, where the equations can be linearised in them."""
-        return tuple(p for p in self.parameters if p.absent == 0.0 and not p.moment)
+        return tuple(p for p in self.parameters if p.absent == 0.0 and not p.event_time)
 
     @property
     def sizes(self) -> tuple[EffectParameter, ...]:
         """Parameters that say how large the effect is: their absence is a zero, or infinite."""
-        return tuple(p for p in self.parameters if (p.absent == 0.0 or math.isinf(p.absent)) and not p.moment)
+        return tuple(p for p in self.parameters if (p.absent == 0.0 or math.isinf(p.absent)) and not p.event_time)
 
     @property
-    def frees(self) -> str:
+    def releases(self) -> str:
         """The give inside the machine that it frees, or an empty string."""
-        return self.enters.coordinate if isinstance(self.enters, InnerForce | InnerPlay) else ""
+        return self.enters.coordinate if isinstance(self.enters, InternalForce | InternalPlay) else ""
 
     @property
     def carries(self) -> bool:
         """Whether it adds to the state something that carries on beyond a fitted segment."""
-        return isinstance(self.enters, PathForce | InnerForce | InnerPlay)
+        return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay)
 
     @property
     def event(self) -> bool:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
-from derive.late import sp
+from derive.lazy import sp
 
-ROWS = (
+EFFECT_ROWS = (
     Effect(
         "encoder_eccentricity",
         "sensor",

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derive.functions import TIME, symbol
+from derive.functions import TIME_SYMBOL, symbol
 from derive.printing import Target
 from derive.records import Model
 
 
 def variables_of(model: Model) -> tuple[str, ...]:
     """Names of everything that varies in time: coordinates and rates, then what effects add."""
-    return tuple(s.name for s in (*model.states, *model.inner))
+    return tuple(s.name for s in (*model.states, *model.internal))
 
 
 def sources(model: Model, **extra: str) -> dict[str, str]:
@@ -40,32 +40,32 @@ def scalar_sources(model: Model) -> dict[str, str]:
     """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
     plant, surfaces = model.plant, model.surfaces
     accelerations = (c.ddq for c in plant.moving)
-    scalars = (*model.states, *model.inner, *accelerations, *(s.direction for s in surfaces))
+    scalars = (*model.states, *model.internal, *accelerations, *(s.direction for s in surfaces))
     return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
 
 
-def turns_of(model: Model) -> dict[sp.Expr, str]:
+def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
     """What the equations of motion take sines and cosines of and that changes with time: expression → name."""
-    varying = {TIME, *model.states, *model.inner}
+    varying = {TIME_SYMBOL, *model.states, *model.internal}
     found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
     ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
     return {a: a.name if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
 
 
-def turned(model: Model, targets: list[Target]) -> list[Target]:
+def with_trig_arguments(model: Model, targets: list[Target]) -> list[Target]:
     """Targets whose sines and cosines of these are arguments of the kernel."""
-    turns = turns_of(model).items()
+    turns = trig_arguments_of(model).items()
     known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in turns for f in (sp.sin, sp.cos)}
     return [Target(t.place, sp.sympify(t.value).xreplace(known)) for t in targets]
 
 
-def turn_sources(model: Model) -> dict[str, str]:
+def trig_sources(model: Model) -> dict[str, str]:
     """Sources for a kernel that is handed sines and cosines."""
-    names = [f"{f}_{name}" for name in turns_of(model).values() for f in ("sin", "cos")]
+    names = [f"{f}_{name}" for name in trig_arguments_of(model).values() for f in ("sin", "cos")]
     return {**scalar_sources(model), **{name: name for name in names}}
 
 
-def directed(model: Model) -> dict[str, str]:
+def regressor_sources(model: Model) -> dict[str, str]:
     """Sources for the regressor, in which dry friction has the sign of the slip."""
     slips = {}
     for surface in model.surfaces:
@@ -75,7 +75,7 @@ def directed(model: Model) -> dict[str, str]:
     return sources(model, **slips)
 
 
-def place_of(names: tuple[str, ...], name: str) -> int:
+def index_of(names: tuple[str, ...], name: str) -> int:
     """Index of a name, -1 for none."""
     return names.index(name) if name else -1
 

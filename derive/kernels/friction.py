@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import slope, symbols_in
+from derive.algebra import derivative, symbols_in
 from derive.functions import symbol
 from derive.kernels.arguments import scalar_sources, sources, variables_of
 from derive.printing import Kernel, Target, kernel
-from derive.records import Memory, Model
+from derive.records import Hysteresis, Model
 
 
-class MemoryCode(NamedTuple):
+class HysteresisCode(NamedTuple):
     """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
 
     name: str
@@ -29,7 +29,7 @@ class Friction(NamedTuple):
     directions: tuple[str, ...]  # of the surfaces
     slips: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
     sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
-    memories: tuple[MemoryCode, ...]
+    memories: tuple[HysteresisCode, ...]
 
 
 def friction_of(model: Model) -> Friction:
@@ -38,18 +38,21 @@ def friction_of(model: Model) -> Friction:
         directions=tuple(s.direction.name for s in model.surfaces),
         slips=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
-        memories=tuple(memory_code(model, m) for m in model.memories),
+        memories=tuple(hysteresis_code(model, m) for m in model.memories),
     )
 
 
-def memory_code(model: Model, memory: Memory) -> MemoryCode:
+def hysteresis_code(model: Model, memory: Hysteresis) -> HysteresisCode:
     """A force with a memory as text; its derivatives are by the force before, by the path, then by the parameters."""
     variables = variables_of(model)
     pairs = zip(memory.weights, model.plant.moving, strict=True)
     table = sources(model, **{s.name: s.name for s in (memory.before, memory.path)})
-    slopes = [Target("by_before", slope(memory.law, memory.before)), Target("by_path", slope(memory.law, memory.path))]
-    own = [(n, slope(memory.law, symbol(p.name))) for n, p in enumerate(model.fitted)]
-    return MemoryCode(
+    slopes = [
+        Target("by_before", derivative(memory.law, memory.before)),
+        Target("by_path", derivative(memory.law, memory.path)),
+    ]
+    own = [(n, derivative(memory.law, symbol(p.name))) for n, p in enumerate(model.fitted)]
+    return HysteresisCode(
         memory.force.name,
         variables.index(memory.force.name),
         tuple((w, c.q.name, variables.index(c.q.name)) for w, c in pairs if w),
@@ -70,7 +73,7 @@ def dry_sizes(model: Model) -> tuple[str, ...]:
     """
     laws = [s.law for s in model.surfaces]
     sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]
-    sizes = [n for n in sizes if all(slope(slope(f, symbol(n)), symbol(n)) == 0 for f in laws)]
+    sizes = [n for n in sizes if all(derivative(derivative(f, symbol(n)), symbol(n)) == 0 for f in laws)]
 
     for name in sorted(sizes, key=lambda n: "." in n):  # the plant's own ones first
         others = [n for n in sizes if n != name]

@@ -6,17 +6,17 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import adjugate_of, jacobian, replaced, slope
+from derive.algebra import adjugate_of, derivative, jacobian, substitute
 from derive.functions import symbol
 from derive.kernels.arguments import (
+    index_of,
     input_argument,
     nonzero,
-    place_of,
     scalar_sources,
-    turn_sources,
-    turned,
-    turns_of,
+    trig_arguments_of,
+    trig_sources,
     variables_of,
+    with_trig_arguments,
 )
 from derive.model import slip_row
 from derive.printing import Kernel, Target, kernel
@@ -51,12 +51,12 @@ def layout_of(model: Model) -> Layout:
     """The order of everything that varies in time."""
     plant, variables = model.plant, variables_of(model)
     return Layout(
-        simple=simple(model),
-        turns=tuple(turns_of(model).values()),
+        simple=is_simple(model),
+        turns=tuple(trig_arguments_of(model).values()),
         rows=tuple(c.row for c in plant.coordinates),
         states=tuple(s.name for s in model.states),
         variables=variables,
-        slopes=slopes_of(model),
+        slopes=derivative_names(model),
         rates=tuple(variables.index(c.dq.name) for c in plant.moving),
         accelerations=tuple(c.ddq.name for c in plant.moving),
         ports={p.name: slip_row(plant, p.name)[: len(plant.coordinates)] for p in plant.ports},
@@ -68,43 +68,43 @@ def actuator_of(model: Model) -> Actuator:
     return Actuator(
         input=input_argument(model),
         inputs=tuple(u.name for u in model.plant.inputs) if model.plant.driven else (),
-        delay=place_of(model.parameters, model.delay),
-        lag=place_of(model.parameters, model.lag),
+        delay=index_of(model.parameters, model.delay),
+        lag=index_of(model.parameters, model.lag),
     )
 
 
 def motion_kernels(model: Model) -> dict[str, Kernel]:
     """Accelerations and their derivatives, and what the actuator makes of its command."""
     return {
-        "angles": angles(model),
-        "free_motion": free_motion(model),
-        "residual_jacobian": residual_jacobian(model),
+        "angles": angles_kernel(model),
+        "free_motion": free_motion_kernel(model),
+        "residual_jacobian": residual_jacobian_kernel(model),
         "drive": kernel([Target("driven", model.drive)], scalar_sources(model)),
-        "drive_jacobian": drive_jacobian(model),
+        "drive_jacobian": drive_jacobian_kernel(model),
     }
 
 
-def simple(model: Model) -> bool:
+def is_simple(model: Model) -> bool:
     """Whether a step has neither events nor memory, of one input and a controller that reads angle and rate."""
-    remembers = model.surfaces or model.memories or model.moments or model.lag or model.delay or model.sensor_delay
+    remembers = model.surfaces or model.memories or model.event_times or model.lag or model.delay or model.sensor_delay
     inner = len(model.plant.moving) > len(model.plant.coordinates)
     return (
         not (remembers or inner) and model.plant.driven and len(model.plant.inputs) == 1 and all(model.plant.controlled)
     )
 
 
-def slopes_of(model: Model) -> tuple[str, ...]:
+def derivative_names(model: Model) -> tuple[str, ...]:
     """Names of the time derivatives of the variables, those of forces with a memory apart."""
     slope = {c.q.name: c.dq.name for c in model.plant.moving} | {c.dq.name: c.ddq.name for c in model.plant.moving}
     return tuple(slope[name] for name in variables_of(model) if name in slope)
 
 
-def angles(model: Model) -> Kernel:
+def angles_kernel(model: Model) -> Kernel:
     """Those expressions."""
-    return kernel([Target(f"angle_{name}", a) for a, name in turns_of(model).items()], scalar_sources(model))
+    return kernel([Target(f"angle_{name}", a) for a, name in trig_arguments_of(model).items()], scalar_sources(model))
 
 
-def free_motion(model: Model) -> Kernel:
+def free_motion_kernel(model: Model) -> Kernel:
     """Accelerations without dry friction, and the inverse mass matrix, in closed form.
 
     The forces are multiplied by the adjugate while the determinant is being divided by, which comes last: one stage of
@@ -113,15 +113,15 @@ def free_motion(model: Model) -> Kernel:
     accelerations = [c.ddq for c in model.plant.moving]
     mass = jacobian(model.residual, accelerations)
     adjugate, determinant = adjugate_of(mass)
-    at_rest = [replaced(row, dict.fromkeys(accelerations, sp.Integer(0))) for row in model.residual]
+    at_rest = [substitute(row, dict.fromkeys(accelerations, sp.Integer(0))) for row in model.residual]
     size = len(accelerations)
     forces = [sp.Add(*(adjugate[i, k] * at_rest[k] for k in range(size))) for i in range(size)]
     targets = [Target(a.name, -force / determinant) for a, force in zip(accelerations, forces, strict=True)]
     targets += [Target(f"mobility_{i}_{j}", adjugate[i, j] / determinant) for i in range(size) for j in range(size)]
-    return kernel(turned(model, targets), turn_sources(model))
+    return kernel(with_trig_arguments(model, targets), trig_sources(model))
 
 
-def residual_jacobian(model: Model) -> Kernel:
+def residual_jacobian_kernel(model: Model) -> Kernel:
     """Derivatives of the residual, dry friction included, with the accelerations held.
 
     Those in the states are all there, and where the input lags it is a state, the last. Of those in the parameters the
@@ -129,15 +129,15 @@ def residual_jacobian(model: Model) -> Kernel:
     """
     dry = dry_forces(model.surfaces, len(model.residual))
     slipping = [row + force for row, force in zip(model.residual, dry, strict=True)]
-    by_state = jacobian(slipping, [*model.states, *model.inner, *([model.plant.input] if model.lag else [])])
+    by_state = jacobian(slipping, [*model.states, *model.internal, *([model.plant.input] if model.lag else [])])
     by_parameter = jacobian(slipping, [symbol(p.name) for p in model.fitted])
     rows, columns = by_state.shape
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]
     targets += nonzero("by_parameter", by_parameter, "stage")
-    return kernel(turned(model, targets), turn_sources(model))
+    return kernel(with_trig_arguments(model, targets), trig_sources(model))
 
 
-def drive_jacobian(model: Model) -> Kernel:
+def drive_jacobian_kernel(model: Model) -> Kernel:
     """Derivatives of the driven input in the parameters; zero entries are left out."""
-    slopes = [(n, slope(model.drive, symbol(p.name))) for n, p in enumerate(model.fitted)]
+    slopes = [(n, derivative(model.drive, symbol(p.name))) for n, p in enumerate(model.fitted)]
     return kernel([Target(f"by_parameter[{n}]", s) for n, s in slopes if s != 0], scalar_sources(model))

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import holding, replaced, slope, symbols_in
+from derive.algebra import derivative, substitute, symbols_in, terms_containing
 from derive.functions import symbol
-from derive.model import ORIGIN, named
+from derive.model import ORIGIN_CONSTANT, parameter_definitions
 from derive.records import Model, Relations
 
 
@@ -21,7 +21,7 @@ class Parameters(NamedTuple):
     absent: tuple[str, ...]  # value of each while it has no influence, as an expression
     fitted: int  # so many, from the first, have sensitivities
     origin: int  # index of the angle at the log's first sample, or -1
-    moments: tuple[int, ...]  # indices of those that are times
+    event_times: tuple[int, ...]  # indices of those that are times
     linear: tuple[str, ...]  # those of the regressor
     signed: tuple[str, ...]  # own ones that may be negative: differences of physical constants
     needs: dict[str, tuple[str, ...]]  # constants without which one has no meaning
@@ -37,32 +37,32 @@ def parameters_of(model: Model) -> Parameters:
         units=tuple(p.unit for p in (*model.fitted, *model.constants)),
         absent=tuple("math.inf" if math.isinf(v) else repr(v) for v in absent),
         fitted=len(model.fitted),
-        origin=names.index(ORIGIN) if ORIGIN in names else -1,
-        moments=tuple(names.index(name) for name in model.moments),
+        origin=names.index(ORIGIN_CONSTANT) if ORIGIN_CONSTANT in names else -1,
+        event_times=tuple(names.index(name) for name in model.event_times),
         linear=tuple(s.name for s in model.regressor.parameters),
-        signed=tuple(n for n, d in named(model.grouping) if not positive(d)),
+        signed=tuple(n for n, d in parameter_definitions(model.grouping) if not is_positive(d)),
         needs=needed_constants(model),
         relations=model.relations or Relations({}, {}, {}),
     )
 
 
-def positive(definition: sp.Expr) -> bool:
+def is_positive(definition: sp.Expr) -> bool:
     """Whether a parameter is a sum of products of physical constants, all of which are positive."""
     return all(term.is_positive for term in sp.Add.make_args(sp.expand(definition)))
 
 
 def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
     """Constants in what multiplies each effect parameter alone, or what the effect frees, where there are any."""
-    known = [c.name for c in model.constants if c.name != ORIGIN]
+    known = [c.name for c in model.constants if c.name != ORIGIN_CONSTANT]
     table: dict[str, tuple[str, ...]] = {}
     for effect in model.effects:
         own = set(effect.symbols.values())
         others = {s: sp.Integer(0) for e in model.effects for p, s in zip(e.parameters, e.symbols.values(), strict=True)
                   if p.absent == 0.0 and s not in own}  # fmt: skip
-        inner = model.plant.inner.get(effect.frees)
+        inner = model.plant.internal.get(effect.releases)
         touched = (*own, *((inner.q, inner.dq, inner.ddq) if inner else ()))
-        parts = [replaced(holding(row, touched), others) for row in model.residual]
-        inside = set().union(*(symbols_in(slope(part, s)) for part in parts for s in touched))
+        parts = [substitute(terms_containing(row, touched), others) for row in model.residual]
+        inside = set().union(*(symbols_in(derivative(part, s)) for part in parts for s in touched))
         wanted = tuple(c for c in known if symbol(c) in inside)
         table |= {name: wanted for name in effect.full_names if wanted}
     return table

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from derive.algebra import expand, slope
+from derive.algebra import derivative, expand
 from derive.functions import symbol
-from derive.kernels.arguments import directed, nonzero, nonzero_entries, turn_sources, turned
+from derive.kernels.arguments import nonzero, nonzero_entries, regressor_sources, trig_sources, with_trig_arguments
 from derive.printing import Kernel, Target, kernel
 from derive.records import Model
 
@@ -21,7 +21,7 @@ class Signal(NamedTuple):
     held: bool  # whether it is constant between samples, as the input is
 
 
-class Filtered(NamedTuple):
+class FilteredRegression(NamedTuple):
     """The filtered regression: signals, and the features that its rows are made of.
 
     A feature is a sum of filtered signals that always come together; ``rows`` hold, for each row of the regression, the
@@ -42,7 +42,7 @@ class FilterPlan(NamedTuple):
     mixing: tuple[tuple[tuple[float, ...], ...], ...]  # weights of the features in [φ τ]
 
 
-def filter_plan(filtered: Filtered) -> FilterPlan:
+def filter_plan(filtered: FilteredRegression) -> FilterPlan:
     """The filtered regression without its expressions."""
     return FilterPlan(
         signals=tuple((s.derivatives, s.held) for s in filtered.signals),
@@ -52,19 +52,19 @@ def filter_plan(filtered: Filtered) -> FilterPlan:
     )
 
 
-def regression_kernels(model: Model, filtered: Filtered) -> dict[str, Kernel]:
+def regression_kernels(model: Model, filtered: FilteredRegression) -> dict[str, Kernel]:
     """The regressor at given accelerations, in parts, as an energy balance, and filtered."""
     return {
         "regressor": regressor_kernel(model),
-        "regressor_parts": regressor_parts(model),
-        "energy_parts": energy_parts(model),
-        "signal_rates": signal_rates(model, filtered.signals),
+        "regressor_parts": regressor_parts_kernel(model),
+        "energy_parts": energy_parts_kernel(model),
+        "signal_rates": signal_rates_kernel(model, filtered.signals),
         "signals": signals_kernel(model, filtered.signals),
-        **assembling(filtered),
+        **assembly_kernels(filtered),
     }
 
 
-def filtered_regression(model: Model) -> Filtered:
+def filtered_regression(model: Model) -> FilteredRegression:
     """What the regression has to filter: each distinct term of its entries once, whatever its factor."""
     regressor, count = model.regressor, len(model.regressor.parameters)
     entries: dict[tuple[sp.Expr, int], dict[tuple[int, int], float]] = {}  # term and derivatives → weight in each entry
@@ -88,7 +88,9 @@ def filtered_regression(model: Model) -> Filtered:
     for feature, pattern in enumerate(together):
         for (row, column), weight in pattern:
             rows[row][column][feature] = weight
-    return Filtered(tuple(signals), tuple(map(tuple, together.values())), tuple(tuple(map(tuple, row)) for row in rows))
+    return FilteredRegression(
+        tuple(signals), tuple(map(tuple, together.values())), tuple(tuple(map(tuple, row)) for row in rows)
+    )
 
 
 def shared_filters(signals: tuple[Signal, ...]) -> tuple[tuple[int, ...], ...]:
@@ -103,21 +105,21 @@ def regressor_kernel(model: Model) -> Kernel:
     """Left side and regressor at given accelerations (paper eqs. 21-23)."""
     regressor = model.regressor
     targets = [Target(f"tau[{n}]", value) for n, value in enumerate(regressor.tau)]
-    return kernel(targets + nonzero("phi", regressor.phi), directed(model))
+    return kernel(targets + nonzero("phi", regressor.phi), regressor_sources(model))
 
 
-def regressor_parts(model: Model) -> Kernel:
+def regressor_parts_kernel(model: Model) -> Kernel:
     """The three pieces without accelerations (paper eqs. 25, 26)."""
     regressor = model.regressor
     pieces = {"phi2": regressor.phi2, "phi1": regressor.phi1, "phi0": regressor.phi0}
-    return kernel([t for name, piece in pieces.items() for t in nonzero(name, piece)], directed(model))
+    return kernel([t for name, piece in pieces.items() for t in nonzero(name, piece)], regressor_sources(model))
 
 
-def energy_parts(model: Model) -> Kernel:
+def energy_parts_kernel(model: Model) -> Kernel:
     """Energy stored and power taken per parameter, and power supplied: the regressor without accelerations."""
     energy = model.regressor.energy
     targets = nonzero_entries("stored", energy.stored) + nonzero_entries("taken", energy.taken)
-    return kernel([*targets, Target("supplied[0]", energy.supplied)], directed(model))
+    return kernel([*targets, Target("supplied[0]", energy.supplied)], regressor_sources(model))
 
 
 def signals_kernel(model: Model, signals: tuple[Signal, ...]) -> Kernel:
@@ -129,27 +131,27 @@ def signals_kernel(model: Model, signals: tuple[Signal, ...]) -> Kernel:
         for name, slip in weights.items()
     }
     targets = [Target(f"signal_{n}", s.value) for n, s in enumerate(signals)]
-    return kernel(turned(model, targets), {**turn_sources(model), **slips})
+    return kernel(with_trig_arguments(model, targets), {**trig_sources(model), **slips})
 
 
-def signal_rates(model: Model, signals: tuple[Signal, ...]) -> Kernel:
+def signal_rates_kernel(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     """Time derivatives of the signals that are differentiated twice; they are functions of the configuration."""
     targets = []
     for n, s in enumerate(signals):
         if s.derivatives == 2:
-            rate = sp.Add(*(slope(s.value, c.q) * c.dq for c in model.plant.coordinates))
+            rate = sp.Add(*(derivative(s.value, c.q) * c.dq for c in model.plant.coordinates))
             targets.append(Target(f"speed[{n}]", rate))
-    return kernel(targets, directed(model))
+    return kernel(targets, regressor_sources(model))
 
 
-def assembling(filtered: Filtered) -> dict[str, Kernel]:
+def assembly_kernels(filtered: FilteredRegression) -> dict[str, Kernel]:
     """The features from the filtered signals, and left side and regressor from the features (paper eqs. 39, 40)."""
     signals, features = (
         [symbol(f"{kind}_{n}") for n in range(len(of))]
         for kind, of in (("signal", filtered.signals), ("feature", filtered.features))
     )
-    sums = [sp.Add(*(number(w) * signals[n] for w, n in feature)) for feature in filtered.features]
-    rows = sp.Matrix([[sp.Add(*(number(w) * f for w, f in zip(weights, features, strict=True))) for weights in row]
+    sums = [sp.Add(*(printed_weight(w) * signals[n] for w, n in feature)) for feature in filtered.features]
+    rows = sp.Matrix([[sp.Add(*(printed_weight(w) * f for w, f in zip(weights, features, strict=True))) for weights in row]
                       for row in filtered.rows])  # fmt: skip
     names = {s.name: s.name for s in (*signals, *features)}
     left = [Target(f"tau[{n}]", v) for n, v in enumerate(rows[:, -1])]
@@ -159,6 +161,6 @@ def assembling(filtered: Filtered) -> dict[str, Kernel]:
     }
 
 
-def number(value: float) -> sp.Expr:
+def printed_weight(value: float) -> sp.Expr:
     """A weight as it is printed: 1, not 1.0."""
     return sp.Integer(int(value)) if value == int(value) else sp.Float(value)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from derive.algebra import jacobian
 from derive.functions import symbol
-from derive.kernels.arguments import nonzero, place_of, scalar_sources, sources
+from derive.kernels.arguments import index_of, nonzero, scalar_sources, sources
 from derive.printing import Kernel, Target, kernel
 from derive.records import Model
 
@@ -21,7 +21,7 @@ class Sensors(NamedTuple):
     delay: int  # index of that delay among the parameters, or -1
     controlled: tuple[int, int]  # outputs that the controller sees: value, rate; -1 for what no sensor reads
     reads: tuple[tuple[float, ...], ...]  # what each output reads of the states while no effect touches the sensors
-    falls: int  # index of the output that must stay within ±π/2, or -1
+    range_channel: int  # index of the output that must stay within ±π/2, or -1
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
 
 
@@ -32,10 +32,10 @@ def sensors_of(model: Model) -> Sensors:
     return Sensors(
         outputs=outputs,
         late=tuple(name in model.late for name in outputs),
-        delay=place_of(model.parameters, model.sensor_delay),
-        controlled=(place_of(outputs, plant.controlled[0]), place_of(outputs, plant.controlled[1])),
-        reads=ideal_readings(model),
-        falls=place_of(outputs, plant.falls),
+        delay=index_of(model.parameters, model.sensor_delay),
+        controlled=(index_of(outputs, plant.controlled[0]), index_of(outputs, plant.controlled[1])),
+        reads=ideal_output_matrix(model),
+        range_channel=index_of(outputs, plant.range_channel),
         unmeasured=unmeasured_rates(model),
     )
 
@@ -46,11 +46,11 @@ def sensor_kernels(model: Model) -> dict[str, Kernel]:
         "controlled": controlled_kernel(model),
         "outputs": outputs_kernel(model),
         "readings": readings_kernel(model),
-        "output_jacobian": output_jacobian(model),
+        "output_jacobian": output_jacobian_kernel(model),
     }
 
 
-def ideal_readings(model: Model) -> tuple[tuple[float, ...], ...]:
+def ideal_output_matrix(model: Model) -> tuple[tuple[float, ...], ...]:
     """What each output reads of the states while no effect touches the sensors, as constant weights."""
     readings = sp.Matrix([c.reading for c in model.plant.channels])
     weights = jacobian(readings, model.states)
@@ -84,7 +84,7 @@ def readings_kernel(model: Model) -> Kernel:
     return kernel([Target(f"reading_{n}", r) for n, r in enumerate(model.readings)], scalar_sources(model))
 
 
-def output_jacobian(model: Model) -> Kernel:
+def output_jacobian_kernel(model: Model) -> Kernel:
     """Derivatives of the readings; zero entries are left out."""
     readings = sp.Matrix(model.readings)
     by_state = jacobian(readings, model.states)

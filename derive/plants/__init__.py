@@ -1,6 +1,7 @@
 """The plants: one file each, stating geometry, actuator, sensors and assumptions.
 
-A plant's file needs a NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state ASSUMPTIONS
+A plant's file needs a PLANT_NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state
+PLANT_ASSUMPTIONS
 and numbers for a first model.toml: REFERENCE for X1, X2, ..., CONSTANTS, and the GAINS of a controller that holds it.
 """
 
@@ -16,21 +17,23 @@ from types import ModuleType
 from derive.plants import cart_pole, pendulum, slide, wheel_pendulum
 from derive.records import Assumption, Plant
 
-GROUP = "wheelpend.plants"
-PLANTS: dict[str, ModuleType] = {m.NAME: m for m in (wheel_pendulum, slide, pendulum, cart_pole)}
+ENTRY_POINT_GROUP = "wheelpend.plants"
+KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in (wheel_pendulum, slide, pendulum, cart_pole)}
 
 
 def register(module: ModuleType) -> str:
-    """Make a user's plant known under its NAME, and return that; raises ValueError where it is no plant's file."""
-    for needed in ("NAME", "build"):
+    """Make a user's plant known under its PLANT_NAME, and return that; raises ValueError where it is no plant's file."""
+    for needed in ("PLANT_NAME", "build"):
         if not hasattr(module, needed):
             raise ValueError(f"{module.__name__} must state {needed}")
-    known = PLANTS.get(module.NAME)
+    known = KNOWN_PLANTS.get(module.PLANT_NAME)
     if known is not None and known.__file__ != module.__file__:
-        raise ValueError(f"NAME must be a new one, but there is a plant '{module.NAME}' in {known.__file__}")
-    PLANTS[module.NAME] = module
+        raise ValueError(
+            f"PLANT_NAME must be a new one, but there is a plant '{module.PLANT_NAME}' in {known.__file__}"
+        )
+    KNOWN_PLANTS[module.PLANT_NAME] = module
     _built.cache_clear()
-    return module.NAME
+    return module.PLANT_NAME
 
 
 def find(name: str) -> ModuleType:
@@ -38,17 +41,17 @@ def find(name: str) -> ModuleType:
 
     A plant that is not ours may come with an installed package, which names its module under the entry point GROUP.
     """
-    if name not in PLANTS:
+    if name not in KNOWN_PLANTS:
         from importlib.metadata import entry_points  # late: few look for a plant that is not ours
 
-        for entry in entry_points(group=GROUP, name=name):
+        for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
             register(entry.load())
-    if name not in PLANTS:
+    if name not in KNOWN_PLANTS:
         raise KeyError(
-            f"No plant named '{name}'. Known plants: {', '.join(sorted(PLANTS))}. One of your own is named on the "
+            f"No plant named '{name}'. Known plants: {', '.join(sorted(KNOWN_PLANTS))}. One of your own is named on the "
             "command line: --plant FILE.py"
         )
-    return PLANTS[name]
+    return KNOWN_PLANTS[name]
 
 
 def fingerprint(name: str) -> str:
@@ -64,22 +67,22 @@ def _hash_of(file: str, changed: int) -> str:
 
 def assumptions_of(name: str) -> tuple[Assumption, ...]:
     """The choices that a plant's derivation makes."""
-    return tuple(getattr(find(name), "ASSUMPTIONS", ()))
+    return tuple(getattr(find(name), "PLANT_ASSUMPTIONS", ()))
 
 
 def reference_of(name: str) -> Mapping[str, float]:
     """A plant's own numbers for X1, X2, ..., where its file has any."""
-    return getattr(find(name), "REFERENCE", {})
+    return getattr(find(name), "REFERENCE_PARAMETERS", {})
 
 
 def constants_of(name: str) -> Mapping[str, float]:
     """A plant's own numbers for its known constants, where its file has any."""
-    return getattr(find(name), "CONSTANTS", {})
+    return getattr(find(name), "KNOWN_CONSTANTS", {})
 
 
 def gains_of(name: str) -> tuple[float, float, float] | None:
     """Gains of a PID that holds a plant with those numbers, where its file has any."""
-    return getattr(find(name), "GAINS", None)
+    return getattr(find(name), "CONTROLLER_GAINS", None)
 
 
 def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:
@@ -92,13 +95,13 @@ def _built(name: str, fingerprint: str, assumptions: tuple, free: tuple[str, ...
     return find(name).build(dict(assumptions), free)
 
 
-def brought(name: str, assumptions: dict) -> tuple[str, ...]:
+def implied_effects(name: str, assumptions: dict) -> tuple[str, ...]:
     """Effects that settled assumptions stand for."""
-    pairs = ((a.name, choice, effect) for a in assumptions_of(name) for choice, effect in a.brings)
+    pairs = ((a.name, choice, effect) for a in assumptions_of(name) for choice, effect in a.implies)
     return tuple(effect for key, choice, effect in pairs if assumptions[key] == choice)
 
 
-def settle(name: str, assumptions: Mapping) -> dict:
+def complete_assumptions(name: str, assumptions: Mapping) -> dict:
     """Fill in the defaults of a plant's assumptions and check what was given."""
     known = {a.name: a for a in assumptions_of(name)}
     for key, value in assumptions.items():

@@ -6,12 +6,18 @@ when it leans that way.
 
 from __future__ import annotations
 
-from derive.late import sp
+from derive.lazy import sp
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
-NAME = "cart_pole"
-REFERENCE = {"X1": 1.1, "X2": 0.05, "X3": 0.0333, "X4": 0.49, "X5": 4.0}  # a cart of 1 kg, a pole of 0.1 kg and 1 m
-CONSTANTS = {"gain": 1.0}
+PLANT_NAME = "cart_pole"
+REFERENCE_PARAMETERS = {
+    "X1": 1.1,
+    "X2": 0.05,
+    "X3": 0.0333,
+    "X4": 0.49,
+    "X5": 4.0,
+}  # a cart of 1 kg, a pole of 0.1 kg and 1 m
+KNOWN_CONSTANTS = {"gain": 1.0}
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
@@ -21,7 +27,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     M, m, l, J, g, gain, K_b = sp.symbols("M m l J g gain K_b", positive=True)
     V = sp.Symbol("v_in", real=True)
     return Plant(
-        name=NAME,
+        name=PLANT_NAME,
         sentence="A pole balanced on a cart that a motor drives along a rail.",
         coordinates=(cart, pole),
         bodies=(
@@ -31,8 +37,8 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         gravity=sp.Matrix([0, 0, -g]),
         loads=(Load("motor", "drive", gain * (V - K_b * cart.dq)),),
         ports=(
-            Port("drive", x, "between rail and cart, through the motor", reach=0.05),
-            Port("outside", x, "between the cart and what pushes or pulls it from outside", reach=0.05),
+            Port("drive", x, "between rail and cart, through the motor", length_per_radian=0.05),
+            Port("outside", x, "between the cart and what pushes or pulls it from outside", length_per_radian=0.05),
             Port("joint", theta, "between cart and pole"),
         ),
         channels=(Channel("x", x, "m"), Channel("theta_p", theta, "rad")),
@@ -43,5 +49,5 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         constants=(Parameter("gain", "N/V", "force on the cart per volt"),),
         controlled=("theta_p", ""),
         reference="theta_ref",
-        falls="theta_p",
+        range_channel="theta_p",
     )

@@ -7,11 +7,11 @@ level: no log of free swinging tells more.
 
 from __future__ import annotations
 
-from derive.late import sp
+from derive.lazy import sp
 from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Port, coordinate
 
-NAME = "pendulum"
-ASSUMPTIONS = (
+PLANT_NAME = "pendulum"
+PLANT_ASSUMPTIONS = (
     Assumption("links", 1, (1, 2), "How many links swing, the second hung on the end of the first."),
     Assumption("driven", False, (True, False), "Whether a motor turns the first link against its suspension."),
     Assumption(
@@ -21,7 +21,7 @@ ASSUMPTIONS = (
         "Whether theta_2 is the second link's angle against the vertical or against the first link.",
     ),
 )
-REFERENCE = {"X1": 0.068}  # s², of a rod a metre long that swings freely
+REFERENCE_PARAMETERS = {"X1": 0.068}  # s², of a rod a metre long that swings freely
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
@@ -47,7 +47,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         relative = assumptions["second_encoder"] == "relative"
         channels.append(Channel("theta_2", q_2 - q_1 if relative else q_2, "rad"))
     return Plant(
-        name=NAME,
+        name=PLANT_NAME,
         sentence=f"A pendulum of {'two links' if two else 'one link'}, {'driven' if driven else 'swinging freely'}.",
         coordinates=(first, second) if two else (first,),
         bodies=tuple(bodies),

@@ -5,13 +5,13 @@ Sign convention: x grows the way in which a positive input pushes.
 
 from __future__ import annotations
 
-from derive.late import sp
+from derive.lazy import sp
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
-NAME = "slide"
-REFERENCE = {"X1": 2.7058}  # V s²/m: 95.11 kg at 35.15 N/V
-CONSTANTS = {"gain": 35.1507}
-GAINS = (38996.0, 0.0, 243.45)  # of the published loop: kp kv [V/m], none, kv [V s/m]
+PLANT_NAME = "slide"
+REFERENCE_PARAMETERS = {"X1": 2.7058}  # V s²/m: 95.11 kg at 35.15 N/V
+KNOWN_CONSTANTS = {"gain": 35.1507}
+CONTROLLER_GAINS = (38996.0, 0.0, 243.45)  # of the published loop: kp kv [V/m], none, kv [V s/m]
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
@@ -20,15 +20,20 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     M, gain = sp.symbols("M gain", positive=True)
     V = sp.Symbol("v_in", real=True)
     return Plant(
-        name=NAME,
+        name=PLANT_NAME,
         sentence="A carriage that a motor drives along a rail.",
         coordinates=(carriage,),
         bodies=(Body("carriage", M, sp.Matrix([carriage.q, 0, 0]), sp.Integer(0), sp.Integer(0)),),
         gravity=sp.Matrix([0, 0, 0]),
         loads=(Load("motor", "drive", gain * V),),
         ports=(
-            Port("drive", carriage.q, "between rail and carriage, through motor and screw", reach=0.01),
-            Port("outside", carriage.q, "between the carriage and what pushes or pulls it from outside", reach=0.01),
+            Port("drive", carriage.q, "between rail and carriage, through motor and screw", length_per_radian=0.01),
+            Port(
+                "outside",
+                carriage.q,
+                "between the carriage and what pushes or pulls it from outside",
+                length_per_radian=0.01,
+            ),
         ),
         channels=(Channel("x", carriage.q, "m"),),
         input=V,

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from derive.late import sp
+from derive.lazy import sp
 from derive.records import Assumption, Body, Channel, Coordinate, Heading, Load, Parameter, Plant, Port, coordinate
 
-NAME = "wheel_pendulum"
+PLANT_NAME = "wheel_pendulum"
 
-ASSUMPTIONS = (
+PLANT_ASSUMPTIONS = (
     Assumption(
         "planar",
         True,
@@ -53,7 +53,7 @@ ASSUMPTIONS = (
         ("static", "dynamic"),
         "Whether the current follows the voltage at once (the paper's eq. 7) or through the windings' inductance (its "
         "eq. 5 in full); 'dynamic' is the effect winding_inductance.",
-        brings=(("dynamic", "winding_inductance"),),
+        implies=(("dynamic", "winding_inductance"),),
     ),
     Assumption(
         "encoder",
@@ -63,7 +63,7 @@ ASSUMPTIONS = (
     ),
 )
 
-REFERENCE = {
+REFERENCE_PARAMETERS = {
     "X1": 0.0436,
     "X2": 0.0178,
     "X3": 0.1149,
@@ -72,12 +72,18 @@ REFERENCE = {
     "X6": 0.7268,
     "X7": 0.7256,
 }  # Table 1
-CONSTANTS = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339, "L": 0.716}  # paper, section 4; alpha from (12)
+KNOWN_CONSTANTS = {
+    "R": 0.2413,
+    "g": 9.81,
+    "alpha": 165.42,
+    "J_w": 0.1339,
+    "L": 0.716,
+}  # paper, section 4; alpha from (12)
 
-GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/rad, V/(rad s), V s/rad]
+CONTROLLER_GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/rad, V/(rad s), V s/rad]
 
 
-def inside() -> dict[str, Coordinate]:
+def internal_coordinates() -> dict[str, Coordinate]:
     """Give inside the machine that effects may free."""
     return {
         "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
@@ -123,7 +129,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensors of the robot under the given assumptions; what is not free is rigid."""
     turns = not assumptions["planar"]
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
-    give = inside()
+    give = internal_coordinates()
     moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()]
     (twist, dtwist), (creep, _), (sway, dsway) = moving
     psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
@@ -133,12 +139,12 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     g, alpha, epsilon, K_t, R_m = sp.symbols("g alpha epsilon K_t R_m", positive=True)
     gamma = slope_of(assumptions)
     return Plant(
-        name=NAME,
+        name=PLANT_NAME,
         sentence="A body balancing on two coaxial wheels that it drives itself.",
         coordinates=(wheel, pitch, yaw) if turns else (wheel, pitch),
-        bodies=(*bodies(assumptions, motion), *(hanging(assumptions, motion) if "sway" in free else [])),
+        bodies=(*bodies(assumptions, motion), *(sloshing_body(assumptions, motion) if "sway" in free else [])),
         gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
-        loads=(*loads(assumptions, motion, V_left, V_right), *(damping(motion) if "sway" in free else [])),
+        loads=(*loads(assumptions, motion, V_left, V_right), *(slosh_damping(motion) if "sway" in free else [])),
         ports=ports(motion, turns, "sway" in free),
         channels=channels(assumptions, motion),
         input=V_left,
@@ -148,12 +154,12 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         scale=alpha,
         substitutions={K_t: alpha * R_m / (2 * epsilon)},  # alpha = 2 ε K_t / R_m (paper eq. 12)
         constants=constants(turns),
-        geometry=deformations(turns),
-        inner={} if turns else give,
+        geometry=geometry_symbols(turns),
+        internal={} if turns else give,
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference="theta_ref",
-        falls="theta_p",
+        range_channel="theta_p",
     )
 
 
@@ -173,7 +179,7 @@ def bodies(assumptions: dict, motion: Motion) -> list[Body]:
     base_rate = motion.dtheta_p if assumptions["rotor_speed"] == "world" else 0
     left_rotor, right_rotor = (epsilon * (motion.slip + difference) + base_rate for difference in (-dlead, dlead))
     rotor_inertia = J_m if assumptions["rotor_inertia"] else sp.Integer(0)
-    turning = [] if assumptions["planar"] else turning_bodies(axle, motion.theta_p, motion.dpsi, (2 * J_t, J_x, J_z))
+    turning = [] if assumptions["planar"] else yawing_bodies(axle, motion.theta_p, motion.dpsi, (2 * J_t, J_x, J_z))
     centre = axle + L * sp.Matrix([sp.sin(tilt), 0, sp.cos(tilt)])
     return [
         Body("left wheel", m, axle + sp.Matrix([0, W / 2, 0]), J_w, motion.dtheta_w - dlead),
@@ -185,7 +191,7 @@ def bodies(assumptions: dict, motion: Motion) -> list[Body]:
     ]
 
 
-def turning_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias: tuple) -> list[Body]:
+def yawing_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias: tuple) -> list[Body]:
     """Rotation about the vertical: of both wheels, and of the body about its own forward and upward axes."""
     of_wheels, forward, upward = inertias
     return [
@@ -195,7 +201,7 @@ def turning_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias:
     ]
 
 
-def hanging(assumptions: dict, motion: Motion) -> list[Body]:
+def sloshing_body(assumptions: dict, motion: Motion) -> list[Body]:
     """What hangs in the body and sways: a share of its mass on a rod, from a pivot above the axle."""
     M = sp.Symbol("M", positive=True)
     hung, height, length = sp.symbols("sway_mass sway_height sway_length", real=True)
@@ -236,7 +242,7 @@ def torque(assumptions: dict, V: sp.Symbol, slip: sp.Expr) -> sp.Expr:
     return epsilon * K_t * (V - K_b * gear * slip) / R_m
 
 
-def damping(motion: Motion) -> list[Load]:
+def slosh_damping(motion: Motion) -> list[Load]:
     """What slows the swaying."""
     M = sp.Symbol("M", positive=True)
     hung, length, decay = sp.symbols("sway_mass sway_length sway_decay", real=True)
@@ -281,7 +287,7 @@ def constants(turns: bool) -> tuple[Parameter, ...]:
     )
 
 
-def deformations(turns: bool) -> dict[str, sp.Symbol]:
+def geometry_symbols(turns: bool) -> dict[str, sp.Symbol]:
     """Where the geometry may deviate, each zero unless an effect is there."""
     anywhere = ("com_angle", "payload")
     on_a_track = (

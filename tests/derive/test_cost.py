@@ -11,8 +11,10 @@ import sympy as sp
 from sympy.core.cache import clear_cache
 
 import derive
-from derive import algebra, effects, grouping, model, plants, statespace
+from derive import algebra, effects, grouping, model, plants
 from derive.functions import symbol
+from derive.kernels.arguments import trig_arguments_of
+from derive.kernels.motion import free_motion_kernel
 
 PLANT = "wheel_pendulum"
 FIFTEEN = (
@@ -93,13 +95,13 @@ def test_the_whole_library_is_found_without_searching_every_pair(afresh, monkeyp
 @pytest.mark.parametrize("gives", [("backlash", "wheel_slip"), ("backlash", "slosh", "wheel_slip")])
 def test_several_gives_at_once_have_their_inverse_mass_matrix_in_closed_form(gives):
     machine = derive.compose(PLANT, {}, gives)
-    kernel = statespace.free_motion(machine)
+    kernel = free_motion_kernel(machine)
     generator = np.random.default_rng(1)
     names = {s.name for row in machine.residual for s in row.free_symbols} | set(machine.parameters)
     known = {name: generator.uniform(0.5, 2.0) for name in sorted(names)}
     scope = {n: known.get(n, 0.0) for n in map(str, (*machine.states, *machine.internal, machine.plant.input))}
     scope |= {"math": math, "_sign": np.sign, "_step": lambda x: float(x > 0)}
-    for angle, turn in statespace.turns_of(machine).items():
+    for angle, turn in trig_arguments_of(machine).items():
         value = float(angle.subs({symbol(n): v for n, v in known.items()}))
         scope |= {f"sin_{turn}": math.sin(value), f"cos_{turn}": math.cos(value)}
     scope["parameters"] = [known[name] for name in machine.parameters]

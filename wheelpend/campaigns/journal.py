@@ -99,7 +99,7 @@ def _tuples(value: Any) -> Any:
 
 def fingerprint(setting: CampaignSetting, model: Model) -> str:
     """Hash of everything besides a log that decides what it answers: the model, the question, and the code."""
-    own = sorted(repr(derive.effects.OWN[n]) for n in model.own)
+    own = sorted(repr(derive.effects.USER_EFFECTS[n]) for n in model.own)
     digest = hashlib.sha256(repr((setting, own, derive.plants.fingerprint(model.plant))).encode())
     digest.update(derivation_fingerprint().encode())
     command = Path(setting.played.command) if setting.played else Path()

@@ -108,7 +108,7 @@ def effects(
         if model != DEFAULT_MODEL_PATH or model.exists():
             opened = open_model(model, plant)
             built = opened.plant_signature
-            known, suited = derive.effects.possible_on(built, opened.own), lambda row: derive.effects.suited(row, built)
+            known, suited = derive.effects.applicable_to(built, opened.own), lambda row: derive.effects.in_plant_units(row, built)
         try:
             rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]
         except KeyError as error:

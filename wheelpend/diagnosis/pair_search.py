@@ -38,7 +38,7 @@ class PairSearch(NamedTuple):
 
 def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     """The two effects that would leave least together, as far as a fit's linearisation tells; none where it cannot."""
-    effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.frees]
+    effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.releases]
     plan, shots = shoot_with_candidates(
         problem, fitted, problem.training, [n for e in effects for n in linear_names(e)], {}
     )

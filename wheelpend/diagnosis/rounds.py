@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 import derive
-from derive.effects import InnerPlay
+from derive.effects import InternalPlay
 from wheelpend.diagnosis.candidates import CandidateSelection, ScreenedModel, min_gain, rank_candidates
 from wheelpend.diagnosis.events import find_events, fit_event
 from wheelpend.diagnosis.evidence import MIN_RELATIVE_ERROR_DECREASE, CandidateFit, evaluate_candidate
@@ -62,7 +62,7 @@ def with_partner(found: Diagnosis, progress: Progress) -> Diagnosis:
     inside the machine is not tried as the first of a pair: that takes long.
     """
     problem = found.problem
-    quick = (t for t in found.tried if t.physical and not derive.effects.find(t.effect).frees)
+    quick = (t for t in found.tried if t.physical and not derive.effects.find(t.effect).releases)
     together = leading_pair(problem, found.fit)
     likely = sorted(quick, key=lambda t: (t.effect not in together, t.fit.cost))[:MAX_PAIR_CANDIDATES]
     for number, one in enumerate(likely, 1):
@@ -173,7 +173,7 @@ def with_backlash(found: Diagnosis, progress: Progress) -> Diagnosis:
     That takes half a minute, so it is tried where nothing else explains what is missing.
     """
     problem, before = found.problem, found.error
-    plays = [e for e in problem.candidates() if isinstance(e.enters, InnerPlay)]
+    plays = [e for e in problem.candidates() if isinstance(e.enters, InternalPlay)]
     if not plays or found.score_test is None:
         return found
     residuals = validation_residuals(problem, found.fit)[1]

@@ -119,7 +119,7 @@ def conclude(
         else (),
         not_judged={
             e.name: why
-            for e in derive.effects.possible_on(problem.plant, problem.model.own)
+            for e in derive.effects.applicable_to(problem.plant, problem.model.own)
             if (why := problem.why_not_testable(e))
         },
         warnings=problem.warnings,

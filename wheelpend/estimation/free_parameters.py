@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import EffectParameter
@@ -20,7 +20,7 @@ def values_of_model_effects(problem: EstimationProblem, values: Mapping[str, flo
 
 def event_time_names(effect: str) -> list[str]:
     """Full names of the times at which an event begins and ends."""
-    return [f"{effect}.{p.name}" for p in derive.effects.find(effect).parameters if p.moment]
+    return [f"{effect}.{p.name}" for p in derive.effects.find(effect).parameters if p.event_time]
 
 
 def known_values(model: Model) -> dict[str, float]:
@@ -31,7 +31,7 @@ def known_values(model: Model) -> dict[str, float]:
 
 
 def limits_of(
-    names: Sequence[str], plant: Nameplate | None = None, signed: Collection[str] = ()
+    names: Sequence[str], plant: PlantSignature | None = None, signed: Collection[str] = ()
 ) -> dict[str, tuple[float, float]]:
     """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
     constants, ``signed`` ones apart, without which a corrupted fit leaves everything that can be simulated.
@@ -41,7 +41,7 @@ def limits_of(
     return limits | {n: (p.minimum, p.maximum) for n, p in bounded.items()}
 
 
-def effect_parameter(name: str, plant: Nameplate | None = None) -> EffectParameter | None:
+def effect_parameter(name: str, plant: PlantSignature | None = None) -> EffectParameter | None:
     """The library's row of effect.parameter, as it reads on a plant where one is given.
 
     None for the plant's own parameters and for missing forces.
@@ -50,7 +50,7 @@ def effect_parameter(name: str, plant: Nameplate | None = None) -> EffectParamet
     if not parameter or effect.startswith("missing"):
         return None
     row = derive.effects.find(effect)
-    rows = (derive.effects.suited(row, plant) if plant else row).parameters
+    rows = (derive.effects.in_plant_units(row, plant) if plant else row).parameters
     return next((p for p in rows if p.name == parameter), None)
 
 

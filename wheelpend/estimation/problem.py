@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import Effect
@@ -45,13 +45,13 @@ class EstimationProblem:
         return float(np.mean([n.floor for n in self.noise]))
 
     @property
-    def plant(self) -> Nameplate:
+    def plant(self) -> PlantSignature:
         """What the plant has under the model's assumptions."""
         return self.model.plant_signature
 
     def effect(self, name: str) -> Effect:
         """A row of the library as it reads on this plant."""
-        return derive.effects.suited(derive.effects.find(name), self.plant)
+        return derive.effects.in_plant_units(derive.effects.find(name), self.plant)
 
     @property
     def base(self) -> tuple[str, ...]:
@@ -65,8 +65,8 @@ class EstimationProblem:
 
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that the plant, its assumptions and the known constants allow."""
-        rows = derive.effects.possible_on(self.plant, self.model.own)
-        return tuple(derive.effects.suited(e, self.plant) for e in rows if not self.why_not_testable(e))
+        rows = derive.effects.applicable_to(self.plant, self.model.own)
+        return tuple(derive.effects.in_plant_units(e, self.plant) for e in rows if not self.why_not_testable(e))
 
     def candidates(self) -> tuple[Effect, ...]:
         """Those of them that the model may be missing: neither in it nor contained in one that is."""
@@ -94,12 +94,12 @@ class EstimationProblem:
         if effect.name in self.redundant_effects:
             return "lowers the error, but not beside the effects that explain the rest"
         free = kernels.released_coordinates(self.model.effects)
-        if effect.frees and free and effect.frees not in free:
+        if effect.releases and free and effect.releases not in free:
             return f"frees a second give inside the machine, beside {', '.join(free)}"
         return why_not_testable(
             effect,
             self.model,
-            model_kernels.library_module_of(self.model, [effect.name]) if effect.frees else self.module,
+            model_kernels.library_module_of(self.model, [effect.name]) if effect.releases else self.module,
         )
 
 
@@ -138,7 +138,7 @@ def with_stable_step(problem: EstimationProblem, values: Mapping[str, float]) ->
     if problem.module.NA == problem.module.NQ:
         return problem
     known = problem.module.PARAMETERS
-    rows = [problem.effect(e.name) for e in derive.effects.LIBRARY.values() if e.frees and e.full_names[0] in known]
+    rows = [problem.effect(e.name) for e in derive.effects.EFFECT_LIBRARY.values() if e.releases and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
     within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
     step = 2.0 * stable_step(problem.module, {**values, **within}, problem.training[0].log)  # 0.5 over the fastest rate

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.effects import INPUT, Effect, Quantiles, Ripple, Values
+from derive.effects import INPUT_SIGNAL, Effect, Quantiles, Ripple, Values
 from wheelpend.estimation import least_squares
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import kernel_parameters
@@ -51,7 +51,7 @@ def profile_grids(problem: EstimationProblem, fitted: Fit, effects: Iterable[Eff
             values, trials = list(parameter.starts.at), len(parameter.starts.at)
         elif isinstance(parameter.starts, Ripple):
             found_at = [strongest_ripple(problem, fitted, parameter.starts.of, tau) for tau in RIPPLE_TIME_CONSTANTS_S]
-            reach = problem.plant.port(parameter.starts.of).reach
+            reach = problem.plant.port(parameter.starts.of).length_per_radian
             values, trials = list(dict.fromkeys(p / reach for p, _ in found_at)), sum(t for _, t in found_at)
         else:
             continue
@@ -81,7 +81,7 @@ def quantile_starts(problem: EstimationProblem, parameter) -> list[float]:
 def magnitude(problem: EstimationProblem, part: Segments, of: str) -> np.ndarray:
     """Absolute values of the input or of a port's speed in a part of a log."""
     log, window = part.log, slice(int(part.bounds[0, 0]), int(part.bounds[-1, 1]))
-    if of == INPUT:
+    if of == INPUT_SIGNAL:
         signal = log.voltage[window]
     else:
         states = least_squares.measured_states(problem.module, log)[window]
@@ -194,7 +194,7 @@ def ripple_residual(problem: EstimationProblem, fitted: Fit, port: str, number: 
     rows = rows - rows.mean(axis=0)
     missing = rows @ (1.0 / rows.var(axis=0))  # the row with less noise says more
     along = states[:, : problem.module.NQ] @ port_weights(problem, port)
-    angle = along[:last:thin] / problem.plant.port(port).reach  # along a length in what counts there as one rad
+    angle = along[:last:thin] / problem.plant.port(port).length_per_radian  # along a length in what counts there as one rad
     return RippleResidual(
         missing, angle, first // thin, lag_frequency_response(len(angle), thin * log.dt, (tau, 1.3 * tau))
     )

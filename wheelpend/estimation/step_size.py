@@ -8,14 +8,14 @@ from types import ModuleType
 import numpy as np
 
 import derive
-from derive.effects import InnerForce
+from derive.effects import InternalForce
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.logs.log import Log, stack_inputs
 
 
 def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
     """A step that the integrator resolves the model's fastest motion with [s]; of effects what moves inside counts."""
-    inside = {e.name for e in derive.effects.LIBRARY.values() if isinstance(e.enters, InnerForce)}
+    inside = {e.name for e in derive.effects.EFFECT_LIBRARY.values() if isinstance(e.enters, InternalForce)}
     kept = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in inside}
     parameters, rates = kernel_parameters(module, kept, log), np.array(module.RATES)
     angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])

@@ -87,7 +87,7 @@ def design(
     limits = Limits(pitch_limit, voltage_limit)
     _check_arguments(limits, duration, sample)
     plant = model.plant_signature
-    if not plant.falls or plant.further:
+    if not plant.range_channel or plant.further:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip

@@ -16,7 +16,7 @@ import sympy as sp
 
 import derive
 from derive.effects import Deformation, Effect, InputMap, SensorMap
-from derive.functions import TIME
+from derive.functions import TIME_SYMBOL
 
 TRACK_SLOPE_SYMBOL = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
 NUMERIC_FUNCTIONS = {"Sign": np.sign, "Magnitude": np.abs, "Step": lambda x: np.heaviside(x, 0.0),
@@ -63,7 +63,7 @@ def _effect_sign(part: str, effect: Effect) -> int:
         case SensorMap(channel=channel, law=law) if part == "sensor" and channel in PITCH_SENSOR_CHANNELS:
             return _law_parity(lambda reading, **p: law(reading, **p), effect)
         case InputMap(law=law) if part == "leads":
-            return _law_parity(lambda voltage, **p: law(voltage, TIME, **p), effect)
+            return _law_parity(lambda voltage, **p: law(voltage, TIME_SYMBOL, **p), effect)
     return 1
 
 
@@ -73,7 +73,7 @@ def _law_parity(law: Callable[..., sp.Expr], effect: Effect) -> int:
     mirrored = -law(-x, **sizes)
     for found in (1, -1):
         rest = mirrored - law(x, **{n: found * s for n, s in sizes.items()})
-        if _is_zero(rest, [x, TIME, *sizes.values()]):
+        if _is_zero(rest, [x, TIME_SYMBOL, *sizes.values()]):
             return found
     return 0
 

@@ -43,7 +43,7 @@ def constant_signal_times(log: Log, noise: sensors.Noise, table: ColumnTable) ->
 
 def position_channels(log: Log, table: ColumnTable) -> list[str]:
     """Channels that say where something is, such as an encoder; not the one by which the machine falls."""
-    return [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.falls]
+    return [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
 
 
 def standstills(log: Log, sigma: np.ndarray, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:

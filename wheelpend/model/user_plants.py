@@ -28,7 +28,7 @@ def plant_name(name: str) -> str:
 
 
 def load_plant(path: Path) -> str:
-    """Run a plant's file and make the plant known under its NAME, which is returned.
+    """Run a plant's file and make the plant known under its PLANT_NAME, which is returned.
 
     Raises Failure saying what is wrong with the file, with the line where its code fails.
     """
@@ -67,7 +67,7 @@ def check_plant(plant: object, name: str) -> None:
     if not isinstance(plant, Plant):
         raise Failure(f"build must return a Plant of derive.records, not {type(plant).__name__}.")
     if not NAME_PATTERN.fullmatch(name) or plant.name != name:
-        raise Failure(f"NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'.")
+        raise Failure(f"PLANT_NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'.")
     for what, entries in (("coordinate", plant.coordinates), ("port", plant.ports), ("channel", plant.channels)):
         if not entries:
             raise Failure(f"a plant must have at least one {what}.")
@@ -78,7 +78,7 @@ def check_plant(plant: object, name: str) -> None:
     channels = [c.name for c in plant.channels]
     for channel in (*plant.controlled, plant.range_channel):
         if channel and channel not in channels:
-            raise Failure(f"controlled and falls must be channels ({', '.join(channels)}), but '{channel}' is none.")
+            raise Failure(f"controlled and range_channel must be channels ({', '.join(channels)}), but '{channel}' is none.")
     if plant.reference and not plant.controlled[0]:
         raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
                       "channel, controlled = (CHANNEL, \"\").")  # fmt: skip

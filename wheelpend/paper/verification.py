@@ -165,7 +165,7 @@ def match(number: str, printed: Printed, derived: Derived) -> EquationFinding:
 
 def unmeasured_notes(components: Mapping[str, Expression]) -> list[str]:
     """Motion that an equation needs and no sensor reads."""
-    plant = derive.plants.build(PLANT_NAME, derive.plants.settle(PLANT_NAME, {}))
+    plant = derive.plants.build(PLANT_NAME, derive.plants.complete_assumptions(PLANT_NAME, {}))
     symbols = set().union(*(e.free_symbols for e in components.values()))
     missing = sorted((x for x in symbols if x.name not in {c.name for c in plant.channels}), key=str)
     return [f"needs {', '.join(map(expression_text, missing))}, which no sensor reads"] if missing else []

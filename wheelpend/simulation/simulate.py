@@ -75,7 +75,7 @@ def simulate(
             f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
         )
     commanded = angle if model.table.reference else None
-    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, falls=model.table.falls)
+    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, range_channel=model.table.range_channel)
 
 
 def first_sample_out_of_range(module: ModuleType, states: np.ndarray) -> int | None:

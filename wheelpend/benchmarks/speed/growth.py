@@ -160,7 +160,7 @@ def diagnosis_of_effects(size: int, folder: Path) -> tuple[Callable, Callable]:
 
     place = folder / f"effects_{size}"
     model = workspace.create(place, "wheel_pendulum")
-    known = [e.name for e in library() if not e.event and not e.frees]
+    known = [e.name for e in library() if not e.event and not e.releases]
     if size > len(known):
         rows = [USER_EFFECT_TEMPLATE.format(number=n, power=2 + n) for n in range(size - len(known))]
         (place / "effects.toml").write_text("\n".join(rows), encoding="utf-8")
@@ -188,7 +188,9 @@ def library():
     """The library's effects on the paper's plant."""
     import derive
 
-    return derive.effects.possible_on(derive.plants.build("wheel_pendulum", derive.plants.settle("wheel_pendulum", {})))
+    return derive.effects.applicable_to(
+        derive.plants.build("wheel_pendulum", derive.plants.complete_assumptions("wheel_pendulum", {}))
+    )
 
 
 def batch(size: int, folder: Path) -> tuple[Callable, Callable]:

@@ -24,7 +24,7 @@ DERIVED_EFFECTS = (
 )  # fmt: skip
 DERIVATION_SCRIPT = """
 import derive
-model = derive.compose("{plant}", derive.plants.settle("{plant}", {{}}), {effects!r})
+model = derive.compose("{plant}", derive.plants.complete_assumptions("{plant}", {{}}), {effects!r})
 derive.render(model)
 """
 

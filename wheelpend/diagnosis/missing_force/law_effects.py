@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 from derive import effects as library
 from wheelpend.diagnosis.missing_force.law_terms import Term
@@ -84,6 +84,6 @@ def full_parameter_names(effects: Sequence[LawEffect]) -> dict[tuple[int, str], 
     return {place: f"{e.name}.{parameter}" for e in effects for parameter, place in e.origin.items()}
 
 
-def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: Nameplate) -> tuple[str, ...]:
+def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: PlantSignature) -> tuple[str, ...]:
     """Make a law's effects known, for kernels and fits; returns their names."""
     return library.register([effect_from_table(e.name, e.table(values), plant) for e in effects])

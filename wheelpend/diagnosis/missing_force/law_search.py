@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 from wheelpend.diagnosis.candidates import MAX_EVALUATED_COST_RATIO
 from wheelpend.diagnosis.evidence import MIN_RELATIVE_ERROR_DECREASE, block_agreement
@@ -138,7 +138,7 @@ def linearise_at_law(law: FittedLaw) -> LinearisedLogs:
 
 
 def best_extension(
-    law: FittedLaw, candidates: dict[int, Term], starts: Sequence[LawStart], plant: Nameplate
+    law: FittedLaw, candidates: dict[int, Term], starts: Sequence[LawStart], plant: PlantSignature
 ) -> FittedLaw:
     """The best of the laws that a law becomes with the terms of each start, without terms that do not pay.
 

@@ -11,10 +11,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from derive.plant_signature import Nameplate, Place
+from derive.plant_signature import PlantSignature, PortSpec
 
-from derive.effects.row import DIRECTION
-from derive.late import sp, symbol
+from derive.effects.row import DIRECTION_ARGUMENT
+from derive.lazy import sp, symbol
 from wheelpend.estimation.state_reconstruction import combination_text
 
 LAMBDIFY_MODULES = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
@@ -49,7 +49,7 @@ class Term(NamedTuple):
     @property
     def dry(self) -> bool:
         """Whether it also holds at rest."""
-        return DIRECTION in self.text
+        return DIRECTION_ARGUMENT in self.text
 
     @property
     def key(self) -> str:
@@ -76,7 +76,7 @@ def covered_range(values: Mapping[str, np.ndarray]) -> CoveredRange:
 # ---- the library
 
 
-def term_library(plant: Nameplate, covered: CoveredRange) -> list[Term]:
+def term_library(plant: PlantSignature, covered: CoveredRange) -> list[Term]:
     """Every term that may act on a plant's ports, as far as the logs cover what it depends on."""
     angles, rates = [c.q for c in plant.coordinates], [c.dq for c in plant.coordinates]
     found = []
@@ -104,7 +104,7 @@ def term_library(plant: Nameplate, covered: CoveredRange) -> list[Term]:
     return list({t.key: t for t in found}.values())
 
 
-def distinct_ports(plant: Nameplate) -> list[Place]:
+def distinct_ports(plant: PlantSignature) -> list[PortSpec]:
     """Ports along coordinates of their own: of several along the same one, the first."""
     return list({port.weights: port for port in reversed(plant.ports)}.values())[::-1]
 
@@ -157,9 +157,9 @@ def rate_terms(rates: Sequence[str], covered: CoveredRange) -> Iterator[TermSpec
 
 def dry_friction_terms(speed: str, covered: CoveredRange) -> Iterator[TermSpec]:
     """Dry friction, and dry friction that falls with speed."""
-    yield f"size*{DIRECTION}", {}, ()
+    yield f"size*{DIRECTION_ARGUMENT}", {}, ()
     for width in covered.widths.get(speed, ()):
-        yield (f"size*{DIRECTION}*exp(-({bracketed(speed)}/width)^2)", {},
+        yield (f"size*{DIRECTION_ARGUMENT}*exp(-({bracketed(speed)}/width)^2)", {},
                (ShapeParameter("width", "rad/s", width, 0.02 * width),))  # fmt: skip
 
 
@@ -228,11 +228,11 @@ def bump_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
 # ---- numbers
 
 
-def term_regressors(term: Term, motion: Mapping[str, np.ndarray], plant: Nameplate) -> np.ndarray:
+def term_regressors(term: Term, motion: Mapping[str, np.ndarray], plant: PlantSignature) -> np.ndarray:
     """What multiplies each coefficient (N, sizes) along a motion, from the very text of the term."""
     rates = [c.dq for c in plant.coordinates]
     slip = sum(w * motion[n] for w, n in zip(plant.port(term.port).weights, rates, strict=True))
-    known = {**{n: v for n, v in motion.items() if n.isidentifier()}, DIRECTION: np.sign(slip)}
+    known = {**{n: v for n, v in motion.items() if n.isidentifier()}, DIRECTION_ARGUMENT: np.sign(slip)}
     columns = [function(*(known[n] for n in inputs)) for inputs, function in compiled_regressors(term, tuple(known))]
     return np.column_stack([np.broadcast_to(np.asarray(c, dtype=float), np.shape(slip)) for c in columns])
 
@@ -240,10 +240,10 @@ def term_regressors(term: Term, motion: Mapping[str, np.ndarray], plant: Namepla
 @lru_cache(maxsize=4096)
 def compiled_regressors(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], Callable], ...]:
     """For each coefficient the inputs, and the function of them, that multiply it."""
-    from derive.grammar import read
+    from derive.grammar import parse
 
     names = [*known, *(n for n, _ in term.sizes), *(s.name for s in term.shapes)]
-    expression = read(term.text, {n: symbol(n) for n in names})
+    expression = parse(term.text, {n: symbol(n) for n in names})
     expression = expression.subs({symbol(s.name): s.value for s in term.shapes})
     found = []
     for size, _ in term.sizes:
@@ -253,6 +253,6 @@ def compiled_regressors(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple
     return tuple(found)
 
 
-def term_directions(term: Term, plant: Nameplate) -> np.ndarray:
+def term_directions(term: Term, plant: PlantSignature) -> np.ndarray:
     """How a term acts on each row (sizes, rows): a resistance opposes its port."""
     return np.tile(-np.array(plant.port(term.port).weights), (len(term.sizes), 1))

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 from wheelpend.diagnosis.missing_force.law_terms import (
     CoveredRange,
@@ -49,7 +49,7 @@ class LawStart(NamedTuple):
 
 
 def search_laws(
-    views: Sequence[LinearisedLogs], candidates: Sequence[Term], max_terms: int, plant: Nameplate, min_gain_share: float
+    views: Sequence[LinearisedLogs], candidates: Sequence[Term], max_terms: int, plant: PlantSignature, min_gain_share: float
 ) -> list[LawStart]:
     """Single terms, and sets of at most so many, that predict best in any view; the best first.
 
@@ -65,7 +65,7 @@ def search_laws(
 
 
 def forward_selection(
-    view: LinearisedLogs, candidates: Sequence[Term], max_terms: int, plant: Nameplate, min_gain_share: float
+    view: LinearisedLogs, candidates: Sequence[Term], max_terms: int, plant: PlantSignature, min_gain_share: float
 ) -> list[LawStart]:
     """The best single terms in one view, and the set that grows from the best, one term after the other."""
     given, columns = full_least_squares(view, candidates, plant)
@@ -96,7 +96,7 @@ def _column_names(chosen: Sequence[Term]) -> list[str]:
 
 
 def full_least_squares(
-    view: LinearisedLogs, candidates: Sequence[Term], plant: Nameplate
+    view: LinearisedLogs, candidates: Sequence[Term], plant: PlantSignature
 ) -> tuple[FoldedLeastSquares, dict[Term, list[str]]]:
     """Least squares in a view's parameters and all terms, and the columns of each term."""
     directions = np.concatenate([term_directions(t, plant) for t in candidates])
@@ -146,7 +146,7 @@ def law_start(given: FoldedLeastSquares, view: LinearisedLogs, chosen: Sequence[
     return LawStart(tuple(chosen), tuple(values), tuple(sizes), left)
 
 
-def range_in_logs(view: LinearisedLogs, plant: Nameplate) -> CoveredRange:
+def range_in_logs(view: LinearisedLogs, plant: PlantSignature) -> CoveredRange:
     """What the logs cover of every variable that a term may depend on."""
     values = {n: values_in_segments(view, n) for n in view.pieces[0].motion}
     for port in plant.ports:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import Effect
@@ -80,7 +80,7 @@ def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go
 
 
 def confidence_band(
-    lines: LineFunction, name: str, values: dict[str, float], fitted: Fit, log: int, plant: Nameplate | None = None
+    lines: LineFunction, name: str, values: dict[str, float], fitted: Fit, log: int, plant: PlantSignature | None = None
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """Where 95 % of a line's points lie when its coefficients are drawn from their errors; None where all are known.
 

@@ -15,7 +15,7 @@ import sympy as sp
 
 import derive
 from derive.effects import Deformation, DryForce, Effect, Force, InputDelay, InputLag, InputMap, SensorMap
-from derive.functions import LOAD, Magnitude, Ramp, Sign, Step, symbol
+from derive.functions import LOAD_SYMBOL, Magnitude, Ramp, Sign, Step, symbol
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.least_squares import measured_states
 from wheelpend.estimation.parameters import kernel_parameters
@@ -89,7 +89,7 @@ def _resistance_plot(
     covered = _motion_signals(problem, part) | {
         speed: (f"speed at the {port}", f"{unit}/s", states[window, size:] @ weights),
         angle: (f"{'angle' if unit == 'rad' else 'place'} at the {port}", unit, states[window, :size] @ weights),
-        LOAD: ("load", force, part.log.voltage[window].reshape(states[window].shape[0], -1).mean(axis=1)),
+        LOAD_SYMBOL: ("load", force, part.log.voltage[window].reshape(states[window].shape[0], -1).mean(axis=1)),
     }
     return _law_plot(effect, law, covered, f"resistance at the {port} [{force}]", values)
 
@@ -102,7 +102,7 @@ def _motion_signals(problem: EstimationProblem, part: Segments) -> dict:
         symbol(n): (n, units[n], states[window, k]) for k, n in enumerate(problem.module.STATES[: states.shape[1]])
     }
     time = (part.log.t - part.log.t[0])[window]
-    return known | {symbol("t"): ("time", "s", time), derive.functions.TIME: ("time", "s", time)}
+    return known | {symbol("t"): ("time", "s", time), derive.functions.TIME_SYMBOL: ("time", "s", time)}
 
 
 def _law_plot(

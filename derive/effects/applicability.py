@@ -16,33 +16,33 @@ from derive.effects.row import (
     Effect,
     EffectParameter,
     Force,
-    InnerForce,
-    InnerPlay,
+    HysteresisForce,
     InputDelay,
     InputLag,
     InputMap,
-    PathForce,
+    InternalForce,
+    InternalPlay,
     SensorDelay,
     SensorMap,
     Values,
 )
-from derive.plant_signature import Nameplate
+from derive.plant_signature import PlantSignature
 
-ANGLE = re.compile(r"rad([²³]?)")
-POWERS = {"": 1, "²": 2, "³": 3}
+ANGLE_UNIT_PATTERN = re.compile(r"rad([²³]?)")
+EXPONENT_OF_SUPERSCRIPT = {"": 1, "²": 2, "³": 3}
 
 
-def fits(effect: Effect, plant: Nameplate) -> bool:
+def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
     """Whether a plant has the part that an effect acts on."""
     match effect.enters:
         case DryForce(loaded=True) if not plant.driven:
             return False
-        case Force(port=port) | DryForce(port=port) | PathForce(port=port):
+        case Force(port=port) | DryForce(port=port) | HysteresisForce(port=port):
             return any(p.name == port for p in plant.ports)
         case Deformation(symbol=name):
             return name in plant.geometry
-        case InnerForce(coordinate=name) | InnerPlay(coordinate=name):
-            return name in plant.inner
+        case InternalForce(coordinate=name) | InternalPlay(coordinate=name):
+            return name in plant.internal
         case InputLag():
             return plant.driven and not plant.further  # of several inputs each would lag by itself
         case InputMap() | InputDelay():
@@ -54,61 +54,63 @@ def fits(effect: Effect, plant: Nameplate) -> bool:
     raise TypeError(f"{effect.name} enters in a way that no plant knows: {effect.enters}")
 
 
-def suited(effect: Effect, plant: Nameplate) -> Effect:
+def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
     """The row as it reads on a plant: units of its input and of the part's motion, numbers in those."""
-    unit, reach = motion_of(effect, plant)
-    force = plant.force_unit(unit) if isinstance(effect.enters, Force | DryForce | PathForce) else plant.input_unit
+    unit, reach = motion_unit(effect, plant)
+    force = (
+        plant.force_unit(unit) if isinstance(effect.enters, Force | DryForce | HysteresisForce) else plant.input_unit
+    )
     if unit == "rad" and reach == 1.0 and force == "V":
         return effect
-    return replace(effect, parameters=tuple(_parameter(p, unit, reach, force) for p in effect.parameters))
+    return replace(effect, parameters=tuple(_parameter_in_units(p, unit, reach, force) for p in effect.parameters))
 
 
-def motion_of(effect: Effect, plant: Nameplate) -> tuple[str, float]:
+def motion_unit(effect: Effect, plant: PlantSignature) -> tuple[str, float]:
     """Unit of the motion that an effect's law depends on, and how much of it counts as one rad."""
     match effect.enters:
-        case Force(port=name) | DryForce(port=name) | PathForce(port=name):
-            if fits(effect, plant):
+        case Force(port=name) | DryForce(port=name) | HysteresisForce(port=name):
+            if is_applicable(effect, plant):
                 port = plant.port(name)
-                return port.unit, port.reach
+                return port.unit, port.length_per_radian
     return "rad", 1.0
 
 
-def _parameter(p: EffectParameter, unit: str, reach: float, force: str) -> EffectParameter:
-    factor = reach ** angle_power(p.unit)
+def _parameter_in_units(p: EffectParameter, unit: str, reach: float, force: str) -> EffectParameter:
+    factor = reach ** angle_exponent(p.unit)
     starts = Values(tuple(v * factor for v in p.starts.at)) if isinstance(p.starts, Values) else p.starts
     return p._replace(
-        unit=unit_on(p.unit, unit, force), minimum=p.minimum * factor, maximum=p.maximum * factor, starts=starts,
+        unit=plant_unit(p.unit, unit, force), minimum=p.minimum * factor, maximum=p.maximum * factor, starts=starts,
         grid=tuple(v * factor for v in p.grid), typical=p.typical * factor, absent=p.absent * factor,
     )  # fmt: skip
 
 
-def angle_power(unit: str) -> int:
+def angle_exponent(unit: str) -> int:
     """The power of rad in a unit such as V s²/rad²; a turn is an angle too."""
     above, _, below = unit.replace("turn", "rad").partition("/")
-    return _power(above) - _power(below)
+    return _exponent(above) - _exponent(below)
 
 
-def _power(part: str) -> int:
-    found = ANGLE.search(part)
-    return POWERS[found[1]] if found else 0
+def _exponent(part: str) -> int:
+    found = ANGLE_UNIT_PATTERN.search(part)
+    return EXPONENT_OF_SUPERSCRIPT[found[1]] if found else 0
 
 
-def unit_on(unit: str, motion: str, force: str) -> str:
+def plant_unit(unit: str, motion: str, force: str) -> str:
     """A unit of the library with the plant's own: V s/rad becomes V s/m on a carriage."""
     if motion != "rad":
-        unit = f"rad/{motion}" if unit == "1/turn" else ANGLE.sub(lambda found: motion + found[1], unit)
+        unit = f"rad/{motion}" if unit == "1/turn" else ANGLE_UNIT_PATTERN.sub(lambda found: motion + found[1], unit)
     if force == "V" or not re.match(r"V\b", unit):
         return unit
-    return joined(force, unit[1:].lstrip())
+    return unit_product(force, unit[1:].lstrip())
 
 
-def joined(force: str, rest: str) -> str:
+def unit_product(force: str, rest: str) -> str:
     """A force's unit times another one; a force that is a plain number leaves no trace."""
     if force != "1":
         return f"{force}{'' if rest.startswith('/') else ' '}{rest}".strip()
     return f"1{rest}" if rest.startswith("/") else rest or "1"
 
 
-def possible(rows: Sequence[Effect], plant: Nameplate) -> tuple[Effect, ...]:
+def applicable_effects(rows: Sequence[Effect], plant: PlantSignature) -> tuple[Effect, ...]:
     """Effects that make sense on a plant: it has the port, the deformation or the channel they act on."""
-    return tuple(e for e in rows if fits(e, plant))
+    return tuple(e for e in rows if is_applicable(e, plant))

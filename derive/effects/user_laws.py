@@ -10,21 +10,21 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derive.effects.row import DIRECTION, INPUT, DryForce, EffectParameter, Force, InputMap, SensorMap
+from derive.effects.row import DIRECTION_ARGUMENT, INPUT_SIGNAL, DryForce, EffectParameter, Force, InputMap, SensorMap
 from derive.functions import symbol
-from derive.grammar import GrammarError, read, tokens
+from derive.grammar import GrammarError, parse, tokenise
 
-ARGUMENTS = {
+LAW_ARGUMENTS = {
     Force: ("angle", "speed"),
-    DryForce: (DIRECTION, "speed"),
+    DryForce: (DIRECTION_ARGUMENT, "speed"),
     InputMap: ("v_in", "t"),
     SensorMap: ("reading",),
 }
-POINTS = (0.0, 0.3, -1.7, 12.0)  # speeds, angles and the like where a law must be finite, standstill among them
+CHECKED_VALUES = (0.0, 0.3, -1.7, 12.0)  # speeds, angles and the like where a law must be finite, standstill among them
 
 
 @dataclass(frozen=True)
-class Law:
+class TextLaw:
     """An expression as a row's law: called with the row's arguments and the symbols of its parameters."""
 
     text: str
@@ -37,38 +37,45 @@ class Law:
         return self.expression.xreplace({symbol(n): sp.sympify(v) for n, v in given.items()})
 
 
-def enters(on: str, text: str, parameters: Sequence[EffectParameter], plant) -> Force | DryForce | InputMap | SensorMap:
+def entry_from_text(
+    on: str, text: str, parameters: Sequence[EffectParameter], plant
+) -> Force | DryForce | InputMap | SensorMap:
     """How an effect enters that acts on a port, the input or a sensor's channel of a plant.
 
     Raises GrammarError where the law cannot be read, does something while the effect is absent, or has no value at
     some motion.
     """
     ports, channels = [p.name for p in plant.ports], [c.name for c in plant.channels]
-    if on not in (INPUT, *ports, *channels):
-        raise GrammarError(f"on must be {', '.join(ports)}, {INPUT} or one of {', '.join(channels)}, not '{on}'.")
-    if on == INPUT:
-        return InputMap(_law(text, InputMap, parameters, plant))
+    if on not in (INPUT_SIGNAL, *ports, *channels):
+        raise GrammarError(
+            f"on must be {', '.join(ports)}, {INPUT_SIGNAL} or one of {', '.join(channels)}, not '{on}'."
+        )
+    if on == INPUT_SIGNAL:
+        return InputMap(_parsed_law(text, InputMap, parameters, plant))
     if on in channels:
-        return SensorMap(on, _law(text, SensorMap, parameters, plant))
-    kind = DryForce if any(token.text == DIRECTION for token in tokens(text)) else Force
-    return kind(on, _law(text, kind, parameters, plant))
+        return SensorMap(on, _parsed_law(text, SensorMap, parameters, plant))
+    kind = DryForce if any(token.text == DIRECTION_ARGUMENT for token in tokenise(text)) else Force
+    return kind(on, _parsed_law(text, kind, parameters, plant))
 
 
-UNCHANGED: Mapping[type, str] = {InputMap: "v_in", SensorMap: "reading"}  # what a law is while its effect is absent
+IDENTITY_ARGUMENT: Mapping[type, str] = {
+    InputMap: "v_in",
+    SensorMap: "reading",
+}  # what a law is while its effect is absent
 
 
-def _law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> Law:
-    own = ARGUMENTS[kind]
-    names = list(dict.fromkeys((*own, *known_around(kind, plant))))
+def _parsed_law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> TextLaw:
+    own = LAW_ARGUMENTS[kind]
+    names = list(dict.fromkeys((*own, *context_names(kind, plant))))
     for p in parameters:
         if p.name in names:
             raise GrammarError(f"A parameter must not be called {p.name}, which the law already knows. Rename it.")
-    law = Law(text, read(text, {n: symbol(n) for n in (*names, *(p.name for p in parameters))}), own)
-    _check(law, parameters, symbol(UNCHANGED[kind]) if kind in UNCHANGED else sp.Integer(0))
+    law = TextLaw(text, parse(text, {n: symbol(n) for n in (*names, *(p.name for p in parameters))}), own)
+    _check_law(law, parameters, symbol(IDENTITY_ARGUMENT[kind]) if kind in IDENTITY_ARGUMENT else sp.Integer(0))
     return law
 
 
-def known_around(kind: type, plant) -> tuple[str, ...]:
+def context_names(kind: type, plant) -> tuple[str, ...]:
     """Names that a law may use besides its own: coordinates and rates, time, and the voltage that reaches the motor.
 
     Dry friction depends on the motion alone, so that its limits at rest are known, and the input on nothing else.
@@ -77,13 +84,13 @@ def known_around(kind: type, plant) -> tuple[str, ...]:
     return {InputMap: (), DryForce: motion, SensorMap: (*motion, "t"), Force: (*motion, "t", str(plant.input))}[kind]
 
 
-def _check(law: Law, parameters: Sequence[EffectParameter], wanted: sp.Expr) -> None:
+def _check_law(law: TextLaw, parameters: Sequence[EffectParameter], wanted: sp.Expr) -> None:
     absent = law.expression.subs({symbol(p.name): p.absent for p in parameters})
     if sp.simplify(absent - wanted) != 0:
         sizes = ", ".join(p.name for p in parameters if p.absent == 0.0) or "its sizes"
         raise GrammarError(f"The law must be {wanted} while {sizes} = 0, but {law.text} is then {absent}.")
     typical = law.expression.subs({symbol(p.name): p.typical for p in parameters})
-    for value in POINTS:
+    for value in CHECKED_VALUES:
         point = typical.subs(dict.fromkeys(typical.free_symbols, value)).evalf()
         if not (point.is_number and point.is_finite and point.is_real):
             raise GrammarError(f"The law must have a finite value at every motion, but {law.text} is {point} where "

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 
-class _Module:
+class _LazyModule:
     """A module that is imported as soon as something in it is asked for."""
 
     def __init__(self, name: str) -> None:
@@ -22,7 +22,7 @@ class _Module:
         return getattr(import_module(self._name), attribute)
 
 
-def _function(name: str) -> Callable:
+def _lazy_function(name: str) -> Callable:
     """One of ``derive.functions`` that is imported as soon as it is called."""
     return lambda *arguments: getattr(functions, name)(*arguments)
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from derive import functions
     from derive.functions import Decay, Least, Magnitude, Ramp, Sign, Step, symbol
 else:
-    sp, functions = _Module("sympy"), _Module("derive.functions")
+    sp, functions = _LazyModule("sympy"), _LazyModule("derive.functions")
     names = ("Decay", "Least", "Magnitude", "Ramp", "Sign", "Step", "symbol")
-    Decay, Least, Magnitude, Ramp, Sign, Step, symbol = map(_function, names)
+    Decay, Least, Magnitude, Ramp, Sign, Step, symbol = map(_lazy_function, names)
 
 __all__ = ["Decay", "Least", "Magnitude", "Ramp", "Sign", "Step", "functions", "sp", "symbol"]
