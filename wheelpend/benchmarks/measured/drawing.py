@@ -1,10 +1,10 @@
-"""Figures and tables of the stories."""
+"""Figures of the case studies, and the rows of their error ladders."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import matplotlib
 import numpy as np
@@ -16,29 +16,31 @@ from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.data import read_logs
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.identification.inverse_dynamics import stretch_equations
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
 INK_COLOUR, MUTED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR = "#243447", "#8a97a6", "#d1592a", "#1f6f8b"
 FORCE_PER_VOLT_N = 35.1507
 RUNG_LABELS = ("mass and offset", "+ viscous_drive", "+ coulomb_drive", "+ viscous_asymmetry")
-Rung = tuple[tuple[str, ...], float, float, dict[str, float]]
 
 
-def markdown_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
-    """A Markdown table."""
-    lines = ["| " + " | ".join(map(str, row)) + " |" for row in (header, ["---"] * len(header), *rows)]
-    return "\n".join(lines)
+class Rung(NamedTuple):
+    """A model of the ladder, identified by inverse dynamics."""
+
+    effects: tuple[str, ...]
+    estimation_error: float  # force error on the estimation log [%]
+    pulses_error: float  # force error on the log with pulses [%]
+    values: dict[str, float]  # of its parameters, forces in V
 
 
 def step_rows(found: Explanation) -> list[tuple[str, ...]]:
-    """The steps of an explanation."""
+    """Number, effect and errors before and after of every step of an explanation."""
     return [(str(k), s.effect, f"{s.error_before:.4g}", f"{s.error_after:.4g}") for k, s in enumerate(found.steps, 1)]
 
 
 def new_figure(width: float, height: float, rows: int = 1):
-    """A figure with axes in the project's colours."""
+    """Figure [inches] and its axes one above the other, in the project's colours."""
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, 1, squeeze=False, sharex=rows > 1)[:, 0]
     for ax in axes:
@@ -57,8 +59,8 @@ def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
     """Force error of every rung on both logs."""
     figure, (ax,) = new_figure(7, 2.6)
     y = np.arange(len(rungs))[::-1]
-    ax.barh(y + 0.18, [r[1] for r in rungs], 0.34, color=AFTER_COLOUR, label="estimation log")
-    ax.barh(y - 0.18, [r[2] for r in rungs], 0.34, color=BEFORE_COLOUR, label="log with pulses")
+    ax.barh(y + 0.18, [r.estimation_error for r in rungs], 0.34, color=AFTER_COLOUR, label="estimation log")
+    ax.barh(y - 0.18, [r.pulses_error for r in rungs], 0.34, color=BEFORE_COLOUR, label="log with pulses")
     ax.set_yticks(y, RUNG_LABELS[: len(rungs)])
     ax.set_xscale("log")
     ax.set_xticks([3, 5, 10, 20, 50], ["3", "5", "10", "20", "50"])
@@ -69,10 +71,10 @@ def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
 
 
 def draw_force(path: Path, model: Model, rungs: Sequence[Rung], log_path: Path) -> None:
-    """Measured force and what the equations leave of it, rung by rung, over five seconds."""
+    """Measured force and its residual, rung by rung, over five seconds."""
     figure, axes = new_figure(7, 5.2, len(rungs))
-    for ax, name, (effects, *_, values) in zip(axes, RUNG_LABELS, rungs, strict=False):
-        t, force, rest = unexplained_force(model.with_effects(effects), values, log_path)
+    for ax, name, rung in zip(axes, RUNG_LABELS, rungs, strict=False):
+        t, force, rest = unexplained_force(model.with_effects(rung.effects), rung.values, log_path)
         shown = (t > 1.0) & (t < 6.0)
         ax.plot(t[shown], force[shown], color=MUTED_COLOUR, lw=0.8, label="measured force")
         ax.plot(t[shown], rest[shown], color=BEFORE_COLOUR, lw=0.9, label="left unexplained")
@@ -83,18 +85,17 @@ def draw_force(path: Path, model: Model, rungs: Sequence[Rung], log_path: Path) 
     save_svg(figure, path)
 
 
-def draw_bursts(path: Path, model: Model, log_path: Path, judged: Comparison) -> None:
-    """What the equations leave of the force in the log with pulses, with the bursts marked."""
+def draw_bursts(path: Path, model: Model, log_path: Path, comparison: Comparison) -> None:
+    """Residual of the force in the log with pulses, with the bursts marked."""
     figure, (ax,) = new_figure(7, 2.6)
     values = {n: v for n in (*model.parameters, *model.effect_values) if (v := model.value(n)) is not None}
     t, _, rest = unexplained_force(model, values, log_path)
     shown = (t > 1.0) & (t < 6.0)
     ax.plot(t[shown], rest[shown], color=INK_COLOUR, lw=0.6)
-    for burst in judged.bursts:
+    for burst in comparison.bursts:
         if 1.0 < burst["from"] < 6.0:
-            ax.axvspan(
-                burst["from"], burst["to"], color=MUTED_COLOUR if burst["at_reversal"] else BEFORE_COLOUR, alpha=0.5
-            )
+            colour = MUTED_COLOUR if burst["at_reversal"] else BEFORE_COLOUR
+            ax.axvspan(burst["from"], burst["to"], color=colour, alpha=0.5)
     ax.set_ylabel("left unexplained [N]")
     ax.set_xlabel("time [s]; orange: bursts, grey: bursts at a reversal")
     save_svg(figure, path)
@@ -103,8 +104,8 @@ def draw_bursts(path: Path, model: Model, log_path: Path, judged: Comparison) ->
 def unexplained_force(
     model: Model, values: dict[str, float], log_path: Path
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, force and what the equations leave of it [N], at the bandwidth of the differentiated motion."""
-    module = kernels.model_module(model.plant, model.assumptions, model.effects)
+    """Times [s], measured force and its residual [N], at the bandwidth of the differentiated motion."""
+    module = model_module(model.plant, model.assumptions, model.effects)
     log = read_logs([log_path], model)[0]
     raw = stretch_equations(module, log, kernel_parameters(module, values, log))
     assert raw is not None, "the log is one long stretch"
@@ -113,7 +114,7 @@ def unexplained_force(
 
 
 def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]]) -> None:
-    """Drive angle, pitch and voltage, with the stretches marked in which the drive stands."""
+    """Drive angle, pitch and voltage, with the stretches marked in which the drive stands still."""
     figure, axes = new_figure(7, 4.6, 3)
     rows = (
         ("drive angle [rad]", log.measured[:, 0]),
@@ -130,7 +131,7 @@ def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]])
 
 
 def draw_error_ladder(path: Path, found: Explanation) -> None:
-    """The error ladder."""
+    """Validation error of the refitted model and after every step, with the noise floor."""
     figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
     names = ["parameters refitted", *(f"+ {s.effect}" for s in found.steps)]
     errors = [found.base_error, *(s.error_after for s in found.steps)]

@@ -1,11 +1,13 @@
-"""The story of the measured machine axis (EMPS), from mass and offset to direction-dependent friction."""
+"""Case study of the measured machine axis (EMPS), from mass and offset to direction-dependent friction."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from wheelpend.api import explain
+from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.benchmarks.measured.drawing import (
     FORCE_PER_VOLT_N,
     RUNG_LABELS,
@@ -13,22 +15,19 @@ from wheelpend.benchmarks.measured.drawing import (
     draw_bursts,
     draw_force,
     draw_force_ladder,
-    markdown_table,
     step_rows,
 )
-from wheelpend.diagnosis.compare import compare
+from wheelpend.diagnosis.compare import Comparison, compare
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.data import read_logs
 from wheelpend.identification.identify import identify
 from wheelpend.identification.inverse_dynamics import force_error
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.model.record import Model
 
-ESTIMATION_LOG, PULSES_LOG, BALANCING_LOG = (
-    "emps/DATA_EMPS.mat",
-    "emps/DATA_EMPS_PULSES.mat",
-    "mini_segway/balancing.csv",
-)
+PAGE_TEMPLATE_PATH = Path(__file__).with_name("emps.md")
+ESTIMATION_LOG, PULSES_LOG = "emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"
+BALANCING_LOG = "mini_segway/balancing.csv"
 FRICTION_EFFECTS = ("voltage_offset", "viscous_drive", "coulomb_drive", "viscous_asymmetry")  # as explain finds it
 PUBLISHED_FORCE_VALUES = {"X1": 95.1089, "viscous_drive.coefficient": 203.5034, "coulomb_drive.torque": 20.3935,
              "voltage_offset.offset": 3.1648}  # Janot, Gautier, Brunot 2019: kg, N s/m, N, N  # fmt: skip
@@ -46,40 +45,71 @@ x_ref = { column = "qg" }
 """
 
 
-def emps_page_text(estimation: Path, pulses: Path, out: Path, update) -> str:
-    """The page on the EMPS."""
+class AxisStudy(NamedTuple):
+    """The measured axis, explained and refitted; the comparisons take the values of the last rung."""
+
+    explanation: Explanation
+    rungs: list[Rung]
+    identified: Model  # the last rung with its values
+    estimation: Comparison  # with the log the values come from
+    pulses: Comparison  # with the log with pulses
+
+
+def emps_page_text(estimation: Path, pulses: Path, out: Path, update: Callable[[str], None]) -> str:
+    """The page on the EMPS, after emps.md; draws its figures into the folder ``out``."""
     model = Model.parse(SLIDE_MODEL)
-    found = explain(model, [estimation], progress=update)
-    update("inverse dynamics with each rung")
-    rungs = [fit_rung(model, effects, estimation, pulses) for effects in effects_of_rungs(found)]
-    final = found.model
-    update("comparing with the log with pulses")
-    values = rungs[-1][3]
-    held = model_with_values(final, values)
-    there = compare(held, [pulses])
-    here = compare(held, [estimation])
-    pulse_times = [b["from"] for b in there.bursts if not b["at_reversal"]]
-    draw_force_ladder(out / "emps_ladder.svg", rungs)
-    draw_force(out / "emps_force.svg", model, rungs, estimation)
-    draw_bursts(out / "emps_pulses.svg", held, pulses, there)
-    return EMPS_PAGE.format(
+    study = study_axis(model, estimation, pulses, update)
+    draw_force_ladder(out / "emps_ladder.svg", study.rungs)
+    draw_force(out / "emps_force.svg", model, study.rungs, estimation)
+    draw_bursts(out / "emps_pulses.svg", study.identified, pulses, study.pulses)
+    return PAGE_TEMPLATE_PATH.read_text(encoding="utf-8").format(
         model=SLIDE_MODEL,
-        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
-        forces=markdown_table(
-            ("model", "estimation [%]", "pulses [%]", "M [kg]", "F_v [N s/m]", "F_c [N]", "offset [N]"),
-            [force_row(name, r) for name, r in zip(RUNG_LABELS, rungs, strict=False)] + [PUBLISHED_ROW],
-        ),
-        worst=f"{max_deviation_percent(rungs[2][3]):.2f}",
-        asymmetry=f"{rungs[-1][3]['viscous_asymmetry.coefficient'] * FORCE_PER_VOLT_N:.1f}",
+        verdict=study.explanation.verdict,
+        repeats=repeatable_share_text(study.explanation),
         shooting=markdown_table(("", "M [kg]", "F_v [N s/m]", "F_c [N]"), shooting_rows(model, estimation, pulses)),
-        verdict=found.verdict,
-        repeats=repeatable_share_text(found),
-        bursts=len(pulse_times),
-        edges=", ".join(f"{t:.3f}" for t in pulse_times[:8]),
-        peak=f"{max(b['peak'] for b in there.bursts) * FORCE_PER_VOLT_N:.0f}",
-        quiet=sum(not b["at_reversal"] for b in here.bursts),
-        turning=sum(b["at_reversal"] for b in here.bursts),
+        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(study.explanation)),
+        **force_texts(study.rungs),
+        **burst_texts(study),
     )
+
+
+def study_axis(model: Model, estimation: Path, pulses: Path, update: Callable[[str], None]) -> AxisStudy:
+    """Explain the estimation log, fit every rung by inverse dynamics and compare the last one with both logs."""
+    explanation = explain(model, [estimation], progress=update)
+    update("inverse dynamics with each rung")
+    rungs = [fit_rung(model, effects, estimation, pulses) for effects in effects_of_rungs(explanation)]
+    update("comparing with the log with pulses")
+    identified = model_with_values(explanation.model, rungs[-1].values)
+    with_pulses = compare(identified, [pulses])
+    return AxisStudy(explanation, rungs, identified, compare(identified, [estimation]), with_pulses)
+
+
+def force_texts(rungs: Sequence[Rung]) -> dict[str, str]:
+    """Table of the force errors, and the deviations from the published parameters."""
+    rows = [force_row(name, rung) for name, rung in zip(RUNG_LABELS, rungs, strict=False)]
+    asymmetry = rungs[-1].values["viscous_asymmetry.coefficient"] * FORCE_PER_VOLT_N
+    return {
+        "forces": markdown_table(
+            ("model", "estimation [%]", "pulses [%]", "M [kg]", "F_v [N s/m]", "F_c [N]", "offset [N]"),
+            [*rows, PUBLISHED_ROW],
+        ),
+        "worst": f"{max_deviation_percent(rungs[2].values):.2f}",
+        "asymmetry": f"{asymmetry:.1f}",
+    }
+
+
+def burst_texts(study: AxisStudy) -> dict[str, str]:
+    """Number, times and peak of the bursts of missing force in either log."""
+    starts = [burst["from"] for burst in study.pulses.bursts if not burst["at_reversal"]]
+    peak = max(burst["peak"] for burst in study.pulses.bursts) * FORCE_PER_VOLT_N
+    at_reversal = sum(burst["at_reversal"] for burst in study.estimation.bursts)
+    return {
+        "bursts": str(len(starts)),
+        "edges": ", ".join(f"{t:.3f}" for t in starts[:8]),
+        "peak": f"{peak:.0f}",
+        "quiet": str(len(study.estimation.bursts) - at_reversal),
+        "turning": str(at_reversal),
+    }
 
 
 PUBLISHED_ROW = ("published, with Coulomb friction", "4.083", "5.982", "95.11", "203.50", "20.39", "3.16")
@@ -92,29 +122,27 @@ def effects_of_rungs(found: Explanation) -> list[tuple[str, ...]]:
 
 
 def fit_rung(model: Model, effects: Sequence[str], estimation: Path, pulses: Path) -> Rung:
-    """A model by inverse dynamics on the estimation log: its force error there and on the other, and its values."""
+    """Identify a model by inverse dynamics on the estimation log; its force error there and on the log with pulses."""
     larger = model.with_effects(effects)
     found = identify(larger, [estimation], method="inverse")
     values = {n: row["value"] for n, row in found.parameters.items()}
-    other = force_error(
-        kernels.model_module(larger.plant, larger.assumptions, effects), read_logs([pulses], larger)[0], values
-    )
-    return tuple(effects), found.force_error or float("nan"), other or float("nan"), values
+    other = force_error(model_module(larger.plant, larger.assumptions, effects), read_logs([pulses], larger)[0], values)
+    return Rung(tuple(effects), found.force_error or float("nan"), other or float("nan"), values)
 
 
-def force_row(name: str, one: Rung) -> tuple[str, ...]:
-    """A rung as a row of the table."""
-    values = [one[3].get(n) for n in PUBLISHED_FORCE_VALUES]
+def force_row(name: str, rung: Rung) -> tuple[str, ...]:
+    """Name, force errors and parameters of a rung, as text."""
+    values = [rung.values.get(n) for n in PUBLISHED_FORCE_VALUES]
     return (
         name,
-        f"{one[1]:.2f}",
-        f"{one[2]:.2f}",
+        f"{rung.estimation_error:.2f}",
+        f"{rung.pulses_error:.2f}",
         *("–" if v is None else f"{v * FORCE_PER_VOLT_N:.2f}" for v in values),
     )
 
 
 def max_deviation_percent(values: dict[str, float]) -> float:
-    """Largest difference from a published parameter [%]."""
+    """Largest relative difference from a published parameter [%]."""
     return max(
         abs(100.0 * (values[n] * FORCE_PER_VOLT_N / published - 1.0)) for n, published in PUBLISHED_FORCE_VALUES.items()
     )
@@ -134,76 +162,13 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
 
 
 def repeatable_share_text(found: Explanation) -> str:
-    """How much of what is left repeats, in words."""
+    """Repeatable share of the missing force, and the variables it depends on."""
     if not found.repeats:
         return "nothing"
-    one = found.repeats[0]
-    return f"{100 * one.repeatable:.0f} %, with {' and '.join(one.depends_on)}"
+    first = found.repeats[0]
+    return f"{100 * first.repeatable:.0f} %, with {' and '.join(first.depends_on)}"
 
 
 def model_with_values(model: Model, values: dict[str, float]) -> Model:
-    """A model with these values as identified."""
+    """The model with these values as its identified ones, without standard errors."""
     return model.with_fit({n: (v, None) for n, v in values.items()})
-
-
-EMPS_PAGE = """\
-# A machine axis: from mass and offset to direction-dependent friction
-
-*This page is written by `python -m wheelpend.benchmarks.measured`; the figures in it are what that command measured.*
-
-The EMPS is a DC motor that drives a carriage along a ball screw (Janot, Gautier, Brunot, *Data Set and Reference Models
-of EMPS*, Nonlinear System Identification Benchmarks, 2019; the two logs are on nonlinearbenchmark.org). The motor's
-command `vir` is a force on the carriage, 35.15 N per volt. One encoder reads the carriage's place. The plant is
-[`slide`](plants.md); the logs are MATLAB files and are read as they are.
-
-```toml
-{model}```
-
-```sh
-wheelpend explain DATA_EMPS.mat
-```
-
-## Which effects are missing
-
-{steps}
-
-The tool starts from mass and offset, and names viscous friction, then Coulomb friction, then what the data still hold:
-friction that is larger one way than the other. The errors are in units of the encoder's noise, some 40 nm, over half a
-second: the model is judged far more sharply here than by its force. The verdict on what is left is `{verdict}`: of it
-repeats {repeats}.
-
-## What it costs in force
-
-With the values of `wheelpend identify --method inverse` on the estimation log (inverse dynamics: positions filtered
-forth and back at 100 Hz, both sides below 50 Hz, thinned by ten), of the measured force there is left
-
-{forces}
-
-![Force error of every model](emps_ladder.svg)
-![What each model leaves of the force](emps_force.svg)
-
-With Coulomb friction the parameters are within {worst} % of the published ones. Half the difference between the two
-directions is {asymmetry} N s/m (published: 166.7 and 240.4, that is -36.9). Without Coulomb friction the viscous
-coefficient comes out twice as large: a missing effect corrupts the others.
-
-Shooting, which lets nothing but the initial states of half-second segments go, finds nearly the same on either log. The
-pulses are not absorbed into friction:
-
-{shooting}
-
-## The force pulses
-
-In the second log somebody pushed the carriage with force pulses of half a second. With the values from the first log,
-`wheelpend compare DATA_EMPS_PULSES.mat` names {bursts} short stretches in which the equations miss far more force than
-usual, up to {peak} N: at t = {edges}, … s,
-at the edges of the pulses. In the first log it names {quiet} such stretches, and {turning} at reversals. Each is a ring
-of some 10 ms: the authors suspect a flexibility, which the model does not have; it is reported, not absorbed.
-
-![Bursts in the log with pulses](emps_pulses.svg)
-
-## What to keep in mind
-
-The input is taken as it stands at the sample, as the published method does. The command is held until the next sample;
-with its mean over the interval the force error falls to 3.95 % and 4.04 %, and F_v rises by 2 %. Which is right the
-data do not say: it is half a millisecond of delay.
-"""

@@ -1,16 +1,22 @@
-"""The story of the measured balancing robot: a gearbox that sticks."""
+"""Case study of the measured balancing robot: a gearbox that sticks."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from wheelpend.api import explain
-from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, markdown_table, step_rows
-from wheelpend.diagnosis.compare import compare
-from wheelpend.identification.identify import identify
-from wheelpend.inspection.inspect import inspect_file
+from wheelpend.benchmarks.markdown import markdown_table
+from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, step_rows
+from wheelpend.diagnosis.compare import Comparison, compare
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.identification.identify import Identification, identify
+from wheelpend.inspection.inspect import Inspection, inspect_file
+from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
+PAGE_TEMPLATE_PATH = Path(__file__).with_name("robot.md")
 ROBOT_MODEL = """\
 plant = "wheel_pendulum"
 effects = []
@@ -24,98 +30,89 @@ ground_friction = false                # hard tyres on a hard floor: all viscous
 """
 
 
-def robot_page_text(path: Path, out: Path, update) -> str:
-    """The page on the balancing robot."""
-    model = Model.parse(ROBOT_MODEL)
-    log, looked = inspect_file(model, path)
-    found = explain(model, [path], progress=update)
-    with_dry = Model.parse(ROBOT_MODEL + HARD_FLOOR).with_effects(["coulomb_drive"])
-    update("fitting all of the log with dry friction")
-    whole = identify(with_dry, [path])
-    judged = compare(whole.model, [path])
-    drive = next(n for n in whole.parameters if whole.unit[n] == "V s/rad" and "." not in n)
-    still = looked.stand_still.get("theta_w", [])
-    draw_robot(out / "robot_stands.svg", log, still)
-    draw_error_ladder(out / "robot_ladder.svg", found)
-    total = sum(b - a for a, b in still)
-    first = found.steps[0]
-    return ROBOT_PAGE.format(
+class RobotStudy(NamedTuple):
+    """The measured robot: inspected, explained without any effect, and refitted as a whole with dry friction."""
+
+    log: Log
+    inspection: Inspection
+    explanation: Explanation
+    identification: Identification  # hard floor and dry friction, on the whole log
+    comparison: Comparison  # of that model with the same log
+
+    @property
+    def standstills(self) -> Sequence[tuple[float, float]]:
+        """Stretches in which the drive stands still, from and to [s]."""
+        return self.inspection.stand_still.get("theta_w", [])
+
+
+def robot_page_text(path: Path, out: Path, update: Callable[[str], None]) -> str:
+    """The page on the balancing robot, after robot.md; draws its figures into the folder ``out``."""
+    study = study_robot(path, update)
+    draw_robot(out / "robot_stands.svg", study.log, study.standstills)
+    draw_error_ladder(out / "robot_ladder.svg", study.explanation)
+    return PAGE_TEMPLATE_PATH.read_text(encoding="utf-8").format(
         model=ROBOT_MODEL,
-        channels=markdown_table(
-            ("channel", "least", "greatest", "noise"),
-            [(c, *(f"{row[k]:.4g}" for k in ("minimum", "maximum", "noise"))) for c, row in looked.channels.items()],
-        ),
-        jitter=f"{100 * looked.jitter:.1f}",
-        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(found)),
-        first=first.effect,
-        size=f"{first.coefficients.get('torque', float('nan')):.3f}",
-        cut=f"{100 * (1 - first.error_after / first.error_before):.0f}",
-        base=f"{found.base_error:.2f}",
-        error=f"{found.error:.2f}",
-        verdict=found.verdict,
-        k=f"{whole.parameters[drive]['value']:.2f} ± {whole.parameters[drive]['sigma']:.2f}",
-        torque=f"{whole.parameters['coulomb_drive.torque']['value']:.3f}",
-        still=f"{total:.2f}",
-        duration=f"{log.duration:.1f}",
-        stretches="; ".join(f"{a:.2f}–{b:.2f}" for a, b in still),
-        where="\n".join(f"- {p.row} row: {100 * p.share:.0f} % of the missing force lies where {p.state} is between "
-                        f"{p.low:.3g} and {p.high:.3g}" for p in judged.where),
-    )  # fmt: skip
+        **log_texts(study),
+        **explanation_texts(study.explanation),
+        **identification_texts(study.identification),
+        where=concentration_list(study.comparison),
+    )
 
 
-ROBOT_PAGE = """\
-# A balancing robot: a gearbox that sticks
+def study_robot(path: Path, update: Callable[[str], None]) -> RobotStudy:
+    """Inspect and explain the log, then fit all of it with dry friction and compare."""
+    model = Model.parse(ROBOT_MODEL)
+    log, inspection = inspect_file(model, path)
+    explanation = explain(model, [path], progress=update)
+    with_dry_friction = Model.parse(ROBOT_MODEL + HARD_FLOOR).with_effects(["coulomb_drive"])
+    update("fitting all of the log with dry friction")
+    identification = identify(with_dry_friction, [path])
+    return RobotStudy(log, inspection, explanation, identification, compare(identification.model, [path]))
 
-*This page is written by `python -m wheelpend.benchmarks.measured`; the figures in it are what that command measured.*
 
-The log is the balancing part of LOG278.TXT of the public repository pichim/Mini_Segway (14.05 to 20.15 s), in this
-project's columns: the mean of both motors' voltages, the mean of both encoders, which sit in the motors and so measure
-against the body, the pitch of a Mahony filter, and a gyro. The author publishes k = 0.546 V s/rad at the wheel, and
-no friction but viscous.
+def log_texts(study: RobotStudy) -> dict[str, str]:
+    """Channels, jitter and standstills of the log."""
+    rows = [
+        (channel, *(f"{row[k]:.4g}" for k in ("minimum", "maximum", "noise")))
+        for channel, row in study.inspection.channels.items()
+    ]
+    return {
+        "channels": markdown_table(("channel", "least", "greatest", "noise"), rows),
+        "jitter": f"{100 * study.inspection.jitter:.1f}",
+        "still": f"{sum(end - begin for begin, end in study.standstills):.2f}",
+        "duration": f"{study.log.duration:.1f}",
+        "stretches": "; ".join(f"{begin:.2f}–{end:.2f}" for begin, end in study.standstills),
+    }
 
-```toml
-{model}```
 
-```sh
-wheelpend inspect balancing.csv
-wheelpend explain balancing.csv
-```
+def explanation_texts(explanation: Explanation) -> dict[str, str]:
+    """Steps, errors and verdict of the explanation, with size and gain of its first effect."""
+    first = explanation.steps[0]
+    return {
+        "steps": markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(explanation)),
+        "first": first.effect,
+        "size": f"{first.coefficients.get('torque', float('nan')):.3f}",
+        "cut": f"{100 * (1 - first.error_after / first.error_before):.0f}",
+        "base": f"{explanation.base_error:.2f}",
+        "error": f"{explanation.error:.2f}",
+        "verdict": explanation.verdict,
+    }
 
-## The log
 
-{channels}
+def identification_texts(identification: Identification) -> dict[str, str]:
+    """Back-EMF and dry friction from the whole log."""
+    parameters, unit = identification.parameters, identification.unit
+    back_emf = parameters[next(n for n in parameters if unit[n] == "V s/rad" and "." not in n)]
+    return {
+        "k": f"{back_emf['value']:.2f} ± {back_emf['sigma']:.2f}",
+        "torque": f"{parameters['coulomb_drive.torque']['value']:.3f}",
+    }
 
-The clock jitters by {jitter} % of an interval. Nothing is said of the sensors in the model: their noise is found from
-the log. In {still} of {duration} s the drive stands still, within the noise of its encoders, while voltage and pitch
-move: at t = {stretches} s.
 
-![The drive stands still in the marked stretches](robot_stands.svg)
-
-## What is missing
-
-{steps}
-
-![The error ladder](robot_ladder.svg)
-
-`{first}` is named first: {size} V are spent before the gearbox moves at all. That cuts the held-out error by {cut} %;
-from {base} after a refit of the parameters alone it comes to {error} in the end.
-
-On hard tyres and a hard floor, all viscous friction is the drive's:
-
-```toml
-[assumptions]
-ground_friction = false
-```
-
-With that and dry friction in the model, the whole log gives k = {k} V s/rad, and dry friction of {torque} V.
-
-## What remains
-
-The verdict is `{verdict}`: the pitch comes from a filter, the gears have play, and something gives. The tool does not
-name them on these six seconds. What is left shows
-
-{where}
-
-The inertias are hardly excited: the robot catches itself once and then wanders, so that single ones of X1 to X5 are
-known within a factor at best. A log with a driven command would tell them.
-"""
+def concentration_list(comparison: Comparison) -> str:
+    """The ranges of a state in which the missing force is concentrated, as a Markdown list."""
+    return "\n".join(
+        f"- {place.row} row: {100 * place.share:.0f} % of the missing force lies where {place.state} is between "
+        f"{place.low:.3g} and {place.high:.3g}"
+        for place in comparison.where
+    )
