@@ -1,4 +1,4 @@
-"""Which logs the benchmark tries: effects at several sizes, pairs, triples, nothing, effects left out, stick-slip.
+"""The cases of the benchmark: effects at several sizes, pairs, triples, nothing, effects left out, stick-slip.
 
 Drawn by a fixed seed and shuffled within rounds, so that the first so many cases are a stratified sample of all.
 """
@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 from itertools import cycle, zip_longest
 
 import numpy as np
-from derive.plant_signature import Nameplate
 
 import derive
 from derive.effects import Effect, EffectParameter
+from derive.plant_signature import PlantSignature
 from wheelpend.benchmarks.hidden_effects.engine import SUPPORTED_PARAMETERS
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.model import model_kernels
@@ -25,16 +25,9 @@ COMPLETE_CASE_COUNT, PAIR_CASE_COUNT, TRIPLE_CASE_COUNT = 200, 120, 30
 LEFT_OUT_DRAWS = 3  # draws of each effect
 STICK_SLIP_DRAWS = 4  # draws of each dry friction and command
 ENGINE_LOG_PERIOD = 3  # one log in so many comes from the engine
-COMMAND_CYCLE = (
-    "aggressive",
-    "aggressive",
-    "aggressive",
-    "simple",
-)  # another cycle than the sources', so that all meet
+COMMAND_CYCLE = ("aggressive", "aggressive", "aggressive", "simple")  # not as long as the sources', so that all meet
 DRY_FRICTION_EFFECTS = ("coulomb_drive", "rolling_resistance", "stribeck_drive")
-LOW_NOISE_FACTOR = (
-    0.1  # times the paper's sensor noise, which the controller would turn into a shaking that never sticks
-)
+LOW_NOISE_FACTOR = 0.1  # times the paper's sensor noise, from which the controller makes a shaking that never sticks
 EVENT_TIME_RANGES_S = {  # s, from and to: when something happens, well inside a log of 20 s
     "payload_step.time": (5.0, 12.0),
     "external_push.start": (4.0, 12.0),
@@ -60,12 +53,12 @@ class Case:
 
     @property
     def effects(self) -> tuple[str, ...]:
-        """What is hidden."""
+        """Names of the hidden effects, in the order of ``hide``."""
         return tuple(dict.fromkeys(name.partition(".")[0] for name, _ in self.hide))
 
     @property
     def key(self) -> str:
-        """A name by which the case is found again."""
+        """Unique name, under which the outcome is stored."""
         hidden = ",".join(f"{n}={v:.6g}" for n, v in self.hide) or "nothing"
         out = f" without {','.join(self.without)}" if self.without else ""
         soft = f" engaging in {self.engage:g} s" if self.engage else ""
@@ -82,14 +75,14 @@ class Case:
         return replace(self, hide=tuple((n, float(f"{v * factors.get(n, 1.0):.6g}")) for n, v in self.hide))
 
 
-def benchmark_plant() -> Nameplate:
+def benchmark_plant() -> PlantSignature:
     """The plant of the benchmark."""
-    return plant_signature("wheel_pendulum", derive.plants.settle("wheel_pendulum", {}))
+    return plant_signature("wheel_pendulum", derive.plants.complete_assumptions("wheel_pendulum", {}))
 
 
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
     """All cases, in rounds that each hold a share of every kind."""
-    known = [e for e in (effects or derive.effects.possible_on(benchmark_plant())) if _can_be_hidden(e)]
+    known = [e for e in (effects or derive.effects.applicable_to(benchmark_plant())) if _can_be_hidden(e)]
     kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples, stick_slip)]
     return [
         case for round_ in zip_longest(*map(_spread_evenly(max(map(len, kinds))), kinds)) for case in round_ if case
@@ -109,16 +102,16 @@ def _spread_evenly(length: int):
 
 
 def _can_be_hidden(effect: Effect) -> bool:
-    """Whether a log can show it: the plant's own parameters do not contain it."""
+    """True if a log can show the effect: the plant's own parameters do not absorb it."""
     module = model_kernels.library_module_of(Model.default(), [effect.name])
     return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED
 
 
 def draw_effect(effect: Effect, size: float, random: np.random.Generator) -> tuple[tuple[str, float], ...]:
-    """An effect at about a multiple of its typical size, of either sign where that is possible.
+    """Parameter values of an effect at about a multiple of its typical size, of either sign where that is possible.
 
-    Shapes, which have no size, keep their typical value; a limit shrinks as the effect grows. What happens at a moment
-    does so well inside the log.
+    Parameters that are no sizes keep their typical value; a limit shrinks as the effect grows. An event happens well
+    inside the log.
     """
     factor, scaled = size * random.uniform(0.8, 1.25), size_parameters(effect)
     sign = 1.0 if any(p.minimum >= 0.0 for p in scaled) else float(random.choice([-1.0, 1.0]))
@@ -133,19 +126,19 @@ def draw_effect(effect: Effect, size: float, random: np.random.Generator) -> tup
 
 
 def size_parameters(effect: Effect) -> tuple[EffectParameter, ...]:
-    """Parameters that say how large an effect is; when it happens is none of them."""
+    """Parameters that say how large an effect is; the times of an event are not among them."""
     return tuple(
         p for p in effect.sizes if f"{effect.name}.{p.name}" not in (*EVENT_TIME_RANGES_S, "external_push.end")
     )
 
 
 def is_supported_by_engine(hide: Sequence[tuple[str, float]]) -> bool:
-    """Whether the engine has these effects."""
+    """True if the engine offers every one of these parameters."""
     return all(name in SUPPORTED_PARAMETERS for name, _ in hide)
 
 
 class SourceSchedule:
-    """Where logs come from: the engine makes every third, a later one where it lacks an effect of one that is due."""
+    """Assigns logs to a source: every third to the engine, a later one where it lacks an effect of the one due."""
 
     def __init__(self, first: int = 0) -> None:
         self.due = first  # thirds of a log that the engine owes
@@ -173,7 +166,7 @@ def singles(effects: Sequence[Effect]) -> Iterator[Case]:
 
 
 def make_case(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0, without=()) -> Case:
-    """A case; every other dry friction of the engine is soft, but not where it also falls as it starts to move."""
+    """Case with the engine's dry friction soft for odd seeds, except Stribeck friction, which stays sharp."""
     dry = any(name.partition(".")[0] in DRY_FRICTION_EFFECTS[:2] for name, _ in hide)
     engage = SOFT_ENGAGE_TIME_S if source == "engine" and dry and seed % 2 else 0.0
     return Case(kind, tuple(hide), seed, command, source, size, engage, tuple(without))
