@@ -3,9 +3,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+EXTRAS := $(VENV)/.extras
 PEERS := .venv-peers
 
-.PHONY: install demo test check bench benchmark generate clean
+.PHONY: install demo test test-all test-extras check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -16,17 +17,31 @@ $(STAMP): pyproject.toml
 	$(BIN)/python -m compileall -q derive wheelpend  # also where Python may not write bytecode by itself
 	touch $(STAMP)
 
+$(EXTRAS): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags]'
+	touch $(EXTRAS)
+
 demo: install
 	$(BIN)/wheelpend demo --out demo
 
+# What is quick: within eight minutes on two cores, with every kernel compiled anew.
 test: install
+	$(BIN)/python -m pytest -m "not slow"
+
+# Everything, also what takes long and what needs MuJoCo or rosbags: within 45 minutes.
+test-all: $(EXTRAS)
 	$(BIN)/python -m pytest
+
+# What needs MuJoCo or rosbags, quick or not.
+test-extras: $(EXTRAS)
+	$(BIN)/python -m pytest -m extras
 
 check: install
 	$(BIN)/wheelpend generate --check
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check derive wheelpend tests
 	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache  # which room may import which
 
 # Speed beside peers, which get an environment of their own; one that cannot be installed is absent from the table.
 bench: install

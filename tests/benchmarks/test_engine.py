@@ -22,6 +22,8 @@ from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED_LOGS, log_csv_te
 from wheelpend.cli.demo import data_folder
 
 mujoco = pytest.importorskip("mujoco")
+pytestmark = pytest.mark.extras
+
 X, PITCH, DRIVE, ROTOR = 0, 1, 2, 3
 X1, X2, X6 = TRUE_PARAMETERS["X1"], TRUE_PARAMETERS["X2"], TRUE_PARAMETERS["X6"]
 
@@ -201,9 +203,8 @@ def test_a_delay_of_part_of_a_step_acts_on_average_when_it_should():
     assert robot.data.qvel[DRIVE] == pytest.approx((1 - np.exp(-X6 / (X1 + X2) * acted)) / X6, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[] if n == "engine_inductance" else pytest.mark.slow) for n in sorted(SHIPPED_LOGS)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(SHIPPED_LOGS))
 def test_explain_finds_what_is_hidden_in_a_shipped_log_of_the_engine(name):
     told = explain(Model.default(), [data_folder() / f"{name}.csv"])
     assert set(told.effects) == {n.partition(".")[0] for n in SHIPPED_LOGS[name]} and told.verdict == "nothing_missing"

@@ -161,6 +161,8 @@ def test_a_small_sample_is_answered_and_an_interrupted_run_goes_on(tmp_path):
     assert summarise(again).overconfident == 0 and again[2].named == ("com_offset",)
 
 
+@pytest.mark.slow
+@pytest.mark.extras
 def test_the_engine_agrees_with_the_equations_and_shows_what_is_hidden_in_it():
     pytest.importorskip("mujoco")
     outcome = try_case(Case("single", (("slope.angle", 0.02),), 3, source="engine"))

@@ -97,6 +97,7 @@ def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect, 
         assert found[f"{effect}.{name}"]["value"] == pytest.approx(truth, rel=0.02)
 
 
+@pytest.mark.extras
 def test_a_fit_that_has_not_arrived_is_begun_again():
     pytest.importorskip("mujoco")
     log = engine_log({}, command="simple", seed=5017)  # its first fit stops underway, at 1.064

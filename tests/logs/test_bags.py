@@ -15,6 +15,8 @@ from wheelpend.logs.read import load_log
 pytest.importorskip("mcap_ros2", reason="mcap-ros2-support is not installed: pip install '.[bags]'")
 
 
+pytestmark = pytest.mark.extras
+
 BEGIN = 1_700_000_000_000_000_000  # ns
 COLUMNS = {
     "v_in": ColumnMap("motor/data"),
