@@ -74,7 +74,7 @@ def core_functions(file: str) -> dict[str, str]:
 
 def argument_lists(code: Code) -> dict[str, str]:
     """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
-    layout, friction, turns = code.layout, code.friction, code.layout.turns
+    layout, friction, trig_arguments = code.layout, code.friction, code.layout.trig_arguments
     count, width = len(layout.accelerations), len(layout.variables) + (code.actuator.lag >= 0)
     lists = {
         "accelerations": layout.accelerations,
@@ -83,14 +83,14 @@ def argument_lists(code: Code) -> dict[str, str]:
         "motion": (*layout.variables, code.actuator.input, *friction.directions),
         "mobility": [f"mobility_{i}_{j}" for i in range(count) for j in range(count)],
         "by_state": [f"by_{i}_{j}" for i in range(count) for j in range(width)],
-        "forces": [f"force_{n}" for n in range(len(friction.slips))],
-        "turns": [f"{f}_{name}" for name in turns for f in ("sin", "cos")],
-        "angles": [f"angle_{name}" for name in turns],
+        "forces": [f"force_{n}" for n in range(len(friction.slip_matrix))],
+        "trig_values": [f"{f}_{name}" for name in trig_arguments for f in ("sin", "cos")],
+        "angles": [f"angle_{name}" for name in trig_arguments],
         "states": layout.states,
         "signals": [f"signal_{n}" for n in range(len(code.filters.signals))],
         "features": [f"feature_{n}" for n in range(len(code.filters.features))],
-        "starts": [f"start_{name}" for name in turns],
-        "flowing": layout.variables[: len(layout.slopes)],
+        "start_angles": [f"start_{name}" for name in trig_arguments],
+        "integrated": layout.variables[: len(layout.derivatives)],
     }
     return {name: ", ".join(entries) for name, entries in lists.items()}
 

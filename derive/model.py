@@ -85,7 +85,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         absent=absent_values(fitted, chosen),
         memories=memories,
         sensor_delay=parameter_of_kind(SensorDelay, chosen),
-        late=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
+        delayed_channels=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
         event_times=tuple(f"{e.name}.{p.name}" for e in chosen for p in e.parameters if p.event_time),
     )
 

@@ -138,7 +138,7 @@ class Plant:
             coordinates=tuple(
                 CoordinateSpec(c.name, c.row, c.unit, str(c.q), str(c.dq), str(c.ddq)) for c in self.coordinates
             ),
-            ports=tuple(self.place_of(port) for port in self.ports),
+            ports=tuple(self.port_spec(port) for port in self.ports),
             channels=tuple(ChannelSpec(c.name, c.unit) for c in self.channels),
             inputs=tuple(map(str, self.inputs)),
             input_unit=self.input_unit,
@@ -152,7 +152,7 @@ class Plant:
             range_channel=self.range_channel,
         )
 
-    def place_of(self, port: Port) -> PortSpec:
+    def port_spec(self, port: Port) -> PortSpec:
         """A port in names, units and numbers."""
         weights = tuple(float(sp.diff(port.coordinate, c.q)) for c in self.coordinates)
         return PortSpec(port.name, port.sentence, self.unit_along(port.coordinate), port.length_per_radian, weights)
@@ -258,7 +258,7 @@ class Model:
     relations: Relations | None = None  # found for the library
     memories: tuple[Hysteresis, ...] = ()
     sensor_delay: str = ""  # name of the parameter that delays sensors, or ""
-    late: tuple[str, ...] = ()  # channels that it delays
+    delayed_channels: tuple[str, ...] = ()  # channels that it delays
     event_times: tuple[str, ...] = ()  # names of the parameters that are times at which something begins or ends
 
     @property
@@ -267,7 +267,7 @@ class Model:
         return tuple(c.q for c in self.plant.coordinates) + tuple(c.dq for c in self.plant.coordinates)
 
     @property
-    def internal(self) -> tuple[sp.Symbol, ...]:
+    def added_states(self) -> tuple[sp.Symbol, ...]:
         """What effects add to the state: coordinates inside the machine with their rates, then forces with a memory."""
         free = self.plant.moving[len(self.plant.coordinates) :]
         return (*(s for c in free for s in (c.q, c.dq)), *(m.force for m in self.memories))

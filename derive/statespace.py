@@ -42,5 +42,3 @@ def generate_code(model: Model) -> Code:
             **regression_kernels(model, filtered),
         },
     )
-
-

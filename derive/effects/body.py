@@ -65,13 +65,13 @@ EFFECT_ROWS = (
             EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.3, absent=0.2, bounded=True),
         ),
         InternalForce(
-            "sway",
+            "slosh_angle",
             lambda q, dq, **parameters: 0,
             (
-                ("sway_mass", lambda mass_ratio, height, frequency, damping: mass_ratio),
-                ("sway_height", lambda mass_ratio, height, frequency, damping: height),
-                ("sway_length", lambda mass_ratio, height, frequency, damping: symbol("g") / frequency**2),
-                ("sway_decay", lambda mass_ratio, height, frequency, damping: 2 * damping * frequency),
+                ("slosh_mass", lambda mass_ratio, height, frequency, damping: mass_ratio),
+                ("slosh_height", lambda mass_ratio, height, frequency, damping: height),
+                ("slosh_length", lambda mass_ratio, height, frequency, damping: symbol("g") / frequency**2),
+                ("slosh_decay", lambda mass_ratio, height, frequency, damping: 2 * damping * frequency),
             ),
         ),
         means="A half-full tank, a loose cable or a soft payload swings in the body, a beat of its own.",

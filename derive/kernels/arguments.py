@@ -11,7 +11,7 @@ from derive.records import Model
 
 def variables_of(model: Model) -> tuple[str, ...]:
     """Names of everything that varies in time: coordinates and rates, then what effects add."""
-    return tuple(s.name for s in (*model.states, *model.internal))
+    return tuple(s.name for s in (*model.states, *model.added_states))
 
 
 def sources(model: Model, **extra: str) -> dict[str, str]:
@@ -40,13 +40,13 @@ def scalar_sources(model: Model) -> dict[str, str]:
     """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
     plant, surfaces = model.plant, model.surfaces
     accelerations = (c.ddq for c in plant.moving)
-    scalars = (*model.states, *model.internal, *accelerations, *(s.direction for s in surfaces))
+    scalars = (*model.states, *model.added_states, *accelerations, *(s.direction for s in surfaces))
     return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
 
 
 def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
     """What the equations of motion take sines and cosines of and that changes with time: expression → name."""
-    varying = {TIME_SYMBOL, *model.states, *model.internal}
+    varying = {TIME_SYMBOL, *model.states, *model.added_states}
     found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
     ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
     return {a: a.name if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
@@ -54,8 +54,8 @@ def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
 
 def with_trig_arguments(model: Model, targets: list[Target]) -> list[Target]:
     """Targets whose sines and cosines of these are arguments of the kernel."""
-    turns = trig_arguments_of(model).items()
-    known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in turns for f in (sp.sin, sp.cos)}
+    trig = trig_arguments_of(model).items()
+    known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in trig for f in (sp.sin, sp.cos)}
     return [Target(t.place, sp.sympify(t.value).xreplace(known)) for t in targets]
 
 

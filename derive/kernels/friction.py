@@ -17,7 +17,7 @@ class HysteresisCode(NamedTuple):
     """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
 
     name: str
-    place: int
+    variable_index: int
     path: tuple[tuple[float, str, int], ...]  # weight, coordinate, its index among the variables
     value: Kernel
     jacobian: Kernel
@@ -27,18 +27,18 @@ class Friction(NamedTuple):
     """Surfaces that stick or slip, and forces with a memory."""
 
     directions: tuple[str, ...]  # of the surfaces
-    slips: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
+    slip_matrix: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
     sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
-    memories: tuple[HysteresisCode, ...]
+    hysteresis: tuple[HysteresisCode, ...]
 
 
 def friction_of(model: Model) -> Friction:
     """What the steps through sticking and slipping need to know."""
     return Friction(
         directions=tuple(s.direction.name for s in model.surfaces),
-        slips=tuple(s.slip for s in model.surfaces),
+        slip_matrix=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
-        memories=tuple(hysteresis_code(model, m) for m in model.memories),
+        hysteresis=tuple(hysteresis_code(model, m) for m in model.memories),
     )
 
 

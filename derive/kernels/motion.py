@@ -27,12 +27,12 @@ from derive.regressor import dry_forces
 class Layout(NamedTuple):
     """What varies in time, and in which order it stands in arrays and arguments."""
 
-    simple: bool  # whether a step has neither events nor memory, so that many machines can take it side by side
-    turns: tuple[str, ...]  # names of the angles whose sines and cosines the equations of motion take
+    without_events: bool  # whether a step has neither events nor memory, so that many machines can take it side by side
+    trig_arguments: tuple[str, ...]  # names of the angles whose sines and cosines the equations of motion take
     rows: tuple[str, ...]  # equations of motion, one for each coordinate
     states: tuple[str, ...]  # coordinates and rates
     variables: tuple[str, ...]  # the same, then what effects add
-    slopes: tuple[str, ...]  # time derivative of each variable but the forces with a memory
+    derivatives: tuple[str, ...]  # time derivative of each variable but the forces with a memory
     rates: tuple[int, ...]  # index of the rate of each moving coordinate among the variables
     accelerations: tuple[str, ...]
     ports: dict[str, tuple[float, ...]]  # each port's coordinate as weights on the coordinates
@@ -51,12 +51,12 @@ def layout_of(model: Model) -> Layout:
     """The order of everything that varies in time."""
     plant, variables = model.plant, variables_of(model)
     return Layout(
-        simple=is_simple(model),
-        turns=tuple(trig_arguments_of(model).values()),
+        without_events=is_without_events(model),
+        trig_arguments=tuple(trig_arguments_of(model).values()),
         rows=tuple(c.row for c in plant.coordinates),
         states=tuple(s.name for s in model.states),
         variables=variables,
-        slopes=derivative_names(model),
+        derivatives=derivative_names(model),
         rates=tuple(variables.index(c.dq.name) for c in plant.moving),
         accelerations=tuple(c.ddq.name for c in plant.moving),
         ports={p.name: slip_row(plant, p.name)[: len(plant.coordinates)] for p in plant.ports},
@@ -84,7 +84,7 @@ def motion_kernels(model: Model) -> dict[str, Kernel]:
     }
 
 
-def is_simple(model: Model) -> bool:
+def is_without_events(model: Model) -> bool:
     """Whether a step has neither events nor memory, of one input and a controller that reads angle and rate."""
     remembers = model.surfaces or model.memories or model.event_times or model.lag or model.delay or model.sensor_delay
     inner = len(model.plant.moving) > len(model.plant.coordinates)
@@ -129,7 +129,7 @@ def residual_jacobian_kernel(model: Model) -> Kernel:
     """
     dry = dry_forces(model.surfaces, len(model.residual))
     slipping = [row + force for row, force in zip(model.residual, dry, strict=True)]
-    by_state = jacobian(slipping, [*model.states, *model.internal, *([model.plant.input] if model.lag else [])])
+    by_state = jacobian(slipping, [*model.states, *model.added_states, *([model.plant.input] if model.lag else [])])
     by_parameter = jacobian(slipping, [symbol(p.name) for p in model.fitted])
     rows, columns = by_state.shape
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]

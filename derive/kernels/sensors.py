@@ -17,11 +17,13 @@ class Sensors(NamedTuple):
     """The outputs, by their indices."""
 
     outputs: tuple[str, ...]
-    late: tuple[bool, ...]  # whether each is that of an earlier time
+    delayed: tuple[bool, ...]  # whether each is that of an earlier time
     delay: int  # index of that delay among the parameters, or -1
     controlled: tuple[int, int]  # outputs that the controller sees: value, rate; -1 for what no sensor reads
-    reads: tuple[tuple[float, ...], ...]  # what each output reads of the states while no effect touches the sensors
-    range_channel: int  # index of the output that must stay within ±π/2, or -1
+    output_matrix: tuple[
+        tuple[float, ...], ...
+    ]  # what each output reads of the states while no effect touches the sensors
+    range_output: int  # index of the output that must stay within ±π/2, or -1
     unmeasured: tuple[int, ...]  # indices of the rates that no sensor reads
 
 
@@ -31,11 +33,11 @@ def sensors_of(model: Model) -> Sensors:
     outputs = tuple(c.name for c in plant.channels)
     return Sensors(
         outputs=outputs,
-        late=tuple(name in model.late for name in outputs),
+        delayed=tuple(name in model.delayed_channels for name in outputs),
         delay=index_of(model.parameters, model.sensor_delay),
         controlled=(index_of(outputs, plant.controlled[0]), index_of(outputs, plant.controlled[1])),
-        reads=ideal_output_matrix(model),
-        range_channel=index_of(outputs, plant.range_channel),
+        output_matrix=ideal_output_matrix(model),
+        range_output=index_of(outputs, plant.range_channel),
         unmeasured=unmeasured_rates(model),
     )
 

@@ -88,7 +88,7 @@ def internal_coordinates() -> dict[str, Coordinate]:
     return {
         "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
         "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
-        "sway": coordinate("sway", "pendulum"),  # of what hangs in the body, against the vertical
+        "slosh_angle": coordinate("slosh_angle", "pendulum"),  # of what hangs in the body, against the vertical
     }
 
 
@@ -104,8 +104,8 @@ class Motion(NamedTuple):
     twist: sp.Expr
     dtwist: sp.Expr
     creep: sp.Expr
-    sway: sp.Expr
-    dsway: sp.Expr
+    slosh: sp.Expr
+    dslosh: sp.Expr
 
     @property
     def slip(self) -> sp.Expr:
@@ -131,9 +131,9 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
     give = internal_coordinates()
     moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()]
-    (twist, dtwist), (creep, _), (sway, dsway) = moving
+    (twist, dtwist), (creep, _), (slosh, dslosh) = moving
     psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
-    motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, sway, dsway)
+    motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, slosh, dslosh)
     names = ("v_left", "v_right") if turns else ("v_in", "v_in")
     V_left, V_right = (sp.Symbol(name, real=True) for name in names)
     g, alpha, epsilon, K_t, R_m = sp.symbols("g alpha epsilon K_t R_m", positive=True)
@@ -142,10 +142,10 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         name=PLANT_NAME,
         sentence="A body balancing on two coaxial wheels that it drives itself.",
         coordinates=(wheel, pitch, yaw) if turns else (wheel, pitch),
-        bodies=(*bodies(assumptions, motion), *(sloshing_body(assumptions, motion) if "sway" in free else [])),
+        bodies=(*bodies(assumptions, motion), *(sloshing_body(assumptions, motion) if "slosh_angle" in free else [])),
         gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
-        loads=(*loads(assumptions, motion, V_left, V_right), *(slosh_damping(motion) if "sway" in free else [])),
-        ports=ports(motion, turns, "sway" in free),
+        loads=(*loads(assumptions, motion, V_left, V_right), *(slosh_damping(motion) if "slosh_angle" in free else [])),
+        ports=ports(motion, turns, "slosh_angle" in free),
         channels=channels(assumptions, motion),
         input=V_left,
         further=(V_right,) if turns else (),
@@ -202,14 +202,14 @@ def yawing_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias: 
 
 
 def sloshing_body(assumptions: dict, motion: Motion) -> list[Body]:
-    """What hangs in the body and sways: a share of its mass on a rod, from a pivot above the axle."""
+    """What hangs in the body and sloshes: a share of its mass on a rod, from a pivot above the axle."""
     M = sp.Symbol("M", positive=True)
-    hung, height, length = sp.symbols("sway_mass sway_height sway_length", real=True)
+    hung, height, length = sp.symbols("slosh_mass slosh_height slosh_length", real=True)
     gamma = slope_of(assumptions)
-    body, rod = motion.theta_p + gamma, motion.sway + gamma
+    body, rod = motion.theta_p + gamma, motion.slosh + gamma
     pivot = motion.axle + height * sp.Matrix([sp.sin(body), 0, sp.cos(body)])
     bob = pivot - length * sp.Matrix([sp.sin(rod), 0, sp.cos(rod)])
-    return [Body("pendulum", hung * M, bob, sp.Integer(0), motion.dsway)]
+    return [Body("pendulum", hung * M, bob, sp.Integer(0), motion.dslosh)]
 
 
 def loads(assumptions: dict, motion: Motion, V_left: sp.Symbol, V_right: sp.Symbol) -> list[Load]:
@@ -243,13 +243,13 @@ def torque(assumptions: dict, V: sp.Symbol, slip: sp.Expr) -> sp.Expr:
 
 
 def slosh_damping(motion: Motion) -> list[Load]:
-    """What slows the swaying."""
+    """What slows the sloshing."""
     M = sp.Symbol("M", positive=True)
-    hung, length, decay = sp.symbols("sway_mass sway_length sway_decay", real=True)
-    return [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (motion.dsway - motion.dtheta_p))]
+    hung, length, decay = sp.symbols("slosh_mass slosh_length slosh_decay", real=True)
+    return [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (motion.dslosh - motion.dtheta_p))]
 
 
-def ports(motion: Motion, turns: bool, sways: bool) -> tuple[Port, ...]:
+def ports(motion: Motion, turns: bool, sloshes: bool) -> tuple[Port, ...]:
     """Where forces do work."""
     theta_w, theta_p = motion.theta_w, motion.theta_p
     return (
@@ -259,7 +259,7 @@ def ports(motion: Motion, turns: bool, sways: bool) -> tuple[Port, ...]:
         Port("body", theta_p, "between body and the world"),
         Port("outside", theta_w, "between the robot and what pushes or pulls it from outside"),
         *([Port("turn", motion.psi, "between the robot and the ground, about the vertical")] if turns else []),
-        *([Port("pendulum", motion.sway - theta_p, "between the body and what hangs in it")] if sways else []),
+        *([Port("pendulum", motion.slosh - theta_p, "between the body and what hangs in it")] if sloshes else []),
     )
 
 
@@ -292,9 +292,9 @@ def geometry_symbols(turns: bool) -> dict[str, sp.Symbol]:
     anywhere = ("com_angle", "payload")
     on_a_track = (
         "track_slope",
-        "sway_mass",
-        "sway_height",
-        "sway_length",
-        "sway_decay",
+        "slosh_mass",
+        "slosh_height",
+        "slosh_length",
+        "slosh_decay",
     )  # of a robot that keeps its heading
     return {name: sp.Symbol(name, real=True) for name in (*anywhere, *(() if turns else on_a_track))}

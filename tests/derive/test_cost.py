@@ -99,7 +99,7 @@ def test_several_gives_at_once_have_their_inverse_mass_matrix_in_closed_form(giv
     generator = np.random.default_rng(1)
     names = {s.name for row in machine.residual for s in row.free_symbols} | set(machine.parameters)
     known = {name: generator.uniform(0.5, 2.0) for name in sorted(names)}
-    scope = {n: known.get(n, 0.0) for n in map(str, (*machine.states, *machine.internal, machine.plant.input))}
+    scope = {n: known.get(n, 0.0) for n in map(str, (*machine.states, *machine.added_states, machine.plant.input))}
     scope |= {"math": math, "_sign": np.sign, "_step": lambda x: float(x > 0)}
     for angle, turn in trig_arguments_of(machine).items():
         value = float(angle.subs({symbol(n): v for n, v in known.items()}))

@@ -26,7 +26,7 @@ EVERYWHERE = {
 INSIDE = {
     "twist": {"drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1, "backlash.gap": 0.02},
     "creep": {"wheel_slip.stiffness": 20.0, "wheel_slip.limit": 3.0},
-    "sway": {"slosh.mass_ratio": 0.1, "slosh.height": 0.5, "slosh.frequency": 8.0, "slosh.damping": 0.05},
+    "slosh_angle": {"slosh.mass_ratio": 0.1, "slosh.height": 0.5, "slosh.frequency": 8.0, "slosh.damping": 0.05},
 }
 
 
@@ -122,15 +122,15 @@ def test_wheels_that_creep_pull_the_robot_with_a_limited_force():
 
 
 def test_what_swings_undamped_in_the_body_keeps_the_energy():
-    module, values = freed("sway"), {**KNOWN, "X6": 0.0, "X7": 0.0}
+    module, values = freed("slosh_angle"), {**KNOWN, "X6": 0.0, "X7": 0.0}
     slosh = {"slosh.mass_ratio": 0.1, "slosh.height": 0.5, "slosh.frequency": 8.0, "slosh.damping": 0.0}
     log = Log("", steps().t, np.zeros(400), np.zeros((400, 3)), ("theta_w", "theta_p", "dtheta_p"))
     start = np.array([0.0, 0.3, 0.5, 0.0, 0.4, 0.0, *np.zeros(module.NV - 6)])
-    _, pitch, dw, dp, sway, dsway, *_ = run(module, {**values, **slosh}, log, start=start).T
+    _, pitch, dw, dp, angle, dangle, *_ = run(module, {**values, **slosh}, log, start=start).T
     length, mass = values["g"] / 64.0, 0.1 * X["X5"] / (values["g"] * values["L"])
-    ahead = values["R"] * dw + 0.5 * np.cos(pitch) * dp - length * np.cos(sway) * dsway
-    up = -0.5 * np.sin(pitch) * dp + length * np.sin(sway) * dsway
-    hung = mass * ((ahead**2 + up**2) / 2 + values["g"] * (0.5 * np.cos(pitch) - length * np.cos(sway)))
+    ahead = values["R"] * dw + 0.5 * np.cos(pitch) * dp - length * np.cos(angle) * dangle
+    up = -0.5 * np.sin(pitch) * dp + length * np.sin(angle) * dangle
+    hung = mass * ((ahead**2 + up**2) / 2 + values["g"] * (0.5 * np.cos(pitch) - length * np.cos(angle)))
     total = energy(np.column_stack([pitch * 0, pitch, dw, dp]), values) + hung
     assert np.ptp(total) < 1e-8 * abs(total[0]) < np.ptp(hung)
 
@@ -160,7 +160,7 @@ def test_a_payload_changes_the_equivalent_parameters_at_its_moment(library):
     assert np.abs(found[200:] - run(library, heavy, after, start=found[200])).max() < 1e-9
 
 
-@pytest.mark.parametrize("free", [(), ("twist",), ("creep",), ("sway",)])
+@pytest.mark.parametrize("free", [(), ("twist",), ("creep",), ("slosh_angle",)])
 def test_sensitivities_of_effects_with_states_are_the_derivatives(free):
     module, log = freed(*free), steps(600)
     hidden = {**EVERYWHERE, **(INSIDE[free[0]] if free else {})}
