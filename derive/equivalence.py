@@ -26,6 +26,8 @@ from derive.algebra import (
     reduce_modulo_span,
     substitute,
 )
+from derive.base_equations import group_and_deform
+from derive.effect_laws import dry_surfaces, generalised_forces, input_map, input_substitution, sensor_maps
 from derive.effects import (
     Deformation,
     Effect,
@@ -38,7 +40,6 @@ from derive.effects import (
 )
 from derive.functions import TIME_SYMBOL, symbol
 from derive.grouping import NotExpressibleError
-from derive.model import dry_surfaces, generalised_forces, group_and_deform, input_map, input_substitution, sensor_maps
 from derive.records import Plant, Relations
 
 KINDS_WITHOUT_TRACE = (

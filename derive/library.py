@@ -7,10 +7,12 @@ from dataclasses import replace
 
 from derive import effects, plants
 from derive.algebra import jacobian
+from derive.base_equations import group_and_deform
+from derive.effect_laws import motor_load_by_port
 from derive.effects import Deformation, InternalForce, InternalPlay
 from derive.equivalence import relations
 from derive.grouping import NotExpressibleError
-from derive.model import compose, group_and_deform, motor_load_by_port, released_coordinates
+from derive.model import compose, released_coordinates
 from derive.records import Model
 
 

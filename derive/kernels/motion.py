@@ -7,6 +7,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.algebra import adjugate_of, derivative, jacobian, substitute
+from derive.effect_laws import slip_row
 from derive.functions import symbol
 from derive.kernels.arguments import (
     index_of,
@@ -18,7 +19,6 @@ from derive.kernels.arguments import (
     variables_of,
     with_trig_arguments,
 )
-from derive.model import slip_row
 from derive.printing import Kernel, Target, kernel
 from derive.records import Model
 from derive.regressor import dry_forces

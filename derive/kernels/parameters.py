@@ -8,8 +8,9 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.algebra import derivative, substitute, symbols_in, terms_containing
+from derive.base_equations import parameter_definitions
 from derive.functions import symbol
-from derive.model import ORIGIN_CONSTANT, parameter_definitions
+from derive.model import ORIGIN_CONSTANT
 from derive.records import Model, Relations
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from sympy.core.cache import clear_cache
 
 import derive
-from derive import algebra, effects, grouping, model, plants
+from derive import algebra, base_equations, effects, grouping, plants
 from derive.functions import symbol
 from derive.kernels.arguments import trig_arguments_of
 from derive.kernels.motion import free_motion_kernel
@@ -31,7 +31,7 @@ def afresh():
 
     def forget():
         clear_cache()
-        for part in (algebra, grouping, model, plants):
+        for part in (algebra, base_equations, grouping, plants):
             for thing in vars(part).values():
                 getattr(thing, "cache_clear", lambda: None)()
 
@@ -78,8 +78,8 @@ def test_twice_as_many_effects_cost_twice_as_much(afresh, monkeypatch):
 
 
 def test_a_plants_equations_are_derived_once_for_all_its_models(afresh, monkeypatch):
-    derived, known = [], model.derive_equations
-    monkeypatch.setattr(model, "derive_equations", lambda plant: (derived.append(plant), known(plant))[1])
+    derived, known = [], base_equations.derive_equations
+    monkeypatch.setattr(base_equations, "derive_equations", lambda plant: (derived.append(plant), known(plant))[1])
     for names in ((), ("coulomb_drive",), ("slope",), ("coulomb_drive", "com_offset")):
         derive.compose(PLANT, {}, names)
     assert len(derived) == 1
