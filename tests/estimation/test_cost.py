@@ -21,7 +21,8 @@ def test_no_fit_keeps_the_residuals_of_a_whole_log(monkeypatch):
         return shot
 
     monkeypatch.setattr("wheelpend.estimation.states.shoot", watched)
-    monkeypatch.setattr("wheelpend.estimation.gauss_newton.shoot", watched)
-    monkeypatch.setattr("wheelpend.estimation.gauss_newton.MAX_COLOUR_TEST_SAMPLES", 1000)
+    monkeypatch.setattr("wheelpend.estimation.shooting_problem.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.fit_statistics.shoot", watched)
+    monkeypatch.setattr("wheelpend.estimation.fit_statistics.MAX_COLOUR_TEST_SAMPLES", 1000)
     identify(Model.default(), [log])
     assert 0 < max(kept) < len(log) // 2

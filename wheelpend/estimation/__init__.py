@@ -2,4 +2,30 @@
 
 In: a model and its logs. Out: `Fit`, with covariances, and the error on validation data. Question: which parameter
 values make the measurements likeliest, and how well do they predict what the fit has not seen?
+
+    data, segments          logs read, their noise estimated, cut into estimation and validation segments
+    problem                 the estimation problem: model, kernels, segments; which effects can be tested on it
+    criteria                error thresholds that decide how a fit is taken
+    free_parameters         names, bounds, scopes and known values of free parameters
+    parameters              the parameter vector of a kernel module, and the layout of free parameters over logs
+    parameter_space         the vector θ of a fit: its start, bounds, tied amplitudes, and the values of each log
+    tied_amplitudes         sines and cosines of several logs with one amplitude
+    step_size               the integration step that resolves the fastest motion
+    shooting                one log's segments simulated, and their residual linearised
+    shooting_problem        the same for all logs of a fit, as functions of θ and the initial states
+    states                  initial states of segments: first guess, and fit at given parameters
+    state_reconstruction    states from the channels of the sensors
+    normal_equations        initial states eliminated (Schur complement); damped and bounded steps
+    gauss_newton            the Levenberg-Marquardt iteration
+    fit, fit_statistics     a fitted model, its covariances, its residual's colour
+    covariance              block jackknife, test for autocorrelation
+    parameter_table         estimates with standard errors
+    least_squares           regression on the filtered equations, without and with derivatives (paper eqs. 16-43)
+    long_logs               the same in chunks, for logs that do not fit into memory
+    nonnegative             the same with nonnegative parameters: a start for shooting
+    starts                  the start of a fit, from nominal values or filtered regressions
+    profiled_starts         starts of parameters that mean nothing at the effect's absence
+    ripple_search           the period of a ripple, from the residual of the filtered equations
+    continuation            fits from short segments to full ones
+    prediction, validation  errors on segments, with only their initial states fitted
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -17,71 +18,114 @@ from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import limits_of, per_log_names, tied_pairs
 from wheelpend.estimation.gauss_newton import fit
+from wheelpend.estimation.parameter_space import ParameterSpace
+from wheelpend.estimation.parameters import parameter_layout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.kernels import load as kernels
+from wheelpend.estimation.shooting_problem import ShootingProblem
+from wheelpend.kernels.load import model_module
 
-SAME_FIT_RELATIVE_TOLERANCE = (
-    1e-3  # of the error, by which two fits of the same segments may differ that ended in the same place
-)
-SEGMENT_HORIZON_SHARES = (0.1, 0.3, 1.0)  # of the segments that a fit goes through, in horizons
+SAME_FIT_RELATIVE_TOLERANCE = 1e-3  # relative difference of the errors of two fits that ended at the same minimum
+SEGMENT_HORIZON_SHARES = (0.1, 0.3, 1.0)  # lengths of the segments that a fit goes through, in horizons
+SHORT_FIT_ROUNDS, FULL_FIT_ROUNDS = 15, 25  # rounds on short segments, and on those of a whole horizon
 
 
 def fit_segments(
     problem: EstimationProblem,
-    parts: Sequence[Segments],
+    segments: Sequence[Segments],
     start: Mapping[str, float],
     free: Sequence[str],
     *,
     start_per_log: Sequence[Mapping[str, float]] = (),
-    rounds: int = 15,
+    rounds: int = SHORT_FIT_ROUNDS,
 ) -> Fit:
-    """Fit free parameters to some parts with the study's kernels, scopes and bounds.
+    """Fit free parameters to segments of one log or several, with the problem's kernels, scopes and bounds.
 
-    Ripples are first fitted in every log by itself, which finds the phases; then their amplitudes are made one.
+    A ripple is first fitted in every log by itself, which finds the phases; then its amplitudes are made equal.
     """
-    found = _fit_with_scopes(problem, parts, start, free, start_per_log, rounds)
+    shooting = shooting_problem(problem, segments, start, free, start_per_log)
+    found = fit(shooting, rounds=rounds)
     pairs = tied_pairs(free)
-    if len(parts) == 1 or not pairs or not rounds:
+    if len(segments) == 1 or not pairs or not rounds:
         return found
-    return _fit_with_scopes(
-        problem, parts, found.values, free, found.per_log, rounds, states=found.states, phased=pairs
-    )
-
-
-def _fit_with_scopes(problem: EstimationProblem, parts, start, free, start_per_log, rounds: int, **ties) -> Fit:
     return fit(
-        kernels_for(problem, free, start, start_per_log),
-        parts,
-        start,
-        free,
-        per_log=per_log_names(free),
-        limits=limits_of(free, problem.plant, problem.module.SIGNED),
-        start_per_log=start_per_log,
-        max_step=problem.max_step,
+        shooting_problem(problem, segments, found.values, free, found.per_log, pairs),
+        states=found.states,
         rounds=rounds,
-        **ties,
     )
+
+
+def shooting_problem(
+    problem: EstimationProblem,
+    segments: Sequence[Segments],
+    start: Mapping[str, float],
+    free: Sequence[str],
+    start_per_log: Sequence[Mapping[str, float]] = (),
+    tied: Sequence[tuple[str, str]] = (),
+) -> ShootingProblem:
+    """The multiple-shooting problem of free parameters, with the scopes and bounds that the effect library gives them.
+
+    ``tied`` are pairs of sine and cosine with one amplitude for all logs.
+    """
+    module = kernels_for(problem, free, start, start_per_log)
+    layout = parameter_layout(free, per_log_names(free), len(segments))
+    limits = limits_of(free, problem.plant, problem.module.SIGNED)
+    space = ParameterSpace.of(module, layout, start, start_per_log, limits).with_tied_amplitudes(tied)
+    return ShootingProblem(module, segments, space, problem.max_step)
 
 
 def kernels_for(
     problem: EstimationProblem, free: Sequence[str], *values: Mapping[str, float] | Sequence[Mapping[str, float]]
-):
-    """The study's kernels, or those of the bare plant, several times faster, where no effect is fitted or given."""
-    given = [v for found in values for v in ([found] if isinstance(found, Mapping) else found)]
-    named = {n for v in given for n, x in v.items() if "." in n and n in problem.module.PARAMETERS
-             and x != problem.module.ABSENT[problem.module.PARAMETERS.index(n)]}  # fmt: skip
-    if problem.model.effects or named or any("." in n for n in free):
+) -> ModuleType:
+    """The problem's kernels, or those of the bare plant, several times faster, where no effect is fitted or present."""
+    absent = dict(zip(problem.module.PARAMETERS, problem.module.ABSENT, strict=True))
+    given = [v for each in values for v in ([each] if isinstance(each, Mapping) else each)]
+    present = any("." in n and n in absent and x != absent[n] for v in given for n, x in v.items())
+    if problem.model.effects or present or any("." in n for n in free):
         return problem.module
-    return kernels.model_module(problem.model.plant, problem.model.assumptions, ())
+    return model_module(problem.model.plant, problem.model.assumptions, ())
 
 
 class ContinuationResult(NamedTuple):
-    """Where fits to short segments lead."""
+    """Values at the end of fits to short segments."""
 
     values: dict[str, float]
     per_log: tuple[Mapping[str, float], ...]
-    errors: tuple[float, ...]  # of each length
+    errors: tuple[float, ...]  # σ, of each length
+
+
+class _Continuation(NamedTuple):
+    """Free parameters, and the segment lengths through which they are fitted."""
+
+    problem: EstimationProblem
+    free: Sequence[str]
+    horizons: Sequence[float]  # shares of the horizon
+
+    def short_fits(
+        self, start: Mapping[str, float], per_log: Sequence[Mapping[str, float]], shares: Sequence[float] | None = None
+    ) -> ContinuationResult:
+        """Fits to short segments that grow, until one reaches the noise level.
+
+        Each length starts from fresh initial states: states fitted to a wrong model can trap the next fit.
+        """
+        result = ContinuationResult(dict(start), tuple(per_log), ())
+        for share in self.horizons[:-1] if shares is None else shares:
+            fitted = self.fit_at_length(result.values, result.per_log, share)
+            result = ContinuationResult(fitted.values, fitted.per_log, (*result.errors, fitted.error))
+            if fitted.converged and fitted.error < MAX_EXPLAINED_ERROR_RATIO * self.problem.floor:
+                break
+        return result
+
+    def full_fit(self, values: Mapping[str, float], per_log: Sequence[Mapping[str, float]]) -> Fit:
+        """Fit to segments of the last length."""
+        return self.fit_at_length(values, per_log, self.horizons[-1])
+
+    def fit_at_length(self, values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], share: float) -> Fit:
+        """Fit to segments that are a share of the horizon long."""
+        problem = self.problem
+        segments = problem.training if share == 1.0 else shortened_segments(problem, share * problem.horizon)
+        rounds = FULL_FIT_ROUNDS if share == 1.0 else SHORT_FIT_ROUNDS
+        return fit_segments(problem, segments, values, self.free, start_per_log=per_log, rounds=rounds)
 
 
 def fit_model(
@@ -92,36 +136,21 @@ def fit_model(
     horizons: Sequence[float] = SEGMENT_HORIZON_SHARES,
     start_per_log: Sequence[Mapping[str, float]] = (),
 ) -> Fit:
-    """Fit the free parameters to the training parts, from short to long segments, given as shares of the horizon.
+    """Fit the free parameters to the training segments, from short to long ones, given as shares of the horizon.
 
-    Where that ends far from the noise, underway or nowhere, the starts from before any fit get their chance too: a
-    model that lacks an effect can be bent, on short segments, into one that cannot be simulated over long ones. Where
-    it ends underway in the noise or near it, it goes on with fresh states.
-    Raises Failure where no start leads to a model that can.
+    A fit that stops underway at the noise level or near it goes on with fresh states. One that ends far above it is
+    repeated from the fallback starts: a model that lacks an effect can be bent, on short segments, into one that cannot
+    be simulated over long ones. Raises Failure where no start leads to a model that can.
     """
-    first = _fit_growing_segments(problem, start, free, horizons[:-1], start_per_log)
-    best, begun = _fit_at_length(problem, first.values, free, first.per_log, horizons[-1]), [first]
-    if (
-        best.error < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
-    ):  # in the noise no other start leads further than going on does
-        on = best if best.converged else _fit_at_length(problem, best.values, free, best.per_log, horizons[-1])
-        return min(best, on, key=lambda f: f.cost)
+    steps = _Continuation(problem, free, horizons)
+    first = steps.short_fits(start, start_per_log)
+    best = steps.full_fit(first.values, first.per_log)
+    if best.error < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor:  # no other start leads further than going on does
+        resumed = best if best.converged else steps.full_fit(best.values, best.per_log)
+        return min(best, resumed, key=lambda f: f.cost)
     if horizons[-1] == 1.0 and not best.converged and best.error < WRONG_START_ERROR_RATIO * problem.floor:
-        again = _fit_growing_segments(
-            problem, best.values, free, SEGMENT_HORIZON_SHARES[:-1], best.per_log
-        )  # with fresh states
-        other = _fit_at_length(problem, again.values, free, again.per_log, 1.0)
-        best = other if other.cost < best.cost else best
-    for number, origin in enumerate(problem.fallback_starts):
-        arrived = best.converged and best.error < WRONG_START_ERROR_RATIO * problem.floor
-        if np.isfinite(best.cost) and (number > 0 or arrived):
-            break
-        again = _fit_growing_segments(problem, {**start, **origin}, free, horizons[:-1], start_per_log)
-        if any(_is_same_fit(again, earlier) for earlier in begun):
-            continue  # from there it would go the same way again
-        begun.append(again)
-        other = _fit_at_length(problem, again.values, free, again.per_log, horizons[-1])
-        best = other if not best.cost <= other.cost else best
+        best = _with_fresh_states(steps, best)
+    best = _best_of_fallback_starts(steps, best, first, start, start_per_log)
     if not np.isfinite(best.cost):
         raise Failure(
             f"{problem.training[0].log.name}: the model must be one that can be simulated over "
@@ -131,35 +160,36 @@ def fit_model(
     return best
 
 
-def _fit_growing_segments(
-    problem: EstimationProblem,
+def _with_fresh_states(steps: _Continuation, best: Fit) -> Fit:
+    """The better of a fit, and one that goes through all lengths again from its values."""
+    again = steps.short_fits(best.values, best.per_log, SEGMENT_HORIZON_SHARES[:-1])
+    other = steps.full_fit(again.values, again.per_log)
+    return other if other.cost < best.cost else best
+
+
+def _best_of_fallback_starts(
+    steps: _Continuation,
+    best: Fit,
+    first: ContinuationResult,
     start: Mapping[str, float],
-    free: Sequence[str],
-    shares: Sequence[float],
     start_per_log: Sequence[Mapping[str, float]],
-) -> ContinuationResult:
-    """Values, and those of each log, after fits to short segments that grow, until one lies in the noise.
-
-    Each length starts from fresh initial states: states fitted to a wrong model can trap the next fit.
-    """
-    begun = ContinuationResult(dict(start), tuple(start_per_log), ())
-    for share in shares:
-        result = _fit_at_length(problem, begun.values, free, begun.per_log, share)
-        begun = ContinuationResult(result.values, result.per_log, (*begun.errors, result.error))
-        if result.converged and result.error < MAX_EXPLAINED_ERROR_RATIO * problem.floor:
-            break
-    return begun
-
-
-def _fit_at_length(
-    problem: EstimationProblem, values: Mapping[str, float], free: Sequence[str], own, share: float
 ) -> Fit:
-    """Fit to segments that are a share of the horizon long."""
-    parts = problem.training if share == 1.0 else shortened_segments(problem, share * problem.horizon)
-    return fit_segments(problem, parts, values, free, start_per_log=own, rounds=25 if share == 1.0 else 15)
+    """The best of a fit and those from the fallback starts, of which one is enough where the fit is finite."""
+    passed = [first]
+    for number, origin in enumerate(steps.problem.fallback_starts):
+        arrived = best.converged and best.error < WRONG_START_ERROR_RATIO * steps.problem.floor
+        if np.isfinite(best.cost) and (number > 0 or arrived):
+            break
+        again = steps.short_fits({**start, **origin}, start_per_log)
+        if any(_is_same_fit(again, earlier) for earlier in passed):
+            continue  # from there the full fit would be the same again
+        passed.append(again)
+        other = steps.full_fit(again.values, again.per_log)
+        best = other if not best.cost <= other.cost else best
+    return best
 
 
 def _is_same_fit(one: ContinuationResult, other: ContinuationResult) -> bool:
-    """Whether two ways through short segments ended at the same error, and so in the same place as it seems."""
+    """True where two continuations through as many lengths ended at the same error, so presumably the same values."""
     same = bool(one.errors) and len(one.errors) == len(other.errors)
     return same and abs(one.errors[-1] - other.errors[-1]) < SAME_FIT_RELATIVE_TOLERANCE * one.errors[-1]

@@ -1,10 +1,8 @@
-"""Error thresholds that decide how a fit is taken: over which horizon, and what counts as near the noise floor."""
+"""Horizon of predictions, and the ratios of error to noise floor that classify a fit."""
 
 from __future__ import annotations
 
-DEFAULT_HORIZON_S = 0.5  # s, over which a prediction is judged
-WRONG_START_ERROR_RATIO = 3.0  # an error this many times the noise floor may be that of a wrong start
+DEFAULT_HORIZON_S = 0.5  # s, length of the segments over which a prediction error is taken
+WRONG_START_ERROR_RATIO = 3.0  # error over noise floor from which a fit may have ended in a local minimum
 MAX_EXPLAINED_ERROR_RATIO = 1.1  # error over noise floor above which something is still missing
-MAX_NOISE_LEVEL_ERROR_RATIO = (
-    1.02  # error over noise floor up to which a fit lies in the noise: what is missing, if anything, is small
-)
+MAX_NOISE_LEVEL_ERROR_RATIO = 1.02  # error over noise floor up to which a fit is at the noise level

@@ -14,26 +14,25 @@ from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, why_not_testable
 from wheelpend.estimation.segments import Segments, ValidationData, contiguous_ranges
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.read import load_log
-from wheelpend.model import model_kernels
+from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
-EVENT_MARGIN_HORIZON_SHARE = (
-    0.05  # of the horizon, within which something that happens beside a segment may have happened in it
-)
-COUPLED_SEGMENTS_PER_RUN = 10  # short segments in a row where something carries on from one to the next
+EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segment may have happened in it
+COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
+INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
 def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
-    """Load logs as the model's [columns] say; a Log is taken as it is."""
+    """Logs, loaded with the columns and units of the model's [columns]; a Log is taken as it is."""
     return tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
 
 
 def noise_of(log: Log, model: Model) -> Noise:
-    """Sensor noise as [sensors] states it, or from the log."""
+    """Sensor noise of a log: as [sensors] states it, else estimated from the log."""
     stated = {c: model.sensors.noise_of(c) for c in log.channels}
     return sensor_noise(log.excerpt(), stated, {c: model.sensors.step_of(c) for c in log.channels})
 
@@ -48,46 +47,36 @@ def prepare(
     without: Sequence[str] = (),
     lean: bool = False,
 ) -> EstimationProblem:
-    """Cut logs into training and held-out segments.
+    """Cut logs into training and validation segments.
 
-    Without hold-out logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
-    ``without`` are not tried. ``lean`` takes the model's own kernels, which know no other effects and are several times
-    faster. Raises Failure where a log stands on both sides or yields no segments.
+    Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
+    ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
+    several times faster. Raises Failure where a log stands on both sides or yields no segments.
     """
+    _require_known_effects(model, without)
+    _require_distinct_logs(logs, holdout)
+    module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)
+    loaded, validation_logs = read_logs(logs, model), read_logs(holdout, model)
+    _require_testable_effects(model)
+    noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
+    training, validation = _split_logs(loaded, noise, horizon, keep_all=use_all or bool(validation_logs))
+    for log, own in zip(validation_logs, noise[len(loaded) :], strict=True):
+        validation.append(_validation_data_of_log(log, own, horizon))
+    warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *validation_logs) for w in log.warnings)
+    problem = EstimationProblem(
+        model, module, tuple(training), tuple(validation), noise, horizon, INITIAL_MAX_STEP_S, warnings,
+        without=tuple(without),
+    )  # fmt: skip
+    if any(derive.effects.find(e).event for e in model.effects):
+        problem = with_interleaved_validation(problem, _known_event_times(model))
+    return replace(problem, carries=any(derive.effects.find(e).carries for e in model.effects))
+
+
+def _require_known_effects(model: Model, names: Sequence[str]) -> None:
     known = [e.name for e in derive.effects.all_with(model.own)]
-    for name in without:
+    for name in names:
         if name not in known:
             raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, known)}")
-    _require_distinct_logs(logs, holdout)
-    module = (
-        kernels.model_module(model.plant, model.assumptions, model.effects)
-        if lean
-        else model_kernels.library_module_of(model)
-    )
-    loaded, held_logs = read_logs(logs, model), read_logs(holdout, model)
-    _require_testable_effects(model)
-    noise = tuple(noise_of(log, model) for log in (*loaded, *held_logs))
-    training, held = [], []
-    for number, (log, own) in enumerate(zip(loaded, noise, strict=False)):
-        split = len(log) if use_all or held_logs else len(log) * 2 // 3
-        training.append(_segments_of_log(log, own, horizon, 0, split))
-        if split < len(log):
-            held.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log)), number, None))
-    for log, own in zip(held_logs, noise[len(loaded) :], strict=True):
-        third = len(log) // 3
-        rest = _segments_of_log(log, own, horizon, third, len(log))
-        held.append(ValidationData(rest, None, _segments_of_log(log, own, horizon, 0, third)))
-    warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *held_logs) for w in log.warnings)
-    step = 0.002  # s, until a start tells how fast the machine is
-    found = EstimationProblem(
-        model, module, tuple(training), tuple(held), noise, horizon, step, warnings, without=tuple(without)
-    )
-    if any(derive.effects.find(e).event for e in model.effects):
-        values = known_values(model)
-        found = with_interleaved_validation(
-            found, [values[n] for e in model.effects for n in event_time_names(e) if n in values]
-        )
-    return replace(found, carries=any(derive.effects.find(e).carries for e in model.effects))
 
 
 def _require_distinct_logs(logs: Sequence, holdout: Sequence) -> None:
@@ -101,9 +90,35 @@ def _require_distinct_logs(logs: Sequence, holdout: Sequence) -> None:
 
 def _require_testable_effects(model: Model) -> None:
     for name in model.effects:
-        if why := why_not_testable(derive.effects.find(name), model, model_kernels.library_module_of(model)):
+        if why := why_not_testable(derive.effects.find(name), model, library_module_of(model)):
             raise Failure(f"Every effect of the model must be one that data can tell, but {name} {why}. "
                           "Remove it from effects.")  # fmt: skip
+
+
+def _known_event_times(model: Model) -> list[float]:
+    """Times [s] at which the events in the model begin and end, as far as it gives them."""
+    values = known_values(model)
+    return [values[n] for e in model.effects for n in event_time_names(e) if n in values]
+
+
+def _split_logs(
+    logs: Sequence[Log], noise: Sequence[Noise], horizon: float, keep_all: bool
+) -> tuple[list[Segments], list[ValidationData]]:
+    """Training segments of logs and, unless all is for training, validation segments from the last third of each."""
+    training, validation = [], []
+    for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
+        split = len(log) if keep_all else len(log) * 2 // 3
+        training.append(_segments_of_log(log, own, horizon, 0, split))
+        if split < len(log):
+            validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log)), number, None))
+    return training, validation
+
+
+def _validation_data_of_log(log: Log, noise: Noise, horizon: float) -> ValidationData:
+    """A validation log's segments, with its first third for the calibration of its per-log parameters."""
+    split = len(log) // 3
+    judged = _segments_of_log(log, noise, horizon, split, len(log))
+    return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split))
 
 
 def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Segments:
@@ -116,32 +131,31 @@ def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: i
 
 
 def shortened_segments(problem: EstimationProblem, horizon: float, max_segments: int = 120) -> tuple[Segments, ...]:
-    """Training parts cut into shorter segments, thinned evenly to about ``most``: they only prepare."""
+    """Training segments cut into shorter ones of a horizon [s], thinned evenly to about ``max_segments`` a log."""
     found = []
-    for part in problem.training:
-        bounds = np.concatenate([segment_bounds(part.log, horizon, a, b) for a, b in contiguous_ranges(part.bounds)])
+    for segments in problem.training:
+        ranges = contiguous_ranges(segments.bounds)
+        bounds = np.concatenate([segment_bounds(segments.log, horizon, a, b) for a, b in ranges])
         thin, run = max(1, len(bounds) // max_segments), COUPLED_SEGMENTS_PER_RUN if problem.carries else 1
-        kept = np.arange(len(bounds)) // run % thin == 0
-        found.append(replace(part, bounds=np.ascontiguousarray(bounds[kept])))
+        selected = np.arange(len(bounds)) // run % thin == 0
+        found.append(replace(segments, bounds=np.ascontiguousarray(bounds[selected])))
     return tuple(found)
 
 
-def with_interleaved_validation(problem: EstimationProblem, moments: Sequence[float] = ()) -> EstimationProblem:
-    """The study with every second segment of its training logs held out, over their whole length.
+def with_interleaved_validation(problem: EstimationProblem, event_times: Sequence[float] = ()) -> EstimationProblem:
+    """The problem with every second segment of its training logs held out, over their whole length.
 
-    Segments that hold one of the moments [s], or nearly so, are not: nothing else says when something happened.
+    Segments at or near an event time [s] stay in training: nothing else determines when the event happened.
     """
-    training, held = [], []
-    for number, part in enumerate(problem.training):
-        bounds, t, near = (
-            segment_bounds(part.log, problem.horizon),
-            part.log.t,
-            EVENT_MARGIN_HORIZON_SHARE * problem.horizon,
-        )
-        kept = np.arange(len(bounds)) % 2 == 0
-        for moment in moments:
-            kept |= (t[bounds[:, 0]] - near <= moment) & (moment <= t[bounds[:, 1] - 1] + near)
-        training.append(replace(part, bounds=np.ascontiguousarray(bounds[kept])))
-        if not kept.all():
-            held.append(ValidationData(replace(part, bounds=np.ascontiguousarray(bounds[~kept])), number, None))
-    return replace(problem, training=tuple(training), validation=tuple(held))
+    training, validation = [], []
+    margin = EVENT_MARGIN_HORIZON_SHARE * problem.horizon
+    for number, segments in enumerate(problem.training):
+        bounds, t = segment_bounds(segments.log, problem.horizon), segments.log.t
+        trains = np.arange(len(bounds)) % 2 == 0
+        for time in event_times:
+            trains |= (t[bounds[:, 0]] - margin <= time) & (time <= t[bounds[:, 1] - 1] + margin)
+        training.append(replace(segments, bounds=np.ascontiguousarray(bounds[trains])))
+        if not trains.all():
+            others = replace(segments, bounds=np.ascontiguousarray(bounds[~trains]))
+            validation.append(ValidationData(others, number, None))
+    return replace(problem, training=tuple(training), validation=tuple(validation))

@@ -1,4 +1,4 @@
-"""A fitted model: estimates, covariances, initial states and what they leave."""
+"""A fitted model: estimates, covariances, initial states and the remaining cost."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model."""
+    """A fitted model; ``free`` orders the rows and columns of its covariances."""
 
     values: dict[str, float]  # shared parameters
     per_log: tuple[dict[str, float], ...]  # parameters of each log alone
     free: tuple[str, ...]  # names of the fitted parameters, per-log ones as name@log
     covariance: np.ndarray  # (free, free) from the information matrix
-    robust: np.ndarray  # (free, free) from the scatter of blocks of segments
-    states: tuple[np.ndarray, ...]  # (segments, NX) each log
-    cost: float
+    robust: np.ndarray  # (free, free) from the block jackknife
+    states: tuple[np.ndarray, ...]  # per log: initial states (segments, NX)
+    cost: float  # sum of squared residuals [σ²]
     count: int  # measured values
     condition: float  # of the scaled information matrix
     unidentifiable: tuple[str, ...]
     converged: bool
-    blocks: int = 0  # whose scatter robust tells
-    coloured: bool = False  # whether the residual is correlated from sample to sample
+    blocks: int = 0  # number of the jackknife's blocks
+    coloured: bool = False  # True where the residual is correlated from sample to sample
 
     @property
     def error(self) -> float:
-        """Root mean square of the residual in units of σ, the fitted states discounted."""
+        """Root mean square of the residual [σ], the degrees of freedom of the fitted states discounted."""
         states = sum(s.size for s in self.states)
         return float(np.sqrt(self.cost / max(self.count - states, 1)))
 
     def sigma(self, name: str, robust: bool = False, log: int = 0) -> float:
-        """Standard error of a parameter; of a per-log parameter that of one log."""
+        """Standard error of a parameter, from the information or the jackknife; of a per-log one in one log."""
         key = name if name in self.free else f"{name}@{log}"
         matrix = self.robust if robust else self.covariance
         return float(np.sqrt(max(matrix[self.free.index(key), self.free.index(key)], 0.0)))

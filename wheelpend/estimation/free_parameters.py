@@ -1,20 +1,20 @@
-"""Which parameters of a model are free, their bounds, scope and known values."""
+"""Names of a model's free parameters, their bounds, scopes and known values."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import EffectParameter
+from derive.plant_signature import PlantSignature
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.model.record import Model
 
 
 def values_of_model_effects(problem: EstimationProblem, values: Mapping[str, float]) -> dict[str, float]:
-    """Values without those of effects that are not in the study's model."""
+    """Values without those of effects that are not in the problem's model."""
     return {n: v for n, v in values.items() if n.rpartition(".")[0] in (*problem.model.effects, "")}
 
 
@@ -24,7 +24,7 @@ def event_time_names(effect: str) -> list[str]:
 
 
 def known_values(model: Model) -> dict[str, float]:
-    """Constants and whatever the model says of its parameters; effects that are only named start as absent."""
+    """Constants, and the identified or nominal values of parameters that the model gives."""
     values = dict(model.constants)
     names = [*model.parameters, *(n for e in model.effects for n in derive.effects.find(e).full_names)]
     return values | {n: v for n in names if (v := model.value(n)) is not None}
@@ -33,8 +33,10 @@ def known_values(model: Model) -> dict[str, float]:
 def limits_of(
     names: Sequence[str], plant: PlantSignature | None = None, signed: Collection[str] = ()
 ) -> dict[str, tuple[float, float]]:
-    """Bounds that a simulation needs: a delay cannot be early, and the plant's own parameters are sums of positive
-    constants, ``signed`` ones apart, without which a corrupted fit leaves everything that can be simulated.
+    """Bounds (lowest, highest) by name, those that a simulation needs; names without any are left out.
+
+    The plant's own parameters are sums of positive constants, but for the ``signed`` ones; effect parameters have
+    the bounds of their row in the library, as it reads on a plant where one is given.
     """
     limits = {name: (0.0, np.inf) for name in names if "." not in name and name not in signed}
     bounded = {n: p for n in names if (p := effect_parameter(n, plant)) and p.bounded}
@@ -55,12 +57,12 @@ def effect_parameter(name: str, plant: PlantSignature | None = None) -> EffectPa
 
 
 def per_log_names(names: Sequence[str]) -> list[str]:
-    """Those names that get a value of their own in every log: per-log ones, and those of an event in one of them."""
+    """Names with a value of their own in every log: those of scope per log, and the parameters of an event."""
     return [n for n in names if (p := effect_parameter(n)) and p.scope in ("per log", "event")]
 
 
 def tied_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
-    """Sines and cosines among names whose amplitude is the machine's and whose phase is each log's own."""
+    """Pairs of sine and cosine among names whose amplitude is the machine's and whose phase is each log's own."""
     effects = dict.fromkeys(n.partition(".")[0] for n in names if "." in n and not n.startswith("missing"))
     rows = [(e, derive.effects.find(e).phased) for e in effects]
     pairs = [(f"{e}.{row[0]}", f"{e}.{row[1]}") for e, row in rows if row]
@@ -68,5 +70,5 @@ def tied_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def free_names(problem: EstimationProblem, effects: Sequence[str]) -> list[str]:
-    """Names of everything that a model with these effects fits."""
+    """Names of the free parameters of a model with these effects."""
     return [*problem.base, *(n for e in effects for n in derive.effects.find(e).full_names)]

@@ -2,188 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from types import ModuleType
+from collections.abc import Sequence
 
 import numpy as np
 
-from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.normal_equations import (
-    ReducedNormalEquations,
-    bounded_step,
-    covariance_of,
-    eliminate_initial_states,
-    predicted_decrease,
-    segment_informations,
-)
-from wheelpend.estimation.parameters import (
-    _limits_of,
-    _per_log_values,
-    _shared_values,
-    _start_value,
-    _values_of_part,
-    kernel_parameters,
-    parameter_layout,
-)
-from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
-from wheelpend.estimation.states import fit_states, initial_states, sequential_states
-from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
+from wheelpend.estimation.fit_statistics import fit_at
+from wheelpend.estimation.normal_equations import ReducedNormalEquations
+from wheelpend.estimation.shooting_problem import LinearisedPoint, ShootingProblem
 
-MAX_COLOUR_TEST_SEGMENTS = 400  # segments that tell whether a residual is white
-MAX_COLOUR_TEST_SAMPLES = 400_000  # samples whose residuals are held for it
-MIN_COST_DECREASE, MIN_RELATIVE_COST_DECREASE = (
-    0.01,
-    1e-6,
-)  # fall of the sum of squares, and share of it, that is not worth a step
+MIN_COST_DECREASE = 0.01  # σ², decrease of the sum of squares that is not worth a step
+MIN_RELATIVE_COST_DECREASE = 1e-6  # the same as a share of the sum of squares
+MIN_EXCESS_COST_DECREASE = 5e-3  # the same as a share of what a wrong model leaves above twice the noise
+ROUNDING_COST_INCREASE = 1e-9  # relative increase of the sum of squares that is rounding: the minimum is reached
+START_DAMPING, MIN_DAMPING, MIN_RAISED_DAMPING, MAX_DAMPING = 1e-3, 1e-12, 1e-8, 1e6  # of the unit diagonal
+MAX_UNDAMPED = 0.01  # damping below which the undamped step's prediction holds
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a trial that runs away gives infinities, and is rejected
-def fit(
-    module: ModuleType,
-    parts: Sequence[Segments],
-    start: Mapping[str, float],
-    free: Sequence[str],
-    *,
-    per_log: Sequence[str] = (),
-    limits: Mapping[str, tuple[float, float]] | None = None,
-    start_per_log: Sequence[Mapping[str, float]] = (),
-    states: Sequence[np.ndarray] | None = None,
-    phased: Sequence[tuple[str, str]] = (),
-    amplitude_known: bool = False,
-    max_step: float = 0.002,
-    rounds: int = 40,
-) -> Fit:
-    """Fit the free parameters of a module to all parts; per-log ones get a value for every part.
+@np.errstate(over="ignore", invalid="ignore")  # a trial that diverges gives infinities, and is rejected
+def fit(problem: ShootingProblem, *, states: Sequence[np.ndarray] | None = None, rounds: int = 40) -> Fit:
+    """Fit θ and the initial states, from the problem's start and the given states (per log: (segments, NX)).
 
-    Pairs in ``phased`` are the sine and cosine of one amplitude for all parts and a phase for each. Stops when a step
-    lowers the sum of squares by less than 0.01 and a millionth of it, promises no more, or can no longer lower it.
+    Stops when a step lowers the sum of squares by less than 0.01 and a millionth of it, promises no more, or can no
+    longer lower it.
     """
-    plan = parameter_layout(free, [n for n in per_log if n in free], len(parts))
-    columns = [module.PARAMETERS.index(n) for n in free]
-    start = {**{n: module.ABSENT[c] for n, c in zip(free, columns, strict=True)}, **start}
-    bounds = _limits_of(plan, limits or {})
-    theta = np.array([_start_value(label, start, start_per_log) for label in plan.labels])
-    theta = np.clip(theta, bounds[0], bounds[1])
-    tied = TiedAmplitudes.of(plan.labels, phased, amplitude_known) if phased else None
-    theta = tied.with_equal_amplitudes(theta) if tied else theta
+    theta = problem.space.start()
+    start = problem.linearise(theta, problem.start_states(theta) if states is None else list(states))
+    return fit_at(problem, *levenberg_marquardt(problem, start, rounds))
 
-    def vectors_at(theta: np.ndarray) -> list[np.ndarray]:
-        return [
-            kernel_parameters(module, _values_of_part(start, plan, theta, k, start_per_log), p.log)
-            for k, p in enumerate(parts)
-        ]
 
-    def shots_at(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[ShootingLinearisation]:
-        return [
-            shoot(module, p, x, v, columns, max_step=max_step, keep_residual=False)
-            for p, x, v in zip(parts, states, vectors_at(theta), strict=True)
-        ]
-
-    def settle(theta: np.ndarray, states: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """What a segment hands on to the next is not in the linearisation: there the states follow in turn."""
-        vectors = vectors_at(theta)
-        if not any(has_coupled_segments(module, v) for v in vectors):
-            return list(states)
-        return [sequential_states(module, p, x, v, max_step, 2) for p, x, v in zip(parts, states, vectors, strict=True)]
-
-    if states is None:
-        states = [
-            fit_states(module, p, initial_states(module, p), v, max_step, 2, keep_residual=False)[0]
-            for p, v in zip(parts, vectors_at(theta), strict=True)
-        ]
-    states = list(states)
-    shots, damping, converged = shots_at(theta, states), 1e-3, False
-    cost, count = sum(s.cost for s in shots), sum(p.values for p in parts)
+def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds: int) -> tuple[LinearisedPoint, bool]:
+    """The point reached in at most so many rounds, and whether the iteration has converged there."""
+    damping = START_DAMPING
     for _ in range(rounds):
-        reduced = eliminate_initial_states(shots, module.NX, plan, damping)
-        if not np.isfinite(cost) or not np.isfinite(reduced.information).all():
-            break  # the start cannot be simulated: nothing to go by
-        trial_theta = _parameters_after_step(reduced, damping, bounds, theta, tied)
-        step = trial_theta - theta
-        trial_states = [
-            x + own - np.einsum("skx,k->sx", answers, step[places])
-            for x, (own, answers), places in zip(states, reduced.steps, plan.places, strict=True)
-        ]
-        trial_states = settle(trial_theta, trial_states)
-        if (
-            damping < 0.01
-            and predicted_decrease(shots, reduced, module.NX, plan)
-            < MIN_COST_DECREASE + MIN_RELATIVE_COST_DECREASE * cost
-        ):
-            theta, states, converged = trial_theta, trial_states, True  # the last step, too small to be looked at again
-            break
-        trial = shots_at(trial_theta, trial_states)
-        trial_cost = sum(s.cost for s in trial)
-        if trial_cost <= cost:
-            gain = cost - trial_cost
-            theta, states, shots, cost = trial_theta, trial_states, trial, trial_cost
-            damping = max(damping * 0.1, 1e-12)
-            if gain < MIN_COST_DECREASE + MIN_RELATIVE_COST_DECREASE * cost + 5e-3 * max(
-                cost - 2.0 * count, 0.0
-            ):  # a wrong model need not be exact
-                converged = True
-                break
+        reduced = problem.reduce(point, damping)
+        if not np.isfinite(point.cost) or not np.isfinite(reduced.information).all():
+            return point, False  # the start cannot be simulated: there is no direction to take
+        theta, states = _damped_step(problem, point, reduced, damping)
+        if damping < MAX_UNDAMPED and problem.predicted_decrease(point, reduced) < _negligible_decrease(point.cost):
+            return point._replace(theta=theta, states=states), True  # the last step is too small to be simulated
+        trial = problem.linearise(theta, states)
+        if trial.cost <= point.cost:
+            gain, point = point.cost - trial.cost, trial
+            if gain < _sufficient_decrease(point.cost, problem.count):
+                return point, True
+            damping = max(damping * 0.1, MIN_DAMPING)
         else:
-            if trial_cost - cost < 1e-9 * cost:
-                converged = True
-                break
-            damping = max(damping * 10.0, 1e-8)
-            if damping > 1e6:
-                break
-    coloured = any(
-        _has_coloured_residual(module, *each, max_step) for each in zip(parts, states, vectors_at(theta), strict=True)
-    )
-    return _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied, coloured)
+            if trial.cost - point.cost < ROUNDING_COST_INCREASE * point.cost:
+                return point, True
+            damping = max(damping * 10.0, MIN_RAISED_DAMPING)
+            if damping > MAX_DAMPING:
+                return point, False
+    return point, False
 
 
-def _has_coloured_residual(
-    module: ModuleType, part: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float
-) -> bool:
-    """Whether the residual is correlated from sample to sample, told by the first segments, as many as lie close by."""
-    near = part.bounds[:, 1] <= part.bounds[0, 1] + MAX_COLOUR_TEST_SAMPLES
-    bounds = part.bounds[near][:MAX_COLOUR_TEST_SEGMENTS]
-    few = replace(part, log=part.log.part(0, int(bounds[-1, 1])), bounds=bounds, weights=None)
-    return is_autocorrelated(shoot(module, few, states[: len(bounds)], parameters, max_step=max_step).residual, bounds)
+def _damped_step(
+    problem: ShootingProblem, point: LinearisedPoint, reduced: ReducedNormalEquations, damping: float
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """θ and initial states after a step: the states' own one, and their response to that of θ."""
+    theta = problem.space.after_step(point.theta, reduced, damping)
+    step = theta - point.theta
+    states = [
+        x + own - np.einsum("skx,k->sx", response, step[places])
+        for x, (own, response), places in zip(point.states, reduced.steps, problem.space.layout.places, strict=True)
+    ]
+    return theta, problem.consistent_states(theta, states)
 
 
-def _parameters_after_step(
-    reduced: ReducedNormalEquations, damping: float, limits, theta: np.ndarray, tied: TiedAmplitudes | None
-) -> np.ndarray:
-    """Parameters after a damped Gauss-Newton step within limits; tied ones stay tied."""
-    information, score = reduced.information, reduced.score
-    if tied is None:
-        return theta + bounded_step(information, score, damping, limits[0] - theta, limits[1] - theta)
-    along = tied.basis(theta)
-    step = bounded_step(along.T @ information @ along, along.T @ score, damping, *tied.bounds(limits, theta))
-    return tied.after_step(theta, step)
+def _negligible_decrease(cost: float) -> float:
+    """Decrease of the sum of squares below which a fit has converged."""
+    return MIN_COST_DECREASE + MIN_RELATIVE_COST_DECREASE * cost
 
 
-def _result(module, parts, plan, theta, states, shots, start, start_per_log, converged, tied, coloured) -> Fit:
-    reduced = eliminate_initial_states(shots, module.NX, plan)
-    information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
-    along = tied.basis(theta) if tied else np.eye(len(theta))
-    labels = tied.labels(plan.labels) if tied else plan.labels
-    covariance, condition, flat = covariance_of(along.T @ information @ along, labels)
-    covariance = along @ covariance @ along.T
-    pieces = np.nan_to_num(segment_informations(shots, module.NX, plan, reduced), posinf=0.0, neginf=0.0)
-    scores = np.nan_to_num(reduced.scores, posinf=0.0, neginf=0.0)
-    block = block_numbers([len(s) for s in states])
-    robust = jackknife_covariance(covariance, pieces, scores, block) if len(theta) else covariance
-    return Fit(
-        values={**{k: float(v) for k, v in start.items()}, **_shared_values(plan, theta)},
-        per_log=tuple(_per_log_values(plan, theta, k, start_per_log) for k in range(len(parts))),
-        free=plan.labels,
-        covariance=covariance,
-        robust=robust,
-        states=tuple(states),
-        cost=sum(s.cost for s in shots),
-        count=sum(p.values for p in parts),
-        condition=condition,
-        unidentifiable=flat,
-        converged=converged,
-        blocks=int(block.max(initial=-1)) + 1,
-        coloured=coloured,
+def _sufficient_decrease(cost: float, count: int) -> float:
+    """The same after a step; a wrong model, whose residual is far above the noise, need not be exact."""
+    return (
+        MIN_COST_DECREASE + MIN_RELATIVE_COST_DECREASE * cost + MIN_EXCESS_COST_DECREASE * max(cost - 2.0 * count, 0.0)
     )

@@ -10,11 +10,13 @@ import numpy as np
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.shooting import ShootingLinearisation
 
+MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
+
 
 def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float) -> np.ndarray:
     """Solve every segment's normal equations (segments, n, n), scaled to a unit diagonal and damped.
 
-    right is (segments, n, k). A segment that is not finite does not move.
+    right is (segments, n, k), and so is the solution: zeros for a segment that is not finite.
     """
     finite = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
     normal = np.where(finite[:, None, None], normal, np.eye(normal.shape[1]))
@@ -25,52 +27,51 @@ def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | fl
     return np.linalg.solve(scaled, right / scale[:, :, None]) / scale[:, :, None]
 
 
-MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
-
-
 class ReducedNormalEquations(NamedTuple):
-    """The parameters' own equations, the segments' states eliminated."""
+    """The normal equations of θ alone, the segments' initial states eliminated."""
 
     information: np.ndarray  # (free, free)
     score: np.ndarray  # (free,)
-    scores: np.ndarray  # (all segments, free), whose sum is the score
-    steps: tuple[tuple[np.ndarray, np.ndarray], ...]  # per part: states' own step and their answer to the parameters
+    scores: np.ndarray  # (segments of all logs, free), whose sum is the score
+    steps: tuple[tuple[np.ndarray, np.ndarray], ...]  # per log: the states' own step (segments, NX), and their response
+    # to the columns of θ (segments, columns, NX)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is not kept
+@np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is rejected
 def eliminate_initial_states(
-    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, damping: float = 0.0
+    linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, damping: float = 0.0
 ) -> ReducedNormalEquations:
-    """Eliminate the initial states of every segment (Schur complement)."""
-    size = len(plan.labels)
+    """Eliminate the initial states (nx each) of every segment of all logs (Schur complement)."""
+    size = len(layout.labels)
     information, scores, steps = np.zeros((size, size)), [], []
-    for shot, places in zip(shots, plan.places, strict=True):
-        normal, mixed, own = shot.gram[:, :nx, :nx], shot.gram[:, nx:-1, :nx], shot.gram[:, nx:-1, -1]
-        solved = solve_damped(normal, shot.gram[:, :nx, nx:], damping)  # states' answers to parameters, and own step
-        answers, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
-        block = (shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, answers)).sum(axis=0)
+    for linearisation, places in zip(linearisations, layout.places, strict=True):
+        gram = linearisation.gram
+        normal, mixed, own = gram[:, :nx, :nx], gram[:, nx:-1, :nx], gram[:, nx:-1, -1]
+        solved = solve_damped(normal, gram[:, :nx, nx:], damping)  # the states' response to θ, and their own step
+        response, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
+        block = (gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, response)).sum(axis=0)
         information[np.ix_(places, places)] += 0.5 * (block + block.T)
         row = np.zeros((len(normal), size))
         row[:, places] = own - np.einsum("skx,sx->sk", mixed, step)
         scores.append(row)
-        steps.append((step, answers))
+        steps.append((step, response))
     stacked = np.concatenate(scores)
     return ReducedNormalEquations(information, stacked.sum(axis=0), stacked, tuple(steps))
 
 
 def predicted_decrease(
-    shots: Sequence[ShootingLinearisation], reduced: ReducedNormalEquations, nx: int, plan: ParameterLayout
+    linearisations: Sequence[ShootingLinearisation], reduced: ReducedNormalEquations, nx: int, layout: ParameterLayout
 ) -> float:
-    """By how much the sum of squares would fall in the next step, were the residual linear and nothing damped."""
-    pairs = zip(shots, reduced.steps, strict=True)
+    """Decrease of the sum of squares in the next step, were the residual linear and nothing damped."""
+    pairs = zip(linearisations, reduced.steps, strict=True)
     states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
-    if not plan.labels:
+    if not layout.labels:
         return states
     return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score))
 
 
 def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
-    """Solve the parameters' equations, scaled to a unit diagonal; flat directions stay where they are."""
+    """Solve the normal equations of θ, scaled to a unit diagonal; zero along directions that are not identifiable."""
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     scale = np.where(scale > 0.0, scale, np.inf)  # a parameter without any influence does not move
     eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
@@ -82,7 +83,7 @@ def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.
 def bounded_step(
     information: np.ndarray, score: np.ndarray, damping: float, lowest: np.ndarray, highest: np.ndarray
 ) -> np.ndarray:
-    """Damped Gauss-Newton step within bounds on the step: what would leave them stops there."""
+    """Damped Gauss-Newton step within bounds on it, by an active set: elements beyond them are fixed there."""
     step = np.zeros(len(score))
     free = np.ones(len(score), dtype=bool)
     for _ in range(len(score) + 1):
@@ -97,20 +98,21 @@ def bounded_step(
 
 
 def segment_informations(
-    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, reduced: ReducedNormalEquations
+    linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, reduced: ReducedNormalEquations
 ) -> np.ndarray:
-    """Information of each segment of all parts about the free parameters (segments, free, free)."""
+    """Information of each segment of all logs about the free parameters (segments, free, free)."""
     found = []
-    for shot, places, (_, answers) in zip(shots, plan.places, reduced.steps, strict=True):
-        piece = np.zeros((len(shot.gram), len(plan.labels), len(plan.labels)))
-        own = shot.gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", shot.gram[:, nx:-1, :nx], answers)
-        piece[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
-        found.append(piece)
+    for linearisation, places, (_, response) in zip(linearisations, layout.places, reduced.steps, strict=True):
+        gram = linearisation.gram
+        information = np.zeros((len(gram), len(layout.labels), len(layout.labels)))
+        own = gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", gram[:, nx:-1, :nx], response)
+        information[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
+        found.append(information)
     return np.concatenate(found)
 
 
 def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Inverse of an information matrix, its scaled condition number, and the parameters it says nothing about."""
+    """Inverse of an information matrix, its scaled condition number, and the labels that are not identifiable."""
     if not len(labels):
         return np.zeros((0, 0)), 1.0, ()
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))

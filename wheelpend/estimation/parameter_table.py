@@ -6,15 +6,22 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
 
+MAX_WHITE_NOISE_ERROR_RATIO = 1.05  # error over noise floor up to which the noise explains a residual
+
 
 def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, dict]:
-    """Every fitted parameter with its standard error; of several logs' own ones the first log's, and all in per_log.
+    """Value, standard error and identifiability of every parameter; per-log ones of the first log, all in per_log.
 
     A value that is not identifiable means nothing, nor does its standard error.
     """
-    names, lost = free_names(problem, problem.model.effects), {n.split("@")[0] for n in fitted.unidentifiable}
+    names = free_names(problem, problem.model.effects)
+    unidentifiable = {n.split("@")[0] for n in fitted.unidentifiable}
     table: dict[str, dict] = {
-        n: {"value": fitted.of_log(0)[n], "sigma": standard_error(problem, fitted, n), "identifiable": n not in lost}
+        n: {
+            "value": fitted.of_log(0)[n],
+            "sigma": standard_error(problem, fitted, n),
+            "identifiable": n not in unidentifiable,
+        }
         for n in names
     }
     for n in per_log_names(names) if len(problem.logs) > 1 else ():
@@ -26,11 +33,11 @@ def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, dict]:
 
 
 def standard_error(problem: EstimationProblem, fitted: Fit, name: str, log: int = 0) -> float:
-    """From the information matrix where the residual is white and at noise level, else the more cautious of two."""
-    ideal = fitted.error < 1.05 * problem.floor and not fitted.coloured
+    """Standard error from the information where the residual is white and at noise level, else the conservative one."""
+    ideal = fitted.error < MAX_WHITE_NOISE_ERROR_RATIO * problem.floor and not fitted.coloured
     return fitted.sigma(name, log=log) if ideal else conservative_standard_error(fitted, name, log)
 
 
 def conservative_standard_error(fitted: Fit, name: str, log: int = 0) -> float:
-    """The larger of the standard errors that the information matrix and the scatter of blocks give."""
+    """The larger of the standard errors from the information matrix and from the block jackknife."""
     return max(fitted.sigma(name, log=log), fitted.sigma(name, robust=True, log=log))

@@ -1,4 +1,4 @@
-"""Prediction errors: how far a model is off over segments, with only the initial states fitted."""
+"""Prediction errors of a model at given parameters over segments, with only the initial states fitted."""
 
 from __future__ import annotations
 
@@ -16,31 +16,33 @@ from wheelpend.logs.log import segment_bounds
 
 
 def prediction_error(
-    module: ModuleType, part: Segments, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
+    module: ModuleType, segments: Segments, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
 ) -> tuple[float, np.ndarray]:
-    """The error of a model on a part: only the initial states are fitted. Also returns the residual (N, channels).
+    """Error of a model on segments [σ] and its residual (N, channels) [σ]; only the initial states are fitted.
 
-    What carries on from segment to segment is followed through ``lead`` segments before the first.
+    A coupled model is simulated from up to ``lead`` segments before the first.
     """
-    longer, before = with_lead_in(part, lead)
+    longer, before = with_lead_in(segments, lead)
     states = initial_states(module, longer)
-    states, shot = fit_states(module, longer, states, kernel_parameters(module, values, part.log), max_step)
-    residual = shot.residual.copy()
-    residual[: part.bounds[0, 0]] = np.nan
-    return segments_rms_error(part, ShootingLinearisation(shot.gram[before:], residual)), residual
+    parameters = kernel_parameters(module, values, segments.log)
+    states, linearisation = fit_states(module, longer, states, parameters, max_step)
+    residual = linearisation.residual.copy()
+    residual[: segments.bounds[0, 0]] = np.nan
+    return segments_rms_error(segments, ShootingLinearisation(linearisation.gram[before:], residual)), residual
 
 
-def with_lead_in(part: Segments, lead: int) -> tuple[Segments, int]:
-    """A part with up to ``lead`` segments before its first, as many as the log has, and how many they are."""
-    first, length = int(part.bounds[0, 0]), int(part.bounds[0, 1] - part.bounds[0, 0])
+def with_lead_in(segments: Segments, lead: int) -> tuple[Segments, int]:
+    """Segments with up to ``lead`` more before the first, as many as the log has, and their number."""
+    first, length = int(segments.bounds[0, 0]), int(segments.bounds[0, 1] - segments.bounds[0, 0])
     if not (lead and first):
-        return part, 0
-    horizon = float(part.log.t[first + length - 1] - part.log.t[first]) + part.log.dt
-    before = segment_bounds(part.log, horizon, max(first - lead * length, 0), first)
-    return replace(part, bounds=np.vstack([*before, part.bounds])), len(before)
+        return segments, 0
+    log = segments.log
+    horizon = float(log.t[first + length - 1] - log.t[first]) + log.dt
+    before = segment_bounds(log, horizon, max(first - lead * length, 0), first)
+    return replace(segments, bounds=np.vstack([*before, segments.bounds])), len(before)
 
 
-def segments_rms_error(part: Segments, shot: ShootingLinearisation) -> float:
-    """Root mean square of a shot's residual in units of σ, the fitted states discounted."""
-    states = len(part.bounds) * (shot.gram.shape[1] - 1)
-    return float(np.sqrt(shot.cost / max(part.values - states, 1)))
+def segments_rms_error(segments: Segments, linearisation: ShootingLinearisation) -> float:
+    """Root mean square of the residual over segments [σ], the degrees of freedom of the fitted states discounted."""
+    states = len(segments.bounds) * (linearisation.gram.shape[1] - 1)
+    return float(np.sqrt(linearisation.cost / max(segments.values - states, 1)))

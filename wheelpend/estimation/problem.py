@@ -8,23 +8,23 @@ from dataclasses import dataclass, replace
 from types import ModuleType
 
 import numpy as np
-from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import Effect
+from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.estimation.segments import Segments, ValidationData
 from wheelpend.estimation.step_size import stable_step
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import released_coordinates
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise
-from wheelpend.model import model_kernels
+from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
 
 @dataclass(frozen=True)
 class EstimationProblem:
-    """Everything a fit needs."""
+    """A model, the kernels that simulate it, and the segments of logs that it is fitted to and validated on."""
 
     model: Model
     module: ModuleType  # the library's kernels, or the model's own
@@ -35,18 +35,18 @@ class EstimationProblem:
     max_step: float  # s
     warnings: tuple[str, ...]
     fallback_starts: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
-    without: tuple[str, ...] = ()  # effects that are not tried, on request
-    redundant_effects: tuple[str, ...] = ()  # nor these, which others have made needless
-    carries: bool = False  # whether something in the model carries on from one segment to the next
+    without: tuple[str, ...] = ()  # effects that are no candidates, on request
+    redundant_effects: tuple[str, ...] = ()  # nor are these: others explain what they do
+    carries: bool = False  # True for a coupled model, in which each segment takes over from the one before
 
     @property
     def floor(self) -> float:
-        """Expected error of the true model."""
+        """Expected error of the true model [σ], the mean over the logs."""
         return float(np.mean([n.floor for n in self.noise]))
 
     @property
     def plant(self) -> PlantSignature:
-        """What the plant has under the model's assumptions."""
+        """Signature of the plant under the model's assumptions."""
         return self.model.plant_signature
 
     def effect(self, name: str) -> Effect:
@@ -64,47 +64,47 @@ class EstimationProblem:
         return tuple(p.log for p in self.training)
 
     def effects(self) -> tuple[Effect, ...]:
-        """Library effects that the plant, its assumptions and the known constants allow."""
+        """Library effects that can be tested with the plant, its assumptions and the known constants."""
         rows = derive.effects.applicable_to(self.plant, self.model.own)
         return tuple(derive.effects.in_plant_units(e, self.plant) for e in rows if not self.why_not_testable(e))
 
     def candidates(self) -> tuple[Effect, ...]:
-        """Those of them that the model may be missing: neither in it nor contained in one that is."""
-        within = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
-        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in within)
+        """Testable effects that the model may be missing: neither in it nor contained in one that is."""
+        contained = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
+        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in contained)
 
     def replaced(self, effect: str) -> tuple[str, ...]:
-        """Effects of the model whose place one takes that contains them."""
+        """Effects of the model that an effect contains, and so replaces."""
         return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
 
     def with_candidates(self, *effects: str) -> EstimationProblem:
-        """The study with kernels that have these effects besides its model's, and steps that they can be taken in."""
-        module = model_kernels.library_module_of(self.model, effects)
+        """The problem with kernels that contain these effects besides its model's."""
+        module = library_module_of(self.model, effects)
         carries = any(derive.effects.find(e).carries for e in (*self.model.effects, *effects))
         return replace(self, module=module, carries=carries)
 
     def with_effects(self, effects: Sequence[str]) -> EstimationProblem:
-        """The study of a model with these effects instead."""
+        """The problem of a model with these effects instead."""
         return replace(self, model=self.model.with_effects(list(effects))).with_candidates()
 
     def why_not_testable(self, effect: Effect) -> str:
-        """Why an effect cannot be judged, or an empty string."""
+        """Reason why an effect cannot be tested on these logs; empty where it can."""
         if effect.name in self.without:
             return "was left out on request"
         if effect.name in self.redundant_effects:
             return "lowers the error, but not beside the effects that explain the rest"
-        free = kernels.released_coordinates(self.model.effects)
+        free = released_coordinates(self.model.effects)
         if effect.releases and free and effect.releases not in free:
             return f"frees a second give inside the machine, beside {', '.join(free)}"
         return why_not_testable(
             effect,
             self.model,
-            model_kernels.library_module_of(self.model, [effect.name]) if effect.releases else self.module,
+            library_module_of(self.model, [effect.name]) if effect.releases else self.module,
         )
 
 
 def why_not_testable(effect: Effect, model: Model, module: ModuleType) -> str:
-    """Why an effect cannot be judged with a model and its library's kernels, or an empty string."""
+    """Reason why an effect cannot be tested with a model and its library's kernels; empty where it can."""
     if own := module.ABSORBED.get(effect.full_names[0]):
         return f"is part of {', '.join(own)} on this plant"
     if effect.full_names[0] not in module.PARAMETERS:
@@ -115,31 +115,33 @@ def why_not_testable(effect: Effect, model: Model, module: ModuleType) -> str:
 
 def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     """Known constants that an effect's equations contain."""
-    module = model_kernels.library_module_of(model, [effect])
+    module = library_module_of(model, [effect])
     names = derive.effects.find(effect).full_names
     return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
 
 def extended_effects(model: Model, effect: str) -> list[str]:
-    """A model's effects with one more, which takes the place of those that it contains."""
-    within = model_kernels.library_module_of(model).CONTAINS.get(effect, {})
-    return [*(e for e in model.effects if e not in within), effect]
+    """A model's effects with one more, which replaces those that it contains."""
+    contained = library_module_of(model).CONTAINS.get(effect, {})
+    return [*(e for e in model.effects if e not in contained), effect]
 
 
 def require_testable(effect: Effect, model: Model) -> None:
-    """Raise Failure where an effect that is to be added is one that no data can tell."""
-    if why := why_not_testable(effect, model, model_kernels.library_module_of(model, [effect.name])):
+    """Raise Failure where an effect that is to be added cannot be identified from any data."""
+    if why := why_not_testable(effect, model, library_module_of(model, [effect.name])):
         raise Failure(f"An effect that is added must be one that data can tell, but {effect.name} {why}. "
                       "Nothing was changed.")  # fmt: skip
 
 
 def with_stable_step(problem: EstimationProblem, values: Mapping[str, float]) -> EstimationProblem:
-    """A study with a step in which what moves inside the machine is stable, as stiff as its effects may be."""
+    """The problem with a step in which its internal coordinates are stable, at the stiffest bounds of their effects."""
     if problem.module.NA == problem.module.NQ:
         return problem
-    known = problem.module.PARAMETERS
-    rows = [problem.effect(e.name) for e in derive.effects.EFFECT_LIBRARY.values() if e.releases and e.full_names[0] in known]
+    known, library = problem.module.PARAMETERS, derive.effects.EFFECT_LIBRARY.values()
+    rows = [problem.effect(e.name) for e in library if e.releases and e.full_names[0] in known]
     stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
-    within = {n: v for n, v in stiffest.items() if math.isfinite(v)}
-    step = 2.0 * stable_step(problem.module, {**values, **within}, problem.training[0].log)  # 0.5 over the fastest rate
+    bounded = {n: v for n, v in stiffest.items() if math.isfinite(v)}
+    step = 2.0 * stable_step(
+        problem.module, {**values, **bounded}, problem.training[0].log
+    )  # 0.5 over the fastest rate
     return replace(problem, max_step=min(problem.max_step, step))

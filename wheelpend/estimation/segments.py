@@ -11,12 +11,12 @@ from wheelpend.logs.log import Log
 
 @dataclass(frozen=True)
 class Segments:
-    """Segments of a log on which a model is fitted or judged."""
+    """Segments of a log, each simulated from an initial state of its own."""
 
     log: Log
-    sigma: np.ndarray  # (channels,)
+    sigma: np.ndarray  # (channels,) standard deviations of the sensor noise
     bounds: np.ndarray  # (segments, 2) half-open sample ranges
-    weights: np.ndarray | None = None  # (segments,) how much the squares of each count; all alike without
+    weights: np.ndarray | None = None  # (segments,) weights of their squares; 1 each where None
 
     @property
     def values(self) -> int:
@@ -26,15 +26,15 @@ class Segments:
 
 @dataclass(frozen=True)
 class ValidationData:
-    """Held-out segments: of a training log, or of a log of its own with a first third for its per-log parameters."""
+    """Validation segments: of a training log, or of a log of its own with a first third for its per-log parameters."""
 
-    part: Segments
-    training: int | None  # index of the training log it belongs to
-    calibration: Segments | None
+    part: Segments  # on which the error is computed
+    training: int | None  # index of the training log they belong to
+    calibration: Segments | None  # of a log of its own: where its per-log parameters are estimated
 
 
 def contiguous_ranges(bounds: np.ndarray) -> list[tuple[int, int]]:
-    """Ranges of samples that consecutive segments cover without a gap."""
+    """Half-open ranges of samples that consecutive segments (n, 2) cover without a gap."""
     breaks = np.flatnonzero(bounds[1:, 0] != bounds[:-1, 1])
     begins, ends = bounds[np.r_[0, breaks + 1], 0], bounds[np.r_[breaks, len(bounds) - 1], 1]
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True)]

@@ -1,14 +1,11 @@
-"""Multiple shooting: the maximum-likelihood fit of a model to measured logs.
+"""Multiple shooting: a log's segments simulated from their own initial states, and their residual linearised.
 
-A log is cut into segments; each is simulated from its own initial state with the measured voltage. Gauss-Newton with
-Levenberg-Marquardt damping moves parameters and initial states together; the states are eliminated segment by segment
-(Schur complement), so that only the parameters' equations remain.
-
+The kernels integrate the state and its sensitivities to initial state and parameters with the measured input.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -17,16 +14,17 @@ from types import ModuleType
 import numpy as np
 
 import derive
-from derive.effects import PathForce
+from derive.effects import HysteresisForce
 from wheelpend.estimation.segments import Segments
 from wheelpend.parallel import thread_budget, threads
 
 NO_WINDOW_END = np.iinfo(np.int64).max
+MIN_PARALLEL_SEGMENTS = 8  # segments below which one thread simulates all
 
 
 @dataclass(frozen=True)
 class ShootingLinearisation:
-    """A least-squares problem, linearised at a point."""
+    """The least-squares problem of one log, linearised in initial states and parameters."""
 
     gram: np.ndarray  # (segments, n + 1, n + 1), [J r]ᵀ[J r], states first, residual last
     residual: np.ndarray  # (N, channels) in units of σ, NaN outside the segments; (0, channels) where it is not kept
@@ -40,7 +38,7 @@ class ShootingLinearisation:
 
 def shoot(
     module: ModuleType,
-    part: Segments,
+    segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
     columns: Sequence[int] = (),
@@ -48,42 +46,48 @@ def shoot(
     max_step: float = 0.002,
     keep_residual: bool = True,
 ) -> ShootingLinearisation:
-    """Simulate a part's segments and linearise the residual in the states and the parameters of columns.
+    """Simulate segments from their initial states (segments, NX); linearise the residual in these and some parameters.
 
-    Without ``keep`` the residual is not stored, only its squares: a long log needs no memory beyond its own.
+    columns are the places of those in the parameter vector (NP,), each effective in a window (columns, 2) of samples.
+    Without keep_residual only the residual's squares are stored: a long log needs no memory beyond its own.
     """
     chosen = np.array(columns, dtype=np.int64)
     if window is None:
         window = np.tile(np.array([0, NO_WINDOW_END], dtype=np.int64), (chosen.size, 1))
-    size = module.NX + chosen.size + 1
-    gram = np.zeros((len(part.bounds), size, size))
-    residual = np.full(part.log.measured.shape if keep_residual else (0, module.NY), np.nan)
-    log, weight = part.log, 1.0 / part.sigma
+    log, size = segments.log, module.NX + chosen.size + 1
+    gram = np.zeros((len(segments.bounds), size, size))
+    residual = np.full(log.measured.shape if keep_residual else (0, module.NY), np.nan)
+    weight = 1.0 / segments.sigma
 
-    def some(a: int, b: int) -> None:
-        """Segments a to b; those of another thread are others, and so are their samples."""
+    def shoot_range(a: int, b: int) -> None:
+        """Simulate segments a to b; no two threads write to the same segment or sample."""
         module.shoot(
-            log.t, log.voltage, log.measured, weight, part.bounds[a:b], states[a:b], parameters,
+            log.t, log.voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
             chosen, window, max_step, gram[a:b], residual,
         )  # fmt: skip
 
-    count, workers = len(part.bounds), _worker_count(module, part, parameters)
-    edges = [count * k // workers for k in range(workers + 1)]
     try:
-        if workers == 1:
-            some(0, count)
-        else:
-            list(_pool().map(some, edges[:-1], edges[1:]))
+        _run_in_threads(shoot_range, len(segments.bounds), _worker_count(module, segments, parameters))
     except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
         gram[:] = np.nan
-    if part.weights is not None:
-        gram *= part.weights[:, None, None]
+    if segments.weights is not None:
+        gram *= segments.weights[:, None, None]
     return ShootingLinearisation(gram, residual)
 
 
-def _worker_count(module: ModuleType, part: Segments, parameters: np.ndarray) -> int:
-    """Threads among which segments are shared: one where they hang together, or are few."""
-    return 1 if len(part.bounds) < 8 or has_coupled_segments(module, parameters) else thread_budget.share()
+def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -> None:
+    """Run a job on ranges that divide so many items among so many threads."""
+    if workers == 1:
+        job(0, count)
+    else:
+        edges = [count * k // workers for k in range(workers + 1)]
+        list(_pool().map(job, edges[:-1], edges[1:]))
+
+
+def _worker_count(module: ModuleType, segments: Segments, parameters: np.ndarray) -> int:
+    """Number of threads for some segments: one where these are coupled, or few."""
+    alone = len(segments.bounds) < MIN_PARALLEL_SEGMENTS or has_coupled_segments(module, parameters)
+    return 1 if alone else thread_budget.share()
 
 
 @cache
@@ -92,7 +96,8 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def has_coupled_segments(module: ModuleType, parameters: np.ndarray) -> bool:
-    """Whether a segment depends on the one before: something moves inside the machine, or has a memory."""
-    remembering = [e.full_names[0] for e in derive.effects.LIBRARY.values() if isinstance(e.enters, PathForce)]
-    there = [module.PARAMETERS.index(n) for n in remembering if n in module.PARAMETERS]
-    return module.NA > module.NQ or bool(np.any(parameters[there] != 0.0))
+    """True where a segment depends on the one before: with internal coordinates, or friction that has a memory."""
+    library = derive.effects.EFFECT_LIBRARY.values()
+    with_memory = [e.full_names[0] for e in library if isinstance(e.enters, HysteresisForce)]
+    places = [module.PARAMETERS.index(n) for n in with_memory if n in module.PARAMETERS]
+    return module.NA > module.NQ or bool(np.any(parameters[places] != 0.0))

@@ -1,7 +1,7 @@
-"""From readings back to states: what the sensors of a plant say of its coordinates and their rates.
+"""State reconstruction: coordinates and rates from the channels of the sensors.
 
-Every sensor reads a constant sum of coordinates, or of rates (READS of the generated module). A rate comes from the
-sensors of rates where these tell it, else from the slope of what the sensors of position read.
+Every sensor reads a constant combination of coordinates, or of rates (READS of the generated module). A rate comes from
+the rate sensors where these determine it, else from the slope of the position sensors' readings.
 """
 
 from __future__ import annotations
@@ -16,10 +16,7 @@ from wheelpend.numerics import null_space
 
 
 def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """States (N, NX) from readings (N, NY) and their slopes (N, NY); a reading that is NaN tells nothing.
-
-    What no sensor tells is 0.
-    """
+    """States (N, NX) from readings (N, NY), NaN where missing, and their slopes (N, NY); 0 where not determined."""
     states, known = np.zeros((len(values), module.NX)), np.isfinite(values)
     bits = 1 << np.arange(module.NY)
     patterns = known @ bits
@@ -31,23 +28,23 @@ def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> n
 
 
 def reconstruction_matrices(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What turns readings, and their slopes, into states, (NX, NY) each, where only some channels have a value."""
+    """Matrices (NX, NY) from readings, and from their slopes, to states, where only the known channels have a value."""
     weights = np.where(known[:, None], module.READS, 0.0)
     positions, rates = weights[:, : module.NQ], weights[:, module.NQ :]
-    told = np.linalg.pinv(rates)
-    untold = null_space(rates) if rates.any() else np.eye(module.NQ)
-    by_slope = untold @ np.linalg.pinv(positions @ untold)
-    by_value = np.vstack([np.linalg.pinv(positions), told - by_slope @ positions @ told])
+    from_rates = np.linalg.pinv(rates)
+    unseen = null_space(rates) if rates.any() else np.eye(module.NQ)  # rates that no rate sensor determines
+    by_slope = unseen @ np.linalg.pinv(positions @ unseen)
+    by_value = np.vstack([np.linalg.pinv(positions), from_rates - by_slope @ positions @ from_rates])
     return _without_rounding_noise(by_value), _without_rounding_noise(np.vstack([np.zeros_like(by_slope), by_slope]))
 
 
 def _without_rounding_noise(matrix: np.ndarray) -> np.ndarray:
-    """A matrix without the dust of its computation."""
+    """A matrix whose rounding errors are set to zero."""
     return np.where(np.abs(matrix) < 1e-12, 0.0, np.round(matrix, 14))
 
 
 def measured_states(module: ModuleType, log: Log) -> np.ndarray:
-    """Coordinates and rates (N, NX) at the samples; a rate that no sensor gives is a central difference.
+    """Coordinates and rates (N, NX) at the samples; a rate that no sensor reads is a central difference.
 
     A coordinate of which only the rate is read, such as the yaw, is the integral of that from 0.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import ModuleType
 
 import numpy as np
@@ -12,16 +13,18 @@ from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_seg
 from wheelpend.estimation.state_reconstruction import states_from
 
 MAX_STATE_UPDATE_ROUNDS = 3  # rounds up to which initial states are only brought up to date, from one start
+PARABOLA_DURATION_S, MIN_PARABOLA_SAMPLES = 0.03, 6  # s and samples, through which the first guess is drawn
+START_STATE_DAMPING = 1e-4  # of the unit diagonal
 
 
-def initial_states(module: ModuleType, part: Segments) -> np.ndarray:
+def initial_states(module: ModuleType, segments: Segments) -> np.ndarray:
     """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
-    Angles and rates come from short parabolas through what follows, or what the points allow.
+    Positions and rates come from short parabolas through the first samples, or what these allow.
     """
-    log, first = part.log, part.bounds[:, :1]
-    places = first + np.arange(max(6, round(0.03 / log.dt)))
-    beyond = places >= part.bounds[:, 1:]
+    log, first = segments.log, segments.bounds[:, :1]
+    places = first + np.arange(max(MIN_PARABOLA_SAMPLES, round(PARABOLA_DURATION_S / log.dt)))
+    beyond = places >= segments.bounds[:, 1:]
     places = np.minimum(places, len(log) - 1)
     t, measured = log.t[places] - log.t[first], np.where(beyond[:, :, None], np.nan, log.measured[places])
     curves = np.stack([parabola_values_and_slopes(t, measured[:, :, c]) for c in range(module.NY)], axis=2)
@@ -31,7 +34,7 @@ def initial_states(module: ModuleType, part: Segments) -> np.ndarray:
 def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray:
     """Value and slope at time 0 (segments, 2) of least-squares parabolas through signals (segments, samples) at t.
 
-    Through two points goes a line, through one a constant; NaN where there is none.
+    Through two samples goes a line, through one a constant; NaN where there is none.
     """
     good = np.isfinite(signals)
     scale = np.maximum(np.max(np.where(good, t, 0.0), axis=1), 1e-9)
@@ -45,55 +48,50 @@ def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray
     return np.where(count[:, None] > 0, fitted / np.column_stack([np.ones_like(scale), scale]), np.nan)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a segment that runs away gives infinities, and is not kept
+@np.errstate(over="ignore", invalid="ignore")  # a segment that diverges gives infinities, and is rejected
 def fit_states(
     module: ModuleType,
-    part: Segments,
+    segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
     max_step: float = 0.002,
     rounds: int = 8,
     keep_residual: bool = True,
 ) -> tuple[np.ndarray, ShootingLinearisation]:
-    """Fit only the initial states; every segment has its own damping and keeps its best."""
+    """Fit only the initial states (segments, NX); every segment has its own damping and keeps its best."""
+    linearise = partial(shoot, module, segments, parameters=parameters, max_step=max_step, keep_residual=keep_residual)
     if has_coupled_segments(module, parameters):
-        states = sequential_states(module, part, states, parameters, max_step, rounds)
-        return states, shoot(module, part, states, parameters, max_step=max_step, keep_residual=keep_residual)
+        states = sequential_states(module, segments, states, parameters, max_step, rounds)
+        return states, linearise(states)
     states = states.copy()
-    shot = shoot(module, part, states, parameters, max_step=max_step, keep_residual=keep_residual)
-    damping = np.full(len(states), 1e-4)
+    best, damping = linearise(states), np.full(len(states), START_STATE_DAMPING)
     for _ in range(rounds):
-        step = solve_damped(shot.gram[:, :-1, :-1], shot.gram[:, :-1, -1:], damping)[:, :, 0]
-        trial = shoot(module, part, states + step, parameters, max_step=max_step, keep_residual=keep_residual)
-        old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (shot, trial))
+        step = solve_damped(best.gram[:, :-1, :-1], best.gram[:, :-1, -1:], damping)[:, :, 0]
+        trial = linearise(states + step)
+        old, new = (np.nan_to_num(x.gram[:, -1, -1], nan=np.inf) for x in (best, trial))
         better = new < old
         gain = np.where(better & np.isfinite(old), old - new, 0.0)
         states[better] += step[better]
         damping = np.where(better, damping * 0.1, damping * 10.0)
-        shot = _merge_improved(shot, trial, part, better)
+        best = _merge_improved(best, trial, segments, better)
         if np.all(gain <= 1e-4 * (1.0 + np.where(np.isfinite(old), old, 0.0)) / 10.0):
             break
-    return states, shot
+    return states, best
 
 
 def sequential_states(
-    module: ModuleType, part: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+    module: ModuleType, segments: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
 ) -> np.ndarray:
-    """Initial states of segments each of which begins with what the one before hands on, fitted one after the other."""
-    log, found = part.log, states.copy()
+    """Initial states (segments, NX) of coupled segments, fitted one after the other.
+
+    Each begins with the internal coordinates and the memory with which the one before ends. In more than a few rounds
+    it is also fitted from where the one before ended, which no missed contact has led astray.
+    """
+    log, found = segments.log, states.copy()
+    weight, two_starts = 1.0 / segments.sigma, rounds > MAX_STATE_UPDATE_ROUNDS
     try:
         module.settle(
-            log.t,
-            log.voltage,
-            log.measured,
-            1.0 / part.sigma,
-            part.bounds,
-            found,
-            parameters,
-            max_step,
-            rounds,
-            # then also from where the one before ended, which no missed contact has led astray
-            rounds > MAX_STATE_UPDATE_ROUNDS,
+            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, max_step, rounds, two_starts
         )
     except ZeroDivisionError:  # as in shoot
         return states
@@ -101,10 +99,11 @@ def sequential_states(
 
 
 def _merge_improved(
-    old: ShootingLinearisation, new: ShootingLinearisation, part: Segments, better: np.ndarray
+    old: ShootingLinearisation, new: ShootingLinearisation, segments: Segments, better: np.ndarray
 ) -> ShootingLinearisation:
+    """The new linearisation for the segments that are better, the old one for the others."""
     gram, residual = old.gram.copy(), old.residual.copy()
     gram[better] = new.gram[better]
-    for a, b in part.bounds[better] if len(residual) else ():
+    for a, b in segments.bounds[better] if len(residual) else ():
         residual[a:b] = new.residual[a:b]
     return ShootingLinearisation(gram, residual)

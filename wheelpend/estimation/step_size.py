@@ -12,23 +12,35 @@ from derive.effects import InternalForce
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.logs.log import Log, stack_inputs
 
+STEP_PER_TIME_CONSTANT = 0.25  # of the fastest motion
+STEP_LIMITS_S = (1e-4, 0.01)  # s, least and largest step
+UNKNOWN_RATE = 100.0  # 1/s, taken as fastest where the accelerations are not finite
+REST_RATE = 1e-6  # rad/s, so near rest that smoothed dry friction is at its steepest
+DIFFERENCE_STEP = 1e-3  # rad or rad/s
+
 
 def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
-    """A step that the integrator resolves the model's fastest motion with [s]; of effects what moves inside counts."""
-    inside = {e.name for e in derive.effects.EFFECT_LIBRARY.values() if isinstance(e.enters, InternalForce)}
-    kept = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in inside}
-    parameters, rates = kernel_parameters(module, kept, log), np.array(module.RATES)
+    """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
+    internal = {e.name for e in derive.effects.EFFECT_LIBRARY.values() if isinstance(e.enters, InternalForce)}
+    counted = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in internal}
+    matrix = linearised_motion(module, kernel_parameters(module, counted, log))
+    fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
+    return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
+
+
+def linearised_motion(module: ModuleType, parameters: np.ndarray) -> np.ndarray:
+    """State matrix (2 n, 2 n) [1/s] of angles and rates near rest without input, by forward differences."""
+    rates = np.array(module.RATES)
     angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])
     order = np.concatenate([angles, rates])
-    still, size = np.zeros(module.NV), len(rates)
-    still[rates] = 1e-6
-    nothing = stack_inputs([np.zeros(1)] * len(module.INPUTS), 1)[0]
-    base = module.acceleration(0.0, still, nothing, parameters)
+    rest, size = np.zeros(module.NV), len(rates)
+    rest[rates] = REST_RATE
+    no_input = stack_inputs([np.zeros(1)] * len(module.INPUTS), 1)[0]
+    base = module.acceleration(0.0, rest, no_input, parameters)
     matrix = np.zeros((2 * size, 2 * size))
     matrix[:size, size:] = np.eye(size)
     for k, place in enumerate(order):
-        moved = still.copy()
-        moved[place] += 1e-3
-        matrix[size:, k] = (module.acceleration(0.0, moved, nothing, parameters) - base) / 1e-3
-    fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else 100.0
-    return float(np.clip(0.25 / max(fastest, 1e-9), 1e-4, 0.01))
+        moved = rest.copy()
+        moved[place] += DIFFERENCE_STEP
+        matrix[size:, k] = (module.acceleration(0.0, moved, no_input, parameters) - base) / DIFFERENCE_STEP
+    return matrix

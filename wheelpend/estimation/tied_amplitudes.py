@@ -1,7 +1,7 @@
-"""Ripples of several logs: one amplitude, which is the machine's, and a phase in every log, which is where it began.
+"""Ripples of several logs: one amplitude, which is the machine's, and a phase in every log, which is its origin's.
 
 A pair of sine and cosine (a, b) has the amplitude √(a² + b²). A fit moves along the directions that keep the amplitudes
-of all logs equal, and turns and stretches the pairs exactly, so that every point it reaches has equal amplitudes.
+of all logs equal, and rotates and scales the pairs exactly, so that every point it reaches has equal amplitudes.
 """
 
 from __future__ import annotations
@@ -11,23 +11,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-MAX_PHASE_STEP_RAD = 1.0  # rad, the most that a phase turns in one step
+MAX_PHASE_STEP_RAD = 1.0  # rad, largest change of a phase in one step
 
 
 @dataclass(frozen=True)
 class TiedAmplitudes:
-    """Which of all free parameters are tied, and how: coordinates are the others, then amplitude and turns per pair."""
+    """Tied pairs among the free parameters. Coordinates: the parameters not tied, then amplitude and phases by pair."""
 
     pairs: tuple[np.ndarray, ...]  # per effect: (logs, 2) places of sine and cosine
     size: int  # number of free parameters
-    kept: bool  # whether the amplitude is known, so that only the phases move
+    fixed: bool  # True where the amplitude is known, so that only the phases move
 
     @classmethod
-    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], kept: bool = False) -> TiedAmplitudes:
+    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], fixed: bool = False) -> TiedAmplitudes:
         """Tie the pairs of names among labels, which carry @ and the number of their log."""
         logs = {n: sum(label.split("@")[0] == n for label in labels) for n, _ in pairs}
         places = [[[labels.index(f"{n}@{k}") for n in pair] for k in range(logs[pair[0]])] for pair in pairs]
-        return cls(tuple(np.array(p, dtype=np.int64) for p in places), len(labels), kept)
+        return cls(tuple(np.array(p, dtype=np.int64) for p in places), len(labels), fixed)
 
     @property
     def others(self) -> np.ndarray:
@@ -42,11 +42,11 @@ class TiedAmplitudes:
             radial, across = _polar_unit_vectors(theta[places])
             stretch = np.zeros(self.size)
             stretch[places] = radial
-            columns += [] if self.kept else [stretch]
+            columns += [] if self.fixed else [stretch]
             for log, place in enumerate(places):
-                turn = np.zeros(self.size)
-                turn[place] = across[log]
-                columns.append(turn)
+                rotation = np.zeros(self.size)
+                rotation[place] = across[log]
+                columns.append(rotation)
         return np.column_stack(columns)
 
     def after_step(self, theta: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -55,17 +55,17 @@ class TiedAmplitudes:
         new[self.others] += step[:k]
         for places in self.pairs:
             amplitude, phase = _amplitude(theta[places]), _phase(theta[places])
-            grown = amplitude if self.kept else amplitude + step[k]
-            k += not self.kept
-            turn = step[k : k + len(places)] / max(amplitude, 1e-300)
+            scaled = amplitude if self.fixed else amplitude + step[k]
+            k += not self.fixed
+            rotation = step[k : k + len(places)] / max(amplitude, 1e-300)
             k += len(places)
-            phase = phase + np.clip(turn, -MAX_PHASE_STEP_RAD, MAX_PHASE_STEP_RAD)
-            new[places] = grown * np.column_stack([np.cos(phase), np.sin(phase)])
+            phase = phase + np.clip(rotation, -MAX_PHASE_STEP_RAD, MAX_PHASE_STEP_RAD)
+            new[places] = scaled * np.column_stack([np.cos(phase), np.sin(phase)])
         return new
 
     def with_equal_amplitudes(self, theta: np.ndarray) -> np.ndarray:
         """The parameters with all amplitudes made equal."""
-        return self.after_step(theta, np.zeros(len(self.others) + sum(len(p) + (not self.kept) for p in self.pairs)))
+        return self.after_step(theta, np.zeros(len(self.others) + sum(len(p) + (not self.fixed) for p in self.pairs)))
 
     def bounds(self, limits: tuple[np.ndarray, np.ndarray], theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of a step along the basis, from those of the free parameters."""
@@ -77,7 +77,7 @@ class TiedAmplitudes:
         """A name for every coordinate: the sine of the first log for the amplitude, the cosines for the phases."""
         names = [labels[k] for k in self.others]
         for places in self.pairs:
-            names += [] if self.kept else [labels[places[0, 0]]]
+            names += [] if self.fixed else [labels[places[0, 0]]]
             names += [labels[p] for p in places[:, 1]]
         return tuple(names)
 

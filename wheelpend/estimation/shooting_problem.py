@@ -1,0 +1,101 @@
+"""The multiple-shooting problem of several logs, as functions of the free parameters θ and the initial states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import ModuleType
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.estimation.normal_equations import ReducedNormalEquations, eliminate_initial_states, predicted_decrease
+from wheelpend.estimation.parameter_space import ParameterSpace
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
+from wheelpend.estimation.states import fit_states, initial_states, sequential_states
+
+STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
+
+
+class LinearisedPoint(NamedTuple):
+    """A point of the iteration, and the least-squares problem linearised there."""
+
+    theta: np.ndarray  # (free,)
+    states: list[np.ndarray]  # per log: initial states (segments, NX)
+    linearisations: list[ShootingLinearisation]  # per log
+
+    @property
+    def cost(self) -> float:
+        """Sum of squared residuals [σ²] of all logs."""
+        return sum(s.cost for s in self.linearisations)
+
+
+@dataclass(frozen=True)
+class ShootingProblem:
+    """A kernel module's residuals on the segments of several logs."""
+
+    module: ModuleType
+    segments: Sequence[Segments]  # of each log
+    space: ParameterSpace
+    max_step: float  # s
+
+    @cached_property
+    def columns(self) -> list[int]:
+        """Places of the free parameters in the kernels' parameter vector."""
+        return [self.module.PARAMETERS.index(n) for n in self.space.layout.names]
+
+    @cached_property
+    def count(self) -> int:
+        """Number of measured values."""
+        return sum(s.values for s in self.segments)
+
+    def parameters_at(self, theta: np.ndarray) -> list[np.ndarray]:
+        """Each log's parameter vector (NP,)."""
+        return [
+            kernel_parameters(self.module, self.space.values_of_log(theta, k), s.log)
+            for k, s in enumerate(self.segments)
+        ]
+
+    def linearise(self, theta: np.ndarray, states: list[np.ndarray]) -> LinearisedPoint:
+        """Simulate all segments and linearise their residuals."""
+        rows = zip(self.segments, states, self.parameters_at(theta), strict=True)
+        return LinearisedPoint(
+            theta,
+            states,
+            [
+                shoot(self.module, s, x, p, self.columns, max_step=self.max_step, keep_residual=False)
+                for s, x, p in rows
+            ],
+        )
+
+    def start_states(self, theta: np.ndarray) -> list[np.ndarray]:
+        """Initial states from the measured channels, fitted in a few rounds."""
+        return [
+            fit_states(
+                self.module, s, initial_states(self.module, s), p, self.max_step, STATE_UPDATE_ROUNDS,
+                keep_residual=False,
+            )[0]
+            for s, p in zip(self.segments, self.parameters_at(theta), strict=True)
+        ]  # fmt: skip
+
+    def consistent_states(self, theta: np.ndarray, states: list[np.ndarray]) -> list[np.ndarray]:
+        """Initial states in which each segment of a coupled model takes over from the one before.
+
+        What a segment hands on to the next is not in the linearisation.
+        """
+        parameters = self.parameters_at(theta)
+        if not any(has_coupled_segments(self.module, p) for p in parameters):
+            return states
+        rows = zip(self.segments, states, parameters, strict=True)
+        return [sequential_states(self.module, s, x, p, self.max_step, STATE_UPDATE_ROUNDS) for s, x, p in rows]
+
+    def reduce(self, point: LinearisedPoint, damping: float = 0.0) -> ReducedNormalEquations:
+        """Normal equations of θ alone, the initial states eliminated."""
+        return eliminate_initial_states(point.linearisations, self.module.NX, self.space.layout, damping)
+
+    def predicted_decrease(self, point: LinearisedPoint, reduced: ReducedNormalEquations) -> float:
+        """Decrease of the sum of squares in an undamped step, were the residual linear."""
+        return predicted_decrease(point.linearisations, reduced, self.module.NX, self.space.layout)
