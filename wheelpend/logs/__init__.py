@@ -2,4 +2,16 @@
 
 In: CSV, Parquet, MATLAB files and bags, with the columns that a plant has. Out: `Log`, in SI units and continuous, and
 the noise of its channels. Question: what was measured, when, and how well?
+
+- log: the record `Log`, its gapless ranges and segments
+- columns: the columns that a plant needs, their units, and how a file's columns are mapped onto them
+- read: files to logs and back
+- guess: column maps guessed from names, units and clock
+- checks: errors and warnings of a log that was read
+- unwrap: wrapped angles and reset counters, made continuous
+- noise: standard deviation and quantisation of every channel
+- tables: files as named columns of numbers, by what is in them
+- csv_text: separator and header of a CSV file
+- polars_files: CSV and Parquet files through Polars
+- bags: ROS 2 bags and MCAP files, resampled onto one clock
 """

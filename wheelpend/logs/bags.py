@@ -19,16 +19,14 @@ from wheelpend.logs.tables import Table
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 TIME_COLUMN = "t"
 MAX_ARRAY_ENTRIES = 64  # entries of an array that become columns
-MAX_INTERPOLATED_INTERVAL_RATIO = (
-    1.5  # times the interval of the fastest topic, up to which a slower one is interpolated
-)
+MAX_INTERPOLATED_INTERVAL_RATIO = 1.5  # times the fastest topic's interval, up to which a topic is interpolated
 SECONDS_PER_NANOSECOND = 1e-9  # s
 
 Series = dict[str, tuple[np.ndarray, np.ndarray]]  # times [s] and values by column
 
 
 def is_bag(path: Path) -> bool:
-    """Whether a path is a ROS 2 bag's folder, or an MCAP file."""
+    """True of a ROS 2 bag's folder and of an MCAP file."""
     if path.is_dir():
         return (path / "metadata.yaml").exists()
     try:
@@ -52,7 +50,7 @@ def bag_table(path: Path) -> Table:
     if not series:
         raise Failure(f"{path.name} must hold messages with numbers, but it has none.")
     return Table([TIME_COLUMN, *series], lambda wanted: resample_to_fastest(series, wanted, []),
-                 lambda wanted, held: resample_to_fastest(series, wanted, held))  # fmt: skip
+                 lambda wanted, zero_order_hold: resample_to_fastest(series, wanted, zero_order_hold))  # fmt: skip
 
 
 def messages_in_bag(path: Path) -> Iterator[tuple[str, int, Any]]:
@@ -65,7 +63,7 @@ def messages_in_bag(path: Path) -> Iterator[tuple[str, int, Any]]:
             try:
                 message = reader.deserialize(raw, connection.msgtype)
             except KeyError:
-                continue  # a type that nobody described: its numbers cannot be told
+                continue  # a type that nobody described: where its numbers are is unknown
             yield connection.topic, stamp, message
 
 
@@ -101,7 +99,7 @@ def collect_series(messages: Iterator[tuple[str, int, Any]]) -> Series:
 
 
 def _sorted_by_time(t: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Samples in the order of their times, the last of those at one time."""
+    """Samples (M,) in the order of their times, only the last of those that share one."""
     order = np.argsort(t, kind="stable")
     t, values = t[order], values[order]
     last = np.append(np.diff(t) > 0, True)
@@ -142,6 +140,7 @@ def numbers_in(message: Any, prefix: str = "", labels: list[str] | None = None) 
 
 
 def _array_entries(place: str, values: Any, labels: list[str] | None) -> Iterator[tuple[str, float]]:
+    """Names and values of an array's numbers, by label or else counted from 1; none of an array that is too long."""
     if not 0 < len(values) <= MAX_ARRAY_ENTRIES:
         return
     known = labels if labels and len(labels) == len(values) else [str(k) for k in range(1, len(values) + 1)]
@@ -153,21 +152,21 @@ def _array_entries(place: str, values: Any, labels: list[str] | None) -> Iterato
 def resample_to_fastest(series: Series, wanted: list[str], zero_order_hold: list[str]) -> dict[str, np.ndarray]:
     """Columns at the times of the fastest of them, (N,) each; NaN where one has no value then.
 
-    What is ``held``, inputs and commands, keeps its last value. What is nearly as fast as the fastest is interpolated;
-    of what is slower each value stands at the sample nearest to its time.
+    Columns under ``zero_order_hold``, inputs and commands, keep their last value. One that is nearly as fast as the
+    fastest is interpolated linearly; of a slower one each value stands at the sample nearest to its time.
     """
     columns = [n for n in wanted if n != TIME_COLUMN]
     clock = max((series[n][0] for n in columns), key=lambda t: (len(t), -t[0]))
     found = {TIME_COLUMN: clock} if TIME_COLUMN in wanted else {}
-    usual = float(np.median(np.diff(clock))) if len(clock) > 1 else 1.0
+    clock_interval = float(np.median(np.diff(clock))) if len(clock) > 1 else 1.0
     for name in columns:
         t, values = series[name]
         interval = float(np.median(np.diff(t))) if len(t) > 1 else np.inf
         if name in zero_order_hold:
             before = np.searchsorted(t, clock, side="right") - 1
             found[name] = np.where(before >= 0, values[np.maximum(before, 0)], np.nan)
-        elif interval <= MAX_INTERPOLATED_INTERVAL_RATIO * usual:
-            near = np.abs(t[_nearest_indices(t, clock)] - clock) <= MAX_INTERPOLATED_INTERVAL_RATIO * usual
+        elif interval <= MAX_INTERPOLATED_INTERVAL_RATIO * clock_interval:
+            near = np.abs(t[_nearest_indices(t, clock)] - clock) <= MAX_INTERPOLATED_INTERVAL_RATIO * clock_interval
             found[name] = np.where(near, np.interp(clock, t, values), np.nan)
         else:
             found[name] = np.full(len(clock), np.nan)

@@ -1,4 +1,4 @@
-"""Checks of a log that was read: its clock, its values, and what is odd about them."""
+"""Checks of a log that was read: errors of clock, values and input, and warnings of a log that can be used."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
 
 
 def check_input_varies(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
-    """Raise Failure when the input never changes: nothing can be learnt from it."""
+    """Raise Failure when the input never changes: without excitation no parameter is identifiable."""
     lowest = np.nanmin(voltage)
     if lowest == np.nanmax(voltage):
         raise Failure(
@@ -49,7 +49,7 @@ def check_input_varies(log: str, input: str, voltage: np.ndarray, unit: str) -> 
 
 
 def log_warnings(log: Log, inputs: Sequence[str], sources: Mapping[str, ColumnSource]) -> list[str]:
-    """Sentences on what is unusual about a usable log."""
+    """Sentences on gaps, ranges, missing values and constant channels of a log that can be used."""
     return [*time_warnings(log), *range_warnings(log, sources), *channel_warnings(log, inputs)]
 
 
@@ -68,8 +68,8 @@ def time_warnings(log: Log) -> list[str]:
 
 
 def range_warnings(log: Log, sources: Mapping[str, ColumnSource]) -> list[str]:
-    """A pitch that looks like degrees, or a robot that fell over."""
-    name = log.falls
+    """An angle that looks like degrees, or a robot that fell over."""
+    name = log.range_channel
     if name not in log.channels:
         return []
     pitch = np.abs(log.measured[:, log.channels.index(name)])

@@ -1,4 +1,4 @@
-"""Columns of a log: which a plant needs, in which units, and how a file's columns are mapped onto them."""
+"""Columns of a log: those that a plant needs, with their units, and the mapping of a file's columns onto them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
 }
-COLUMN_ALIASES = {  # what other people call our columns; only used to propose a mapping
+COLUMN_ALIASES = {  # other names of our columns; only used to propose a mapping
     "t": ("time", "timestamp", "stamp", "sec"),
     "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
     "theta_w": ("wheel", "encoder", "enc", "position"),
@@ -45,7 +45,7 @@ COLUMN_ALIASES = {  # what other people call our columns; only used to propose a
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Where a log keeps a quantity: name of its column, unit, and the sign that turns it our way."""
+    """The column of a log that holds a quantity, with its unit, its sign against ours and its scale."""
 
     column: str
     unit: str = ""  # one of UNIT_CONVERSIONS; empty means the quantity's own
@@ -70,7 +70,7 @@ class ColumnTable:
     channels: tuple[str, ...]
     units: Mapping[str, str]  # of t, the input, the channels and the reference
     reference: str = ""  # column of what was commanded; empty where nothing is
-    falls: str = ""  # channel that must stay within ±π/2
+    range_channel: str = ""  # channel that must stay within ±π/2
     further: tuple[str, ...] = ()  # inputs beside the first
 
     @property
@@ -108,7 +108,7 @@ class ColumnSource(NamedTuple):
 def find_sources(
     log: str, names: Sequence[str], table: ColumnTable, columns: Mapping[str, ColumnMap]
 ) -> tuple[dict[str, ColumnSource], list[str]]:
-    """Where each quantity is in a file, with remarks; raises Failure when one that is needed is not there."""
+    """The column and factor of each quantity in a file, with remarks; raises Failure when one is missing."""
     sources, notes = {}, []
     for name in table.names:
         mapped = columns.get(name)
@@ -137,7 +137,7 @@ def unit_factor(name: str, unit: str, own: str) -> float:
 def missing_columns_text(
     log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]
 ) -> str:
-    """Message that says what is there and how to map it."""
+    """Message that lists the file's columns and the lines of a model.toml that would map them."""
     guesses = guess_columns([n for n in names if n not in used], absent)
     lines = [
         f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(units[name], guesses[name])} }}'

@@ -1,4 +1,4 @@
-"""The first lines of a CSV file: separator, header and names of the columns, before anything is parsed."""
+"""Separator and column names of a CSV file, from its header row."""
 
 from __future__ import annotations
 

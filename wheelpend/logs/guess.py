@@ -11,10 +11,10 @@ from wheelpend.logs.read import find_time_column, open_file
 
 
 def guess_column_maps(path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable) -> dict[str, ColumnMap]:
-    """Where a file may have what it has under no name that is known; raises Failure where it cannot be read.
+    """Column maps of the quantities that a file has under no known name; raises Failure where it cannot be read.
 
-    By name, with the unit that a name ends with; time also as the first column that grows from row to row, in the unit
-    in which its samples are as far apart as those of a log are.
+    Guessed by name, with the unit that a name ends with; time also as the first column that grows from row to row, in
+    the unit that gives a plausible sample interval.
     """
     path = Path(path)
     file = open_file(path)

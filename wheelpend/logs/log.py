@@ -18,7 +18,10 @@ WHEEL_PENDULUM_CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-dri
 REFERENCE_COLUMN = "theta_ref"
 PITCH_CHANNEL = "theta_p"  # the angle that must stay within ±π/2
 MIN_SEGMENT_SAMPLES = 5  # samples
-EXCERPT_SAMPLES, EXCERPT_PARTS = 400_000, 8  # samples, in so many pieces, that tell of a long log's noise and interval
+EXCERPT_SAMPLES, EXCERPT_PARTS = (
+    400_000,
+    8,
+)  # samples, and pieces, that represent a long log in noise and interval
 MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
 
@@ -33,8 +36,8 @@ class Log:
     measured: np.ndarray  # (N, channels), NaN where a sensor gave no value
     channels: tuple[str, ...]  # column names of measured
     reference: np.ndarray | None = None  # (N,) rad, commanded pitch
-    warnings: tuple[str, ...] = ()  # what is odd about the file, for people
-    falls: str = PITCH_CHANNEL  # channel that must stay within ±π/2, where the log has it
+    warnings: tuple[str, ...] = ()  # sentences on what is odd about the file
+    range_channel: str = PITCH_CHANNEL  # channel that must stay within ±π/2, where the log has it
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -56,7 +59,7 @@ class Log:
         return float(self.t[-1] - self.t[0])
 
     def excerpt(self) -> Log:
-        """Pieces from all over a long log, a missing sample between them; a shorter one as it is."""
+        """Equally long pieces spread over a long log, a missing sample between them; a short log as it is."""
         if len(self) <= EXCERPT_SAMPLES:
             return self
         length = EXCERPT_SAMPLES // EXCERPT_PARTS
@@ -112,24 +115,20 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
 
 def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
     """Ranges of usable samples between start and stop, each without a gap."""
-    pieces = [
-        (a, min(a + EXCERPT_SAMPLES, stop)) for a in range(start, stop, EXCERPT_SAMPLES)
-    ]  # a long log is not held twice for this
-    if not pieces:
+    chunks = [(a, min(a + EXCERPT_SAMPLES, stop)) for a in range(start, stop, EXCERPT_SAMPLES)]  # saves memory
+    if not chunks:
         return []
-    usable = np.concatenate([_is_usable(log, a, b) for a, b in pieces])
-    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP_INTERVAL_RATIO * log.dt for a, b in pieces])[
-        : len(usable) - 1
-    ]
-    joined = usable[1:] & usable[:-1] & near
+    usable = np.concatenate([_is_usable(log, a, b) for a, b in chunks])
+    near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP_INTERVAL_RATIO * log.dt for a, b in chunks])
+    joined = usable[1:] & usable[:-1] & near[: len(usable) - 1]
     begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))
     ends = np.flatnonzero(usable & ~np.concatenate((joined, [False]))) + 1
     return [(start + int(a), start + int(b)) for a, b in zip(begins, ends, strict=True)]
 
 
 def _is_usable(log: Log, start: int, stop: int) -> np.ndarray:
-    """Which samples of a range have an input and the body within ±π/2."""
+    """Mask (stop - start,) of the samples that have an input and the body within ±π/2."""
     known = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
-    if log.falls in log.channels:
-        known &= ~(np.abs(log.measured[start:stop, log.channels.index(log.falls)]) > math.pi / 2)
+    if log.range_channel in log.channels:
+        known &= ~(np.abs(log.measured[start:stop, log.channels.index(log.range_channel)]) > math.pi / 2)
     return known

@@ -1,6 +1,6 @@
 """Sensor noise: standard deviation and quantisation of every channel, from the log alone.
 
-No model has a say in it, so that the yardstick is the same before and after an effect is added.
+No model enters the estimate, so that residuals are weighted alike before and after an effect is added.
 """
 
 from __future__ import annotations
@@ -13,23 +13,18 @@ import numpy as np
 from wheelpend.logs.log import Log
 
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
-COLOUR_LAG_SAMPLES = (
-    4  # samples over which the scatter is compared with that from sample to sample, when colour is looked for
-)
-# growth of the scatter that is believed: at √COLOUR_LAG_SAMPLES the noise would be a random walk, without a size
-MAX_SCATTER_GROWTH = 1.9
-COLOUR_LIMITS = {
-    False: (0.021, 1.25),
-    True: (0.0085, 1.6),
-}  # for an angle, for a rate, in which the controller shows: the
-# time [s] over which the motion is taken to be smooth, and the growth of the scatter above which the noise has colour
+COLOUR_LAG_SAMPLES = 4  # samples; noise has colour where the scatter at this lag exceeds that from sample to sample
+MAX_SCATTER_GROWTH = 1.9  # over that lag; at √COLOUR_LAG_SAMPLES the noise would be a random walk, without a variance
+# Time [s] over which the motion counts as smooth, and growth of the scatter above which the noise has colour, by
+# whether the channel is a rate, in which the controller shows.
+COLOUR_LIMITS = {False: (0.021, 1.25), True: (0.0085, 1.6)}
 SPIKE_SIGMAS = 5.0  # standard deviations from its neighbours beyond which a reading is a spike
 MAX_SPIKE_SHARE = 0.02  # share of readings above which they are no spikes but motion
 VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
 
 
 class Noise(NamedTuple):
-    """Sensor noise of a log."""
+    """Sensor noise of a log, channel by channel."""
 
     sigma: np.ndarray  # (channels,) standard deviation [unit of the channel]
     quantum: np.ndarray  # (channels,) step of a quantised channel, 0 where none is seen
@@ -37,41 +32,46 @@ class Noise(NamedTuple):
 
 
 def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, float | None]) -> Noise:
-    """Noise of every channel, given values first, the rest estimated from the log.
+    """Noise of every channel: the stated σ and steps where there are some, the rest estimated from the log.
 
     A quantised channel has σ = step/√12 unless noise is added to it. The floor accounts for a quantised channel that
     stands still: its rounding error is then constant and smaller than σ says. A channel that was low-pass filtered
     before it was logged hardly scatters from sample to sample though its error may be large; for an angle and its rate
-    the error is then taken from how far the two contradict each other.
+    the error is then taken from the inconsistency of the two.
     """
-    sigma, quantum, squares = [], [], []
-    for index, channel in enumerate(log.channels):
-        signal = log.measured[:, index]
-        stated = quanta.get(channel)
-        step = quantum_of(signal, stated)
-        scatter = rounding_sigma(step) if step and step == stated else difference_noise(signal)
-        if not step and not given.get(channel):
-            scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spike_sigma(signal, scatter)))
-        known = given.get(channel)
-        rounding = rounding_sigma(step)
-        fine = known if known else (rounding if step and scatter < 1.5 * rounding else max(scatter, rounding))
-        sigma.append(known or max(fine, _smallest_sigma(signal)))
-        quantum.append(step)
-        is_rounding = bool(step) and not known and fine == rounding
-        squares.append(rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0)
-    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(squares))))
+    rows = [channel_noise(log, channel, given.get(channel), quanta.get(channel)) for channel in log.channels]
+    sigma, quantum, error_ratios = zip(*rows, strict=True)
+    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(error_ratios))))
+
+
+def channel_noise(
+    log: Log, channel: str, stated_sigma: float | None, stated_step: float | None
+) -> tuple[float, float, float]:
+    """σ and step of a channel [its unit], and the expected squared error over σ², 1 unless σ is that of rounding."""
+    signal = log.measured[:, log.channels.index(channel)]
+    step = quantum_of(signal, stated_step)
+    if stated_sigma:
+        return stated_sigma, step, 1.0
+    rounding = rounding_sigma(step)
+    scatter = rounding if step and step == stated_step else difference_noise(signal)
+    if not step:
+        scatter = float(np.hypot(max(scatter, coloured_noise(log, channel)), spike_sigma(signal, scatter)))
+    sigma = rounding if step and scatter < 1.5 * rounding else max(scatter, rounding)
+    is_rounding = bool(step) and sigma == rounding
+    error_ratio = rounding_error(signal, step) ** 2 / rounding**2 if is_rounding else 1.0
+    return max(sigma, _smallest_sigma(signal)), step, error_ratio
 
 
 def quantum_of(signal: np.ndarray, stated: float | None) -> float:
-    """Step of a signal [its unit]: the stated one unless the signal moves in others."""
+    """Step of a signal [its unit]: the stated one unless the signal moves in other steps."""
     if not (stated and is_quantised(signal, stated)):
         return find_quantum(signal)
-    seen = find_quantum(signal)
-    return seen if seen > 1.5 * stated else stated
+    found = find_quantum(signal)
+    return found if found > 1.5 * stated else stated
 
 
 def find_quantum(signal: np.ndarray) -> float:
-    """Step of a quantised signal [its unit], or 0: all its values lie on one grid."""
+    """Step of the grid on which all values of a signal lie [its unit]; 0 of a signal that is not quantised."""
     values = np.unique(signal[np.isfinite(signal)])
     if values.size < 3:
         return 0.0
@@ -83,7 +83,7 @@ def find_quantum(signal: np.ndarray) -> float:
 
 
 def is_quantised(signal: np.ndarray, step: float) -> bool:
-    """Whether a signal moves in whole steps, as one does that was quantised and had no noise added afterwards."""
+    """True of a signal that moves in whole steps, as a quantised one does unless noise was added afterwards."""
     counts = (signal[np.isfinite(signal)] - signal[np.isfinite(signal)][0]) / step
     return bool(np.mean(np.abs(counts - np.round(counts)) < 0.1) > 0.95)
 
@@ -96,9 +96,9 @@ def rounding_sigma(step: float) -> float:
 def coloured_noise(log: Log, channel: str) -> float:
     """Standard deviation of noise with colour, such as a low-pass filter gives it [unit of the channel]; 0 where white.
 
-    Its scatter grows with the distance of the samples. Asked only of logs fast enough that the motion itself does not
-    grow over so short a time. What an angle and its rate contradict each other tells the angle's noise whatever its
-    colour; for a rate it is an upper limit only, and a first-order filter is assumed.
+    The scatter of such noise grows with the lag of the samples. Tested only on logs so fast that the motion is smooth
+    over that lag. The inconsistency of an angle with its rate gives the angle's noise whatever its colour; for a rate
+    it is an upper limit only, and a first-order filter is assumed.
     """
     signal, is_rate = log.measured[:, log.channels.index(channel)], f"{channel[1:]}" in log.channels
     longest, growth = COLOUR_LIMITS[is_rate]
@@ -108,24 +108,24 @@ def coloured_noise(log: Log, channel: str) -> float:
     far = float(np.median([difference_noise(signal[k::COLOUR_LAG_SAMPLES]) for k in range(COLOUR_LAG_SAMPLES)]))
     if not far > growth * near:
         return 0.0
-    limit, filtered = (
-        angle_rate_inconsistency(log, channel),
-        near * filtered_noise_ratio(min(far / near, MAX_SCATTER_GROWTH)),
-    )
-    if (
-        far > MAX_SCATTER_GROWTH * near
-    ):  # smoother than any filter of first order makes it: only the contradiction tells
+    limit = angle_rate_inconsistency(log, channel)
+    filtered = near * filtered_noise_ratio(min(far / near, MAX_SCATTER_GROWTH))
+    if far > MAX_SCATTER_GROWTH * near:  # smoother than a first-order filter makes it: only the inconsistency counts
         return limit or filtered
     return min(limit or np.inf, filtered) if is_rate else (limit or filtered)
 
 
 def filtered_noise_ratio(growth: float) -> float:
-    """Standard deviation of noise behind a first-order filter over the scatter, which grows so over FAR samples."""
+    """Standard deviation of noise behind a first-order filter over its scatter from sample to sample.
+
+    ``growth`` is the scatter at a lag of COLOUR_LAG_SAMPLES over that at a lag of one sample; the filter's pole that
+    causes it is found by bisection.
+    """
     rows = np.array([comb(DIFFERENCE_ORDERS[-1], k) * (-1) ** k for k in range(DIFFERENCE_ORDERS[-1] + 1)], dtype=float)
     lags = np.abs(np.subtract.outer(np.arange(rows.size), np.arange(rows.size)))
 
-    def scatter(share: float) -> float:
-        return float(np.sqrt(rows @ share**lags @ rows / (rows @ rows)))
+    def scatter(pole: float) -> float:
+        return float(np.sqrt(rows @ pole**lags @ rows / (rows @ rows)))
 
     low, high = 0.0, 1.0 - 1e-6
     for _ in range(50):
@@ -135,11 +135,11 @@ def filtered_noise_ratio(growth: float) -> float:
 
 
 def angle_rate_inconsistency(log: Log, channel: str) -> float:
-    """How far an angle and its measured rate contradict each other within half a second [unit of the channel].
+    """Standard deviation of an angle less its integrated rate, within half a second [unit of the channel].
 
-    0 where the channel has no such partner. The angle less the integrated rate should be constant; offset and drift are
-    taken out of every window. The slope of that is the rate's error together with the slope of the angle's own scatter,
-    which is taken off; 0 also where that is most of it.
+    The difference should be constant; offset and drift are removed from every window. For a rate it is the standard
+    deviation of the difference's slope, less that of the slope of the angle's own white noise. 0 where the log lacks
+    the other of angle and rate, and where the angle's noise is most of it.
     """
     rate = channel if channel.startswith("d") else f"d{channel}"
     angle = rate[1:]
@@ -154,22 +154,22 @@ def angle_rate_inconsistency(log: Log, channel: str) -> float:
     width = 2 * max(1, round(0.01 / log.dt)) + 1
     squares = []
     for first in range(0, len(t) - length + 1, length):
-        piece = slice(first, first + length)
-        x = t[piece] - t[first]
-        rest = difference[piece] - np.polyval(np.polyfit(x, difference[piece], 1), x)
+        window = slice(first, first + length)
+        x = t[window] - t[first]
+        rest = difference[window] - np.polyval(np.polyfit(x, difference[window], 1), x)
         if channel == rate:
             rest = np.gradient(np.convolve(rest, np.ones(width) / width, mode="valid"), log.dt)
         squares.append(np.mean(rest**2))
     if not squares:
         return 0.0
-    whole, of_angle = float(np.mean(squares)), 0.0
+    variance, angle_variance = float(np.mean(squares)), 0.0
     if channel == rate:
-        of_angle = (difference_noise(angles) / (width * log.dt)) ** 2
-    return float(np.sqrt(whole - of_angle)) if of_angle < 0.5 * whole else 0.0
+        angle_variance = (difference_noise(angles) / (width * log.dt)) ** 2
+    return float(np.sqrt(variance - angle_variance)) if angle_variance < 0.5 * variance else 0.0
 
 
 def difference_noise(signal: np.ndarray) -> float:
-    """Standard deviation of the white part of a signal, from its high differences.
+    """Standard deviation of the white part of a signal (N,), from its differences of high order.
 
     The variance is averaged over short windows, those with bursts left out, so that the noise need not be Gaussian.
     """
@@ -179,20 +179,14 @@ def difference_noise(signal: np.ndarray) -> float:
         squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
         if squares.size <= 10:
             break
-        whole = (
-            squares[: squares.size // VARIANCE_WINDOW_SAMPLES * VARIANCE_WINDOW_SAMPLES].reshape(
-                -1, VARIANCE_WINDOW_SAMPLES
-            )
-            if squares.size > VARIANCE_WINDOW_SAMPLES
-            else squares[None]
-        )
-        means = whole.mean(axis=1)
+        width = VARIANCE_WINDOW_SAMPLES if squares.size > VARIANCE_WINDOW_SAMPLES else squares.size
+        means = squares[: squares.size // width * width].reshape(-1, width).mean(axis=1)
         estimates.append(float(np.sqrt(means[means <= 2.0 * np.median(means)].mean())))
     return min(estimates) if estimates else float(np.nanstd(signal))
 
 
 def spike_sigma(signal: np.ndarray, scatter: float) -> float:
-    """What single readings far off add to the standard deviation, of a signal with that scatter otherwise [its unit].
+    """Contribution of single readings far off to the standard deviation of a signal with that scatter [its unit].
 
     A reading is compared with the median of its four neighbours: motion, however sudden, moves some of those along.
     """
@@ -217,7 +211,7 @@ def rounding_error(signal: np.ndarray, step: float) -> float:
 
 
 def _smallest_sigma(signal: np.ndarray) -> float:
-    """What no sensor resolves: a ten-thousandth of the change between samples, or of a still signal's size a billionth.
+    """Lower limit of σ: a ten-thousandth of the change between samples, or a billionth of a still signal's size.
 
     A log from ideal sensors would otherwise be trusted beyond the accuracy of any integration.
     """

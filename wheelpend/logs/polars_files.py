@@ -1,4 +1,4 @@
-"""CSV and Parquet files through Polars, which reads whatever there may be in them."""
+"""CSV and Parquet files of any size and any cells, through Polars."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from wheelpend.logs.csv_text import MISSING_CELLS, check_unique, first_line
 
 
 def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns of a CSV file."""
+    """Columns (N,) of a CSV file, NaN for missing cells; raises Failure naming a cell that is no number."""
     return numeric_columns(path.name, read_csv(path, names, wanted, separator), wanted)
 
 
 def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns of a Parquet file."""
+    """Columns (N,) of a Parquet file, NaN for missing cells; raises Failure on a column that holds no numbers."""
     return numeric_columns(path.name, read_parquet(path, wanted), wanted)
 
 
 def numeric_columns(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns as numbers, each let go of once it is turned."""
+    """Columns (N,) as float64; each is dropped from the table once it is converted, to save memory."""
     return {name: numeric_column(log, table.drop_in_place(name)) for name in wanted}
 
 
@@ -37,7 +37,7 @@ def parquet_names(path: Path) -> list[str]:
 
 
 def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) -> pl.DataFrame:
-    """Read the wanted columns; as text where a cell is not a plain number, so that it can be looked at."""
+    """Read the wanted columns as numbers, or all as text where a cell is not a plain number."""
     numeric = {n: pl.Float64() if n in wanted else pl.String() for n in names}
     for schema in (numeric, dict.fromkeys(names, pl.String())):
         try:

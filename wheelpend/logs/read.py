@@ -2,12 +2,10 @@
 
 Angles in rad, rates in rad/s, times in s, voltages in V after reading, whatever the file used. Rows are counted from 1,
 the header not included.
-
 """
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -19,7 +17,7 @@ from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
-from wheelpend.logs.columns import UNIT_CONVERSIONS, WHEEL_PENDULUM, ColumnMap, ColumnTable, find_sources
+from wheelpend.logs.columns import UNIT_CONVERSIONS, WHEEL_PENDULUM, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
@@ -33,46 +31,70 @@ def load_log(
     """Read a measurement file of a plant whose columns are those of ``table``.
 
     ``columns`` maps our names to the file's where they differ. Angles that wrap and encoders that start again are made
-    continuous. Raises Failure when the file cannot be used; what is odd but usable is in the log's ``warnings``.
+    continuous. Raises Failure when the file cannot be used; the log's ``warnings`` say what is odd about one that can.
     """
     path = Path(path)
     file = open_file(path)
     sources, notes = find_sources(path.name, file.names, table, columns or {})
-    wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
-    held = [sources[n].column for n in (*table.inputs, table.reference) if n in sources]
-    numbers = file.read_on_one_clock(wanted, held) if file.read_on_one_clock else file.read(wanted)
-    check_length(path.name, len(next(iter(numbers.values()))))
-    raw_t = numbers[sources["t"].column]
-    check_time(path.name, raw_t)
-    scaled = {}
-    for name, source in sources.items():  # in place where it can be: an hour's log is not held twice
-        values = numbers[source.column]
-        scaled[name] = values if source.factor == 1.0 else values * source.factor
-    del numbers, scaled["t"]
+    raw_t, columns_by_name = read_scaled_columns(path.name, file, sources, table)
     for name in table.required[1:]:
-        check_values(path.name, name, scaled[name])
+        check_values(path.name, name, columns_by_name[name])
     for name in table.inputs:
-        check_input_varies(path.name, name, scaled[name], table.units[name])
-    for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
-        scaled[name], remarks = make_continuous(
-            name, scaled[name], raw_t, table.units[name], can_reset=name != table.falls
-        )
-        notes += remarks
-    reference = scaled.get(table.reference, np.array([math.nan])) if table.reference else np.array([math.nan])
-    log = Log(
-        name=path.name,
-        t=(raw_t - raw_t[0]) * sources["t"].factor,  # subtract first: a clock's large offset would cost digits
-        voltage=stack_inputs([scaled[name] for name in table.inputs], len(raw_t)),
-        measured=np.column_stack([scaled[c] for c in table.channels]),
-        channels=table.channels,
-        reference=None if np.isnan(reference).all() else reference,
-        falls=table.falls,
-    )
+        check_input_varies(path.name, name, columns_by_name[name], table.units[name])
+    notes += unwrap_positions(columns_by_name, raw_t, table)
+    t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
+    log = log_of_columns(path.name, t, columns_by_name, table)
     return replace(log, warnings=(*notes, *log_warnings(log, table.inputs, sources)))
 
 
+def read_scaled_columns(
+    log: str, file: Table, sources: Mapping[str, ColumnSource], table: ColumnTable
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times (N,) in the file's unit, and the other columns (N,) in the plant's units and signs, by our names.
+
+    Raises Failure when the log is too short or its times do not grow.
+    """
+    wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
+    zero_order_hold = [sources[n].column for n in (*table.inputs, table.reference) if n in sources]
+    numbers = file.read_on_one_clock(wanted, zero_order_hold) if file.read_on_one_clock else file.read(wanted)
+    check_length(log, len(next(iter(numbers.values()))))
+    raw_t = numbers[sources["t"].column]
+    check_time(log, raw_t)
+    scaled = {}
+    for name, source in sources.items():  # not copied where the factor is 1: an hour's log is not held twice
+        values = numbers[source.column]
+        scaled[name] = values if source.factor == 1.0 else values * source.factor
+    del scaled["t"]
+    return raw_t, scaled
+
+
+def unwrap_positions(columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable) -> list[str]:
+    """Make the channels that are angles or positions continuous, in place; returns a sentence on each jump found."""
+    notes = []
+    for name in (c for c in table.channels if table.units[c] in ("rad", "m")):
+        columns_by_name[name], remarks = make_continuous(
+            name, columns_by_name[name], raw_t, table.units[name], can_reset=name != table.range_channel
+        )
+        notes += remarks
+    return notes
+
+
+def log_of_columns(name: str, t: np.ndarray, columns_by_name: Mapping[str, np.ndarray], table: ColumnTable) -> Log:
+    """The log of a plant from times [s] and columns (N,); a reference without any value counts as absent."""
+    reference = columns_by_name.get(table.reference) if table.reference else None
+    return Log(
+        name=name,
+        t=t,
+        voltage=stack_inputs([columns_by_name[n] for n in table.inputs], len(t)),
+        measured=np.column_stack([columns_by_name[c] for c in table.channels]),
+        channels=table.channels,
+        reference=None if reference is None or np.isnan(reference).all() else reference,
+        range_channel=table.range_channel,
+    )
+
+
 def open_file(path: Path) -> Table:
-    """A file's columns, of a table or of a bag; raises Failure where it is neither."""
+    """The columns of a file that is a table or a bag; raises Failure where it is neither."""
     if is_bag(path):
         return bag_table(path)
     return open_table(path)
@@ -99,16 +121,16 @@ def save_log(
     for name, column in data.items():
         if len(column) != len(log):
             raise Failure(f"Every column must have {len(log)} values to be saved; {name} has {len(column)}.")
-    rows = pl.DataFrame(data).fill_nan(None)
+    frame = pl.DataFrame(data).fill_nan(None)
     with replacing(path) as partial:
         if path.suffix in (".parquet", ".pq"):
-            rows.write_parquet(partial)
+            frame.write_parquet(partial)
         else:
-            rows.write_csv(partial)
+            frame.write_csv(partial)
 
 
 def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:
-    """The column that tells time: the likely one, or else the first that grows from row to row."""
+    """The column of the times, with its unit: the likely one, or else the first that grows from row to row."""
     for name in (*([likely] if likely else []), *free):
         try:
             values = file.read([name])[name]
@@ -116,9 +138,9 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
             continue
         steps = np.diff(values)
         if len(steps) and np.isfinite(values).all() and (steps > 0).all():
-            usual = float(np.median(steps))
+            interval = float(np.median(steps))
             unit = next(
-                (u for u in ("s", "ms", "us", "ns") if usual * UNIT_CONVERSIONS[u][1] < MAX_SAMPLE_INTERVAL_S), "ns"
+                (u for u in ("s", "ms", "us", "ns") if interval * UNIT_CONVERSIONS[u][1] < MAX_SAMPLE_INTERVAL_S), "ns"
             )
             return ColumnMap(name, unit)
     return None

@@ -1,7 +1,6 @@
 """Tables of numbers in files: CSV, Parquet and MATLAB files by what is in them, named columns, no physics.
 
 Rows are counted from 1, the header not included.
-
 """
 
 from __future__ import annotations
@@ -26,19 +25,19 @@ FILE_KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
 
 
 class Table(NamedTuple):
-    """A file's columns."""
+    """The named columns of a file, read on demand."""
 
     names: list[str]
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
-    # The same of what has many clocks, with the names of the columns that are held until their next value.
+    # The same of a file with several clocks; the second list names columns with zero-order hold.
     read_on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
 
 
 def open_table(path: Path) -> Table:
-    """Look into a file; raises Failure when it is not there, empty, damaged or of another kind."""
+    """The columns of a file, by its kind; raises Failure when it is missing, empty, damaged or of another kind."""
     head = read_file_head(path)
     if head[:4] == b"PAR1":
-        from wheelpend.logs import polars_files
+        from wheelpend.logs import polars_files  # imported late: Polars is slow to load
 
         return Table(polars_files.parquet_names(path), partial(polars_files.parquet_columns, path))
     if head.startswith(MATLAB_FILE_HEADS):
@@ -67,7 +66,7 @@ def read_file_head(path: Path) -> bytes:
 
 
 def check_length(log: str, samples: int) -> None:
-    """Raise Failure when there is too little to learn from."""
+    """Raise Failure when a log has too few samples."""
     if samples < MIN_LOG_SAMPLES:
         raise Failure(
             f"{log}: the log is too short. It must have at least {MIN_LOG_SAMPLES} samples; it has {samples}."
@@ -102,7 +101,7 @@ def plain_columns(path: Path, names: list[str]) -> np.ndarray | None:
 
 def matlab_table(path: Path) -> Table:
     """The numeric vectors of a MATLAB file that are as long as most of them are; nothing in it is executed."""
-    from scipy.io import loadmat  # imported late: only such files need it
+    from scipy.io import loadmat  # imported late: it is slow to load, and only such files need it
     from scipy.io.matlab import MatReadError
 
     try:
@@ -113,11 +112,11 @@ def matlab_table(path: Path) -> Table:
         raise Failure(f"{path.name} is damaged and cannot be read as a MATLAB file: {first_line(error)}.") from error
     vectors = dict(numeric_vectors(found))
     if not vectors:
-        there = ", ".join(n for n in found if not n.startswith("__")) or "nothing"
-        raise Failure(f"{path.name} must hold numeric vectors, one for each quantity; it holds {there}.")
+        present = ", ".join(n for n in found if not n.startswith("__")) or "nothing"
+        raise Failure(f"{path.name} must hold numeric vectors, one for each quantity; it holds {present}.")
     lengths = [v.size for v in vectors.values()]
-    usual = max(set(lengths), key=lambda n: (n * lengths.count(n), n))
-    columns = {name: v for name, v in vectors.items() if v.size == usual}
+    log_length = max(set(lengths), key=lambda n: (n * lengths.count(n), n))
+    columns = {name: v for name, v in vectors.items() if v.size == log_length}
     return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
 
 

@@ -17,7 +17,7 @@ MIN_RESET_SAMPLES = 10  # samples that an encoder which started again stays ther
 def make_continuous(
     name: str, values: np.ndarray, t: np.ndarray, unit: str, can_reset: bool = True
 ) -> tuple[np.ndarray, list[str]]:
-    """A channel (N,) without the jumps of wrapping and of a new start, and a sentence on each kind that was found.
+    """A channel (N,) without the jumps of wrapping and of counter resets, and a sentence on each kind that was found.
 
     ``t`` (N,) are the times of the samples. A jump counts only between neighbours: across missing samples or a gap
     anything may have happened.
@@ -25,54 +25,54 @@ def make_continuous(
     known = np.flatnonzero(np.isfinite(values))
     if known.size < 2:
         return values, []
-    beside = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
+    adjacent = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
-    if unit == "rad" and (jumps := count_wraps(values[known], beside)):
+    if unit == "rad" and (jumps := count_wraps(values[known], adjacent)):
         values = values.copy()
         values[known] = np.unwrap(values[known])
         remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous.")
-    found = find_counter_resets(values[known], beside) if can_reset else np.zeros(0, dtype=int)
-    if len(found):
+    resets = find_counter_resets(values[known], adjacent) if can_reset else np.zeros(0, dtype=int)
+    if len(resets):
         steps = np.diff(values[known], prepend=values[known][0])
-        steps[found] = 0.0
+        steps[resets] = 0.0
         values = values.copy()
         values[known] = values[known][0] + np.cumsum(steps)
-        first = t[known[found[0]]] - t[0]
-        times = "once" if len(found) == 1 else f"{len(found)} times"
+        first = t[known[resets[0]]] - t[0]
+        times = "once" if len(resets) == 1 else f"{len(resets)} times"
         remarks.append(f"{name} jumps to zero {times}, first {first:.6g} after the log's beginning: the encoder "
                        "started again, and its jumps are taken out.")  # fmt: skip
     return values, remarks
 
 
 def count_wraps(values: np.ndarray, adjacent: np.ndarray) -> int:
-    """How often an angle [rad] jumps because it is kept within one turn; 0 where it is not.
+    """Number of jumps by a turn of a wrapped angle (N,) [rad]; 0 of one that is not wrapped.
 
-    ``beside`` says of each step whether it is one between neighbours.
+    ``adjacent`` (N - 1,) is true of steps between neighbouring samples.
     """
     steps = np.abs(np.diff(values))
     jumps = adjacent & (np.abs(steps - TURN_RAD) < JUMP_TOLERANCE_TURNS * TURN_RAD)
     if not jumps.any() or np.ptp(values) > MAX_WRAPPED_RANGE_TURNS * TURN_RAD:
         return 0
     others = steps[adjacent & ~jumps]
-    usual = float(np.quantile(others, 0.99)) if others.size else 0.0
-    return int(jumps.sum()) if usual <= JUMP_TOLERANCE_TURNS * TURN_RAD else 0
+    usual_step = float(np.quantile(others, 0.99)) if others.size else 0.0
+    return int(jumps.sum()) if usual_step <= JUMP_TOLERANCE_TURNS * TURN_RAD else 0
 
 
 def find_counter_resets(values: np.ndarray, adjacent: np.ndarray) -> np.ndarray:
-    """Places at which a counter jumps to zero and goes on from there; not where it ever jumps back.
+    """Indices of a counter (N,) at which it jumps to zero and goes on from there; not where it ever jumps back.
 
-    ``beside`` says of each step whether it is one between neighbours.
+    ``adjacent`` (N - 1,) is true of steps between neighbouring samples.
     """
     if values.size < 4 * MIN_RESET_SAMPLES:
         return np.zeros(0, dtype=int)
     steps = np.diff(values)
     sizes = np.abs(steps)
-    usual = float(np.quantile(sizes[adjacent], 0.999 if sizes.size > 5000 else 0.98)) if adjacent.any() else 0.0
-    if usual == 0.0:
+    usual_step = float(np.quantile(sizes[adjacent], 0.999 if sizes.size > 5000 else 0.98)) if adjacent.any() else 0.0
+    if usual_step == 0.0:
         return np.zeros(0, dtype=int)
-    large = sizes > RESET_JUMP_RATIO * usual
-    to_zero = large & adjacent & (np.abs(values[1:]) <= usual)
-    found = [k for k in np.flatnonzero(to_zero) if not large[k + 1 : k + 1 + MIN_RESET_SAMPLES].any()]
+    large = sizes > RESET_JUMP_RATIO * usual_step
+    to_zero = large & adjacent & (np.abs(values[1:]) <= usual_step)
+    resets = [k for k in np.flatnonzero(to_zero) if not large[k + 1 : k + 1 + MIN_RESET_SAMPLES].any()]
     back = [k for k in np.flatnonzero(large) if not to_zero[k]]  # motion, or a sensor that gave nothing for a while
-    alike = [k for k in found if any(steps[j] * steps[k] < 0 and sizes[j] > 0.5 * sizes[k] for j in back)]
-    return np.array([k + 1 for k in found if k not in alike], dtype=int)
+    undone = [k for k in resets if any(steps[j] * steps[k] < 0 and sizes[j] > 0.5 * sizes[k] for j in back)]
+    return np.array([k + 1 for k in resets if k not in undone], dtype=int)
