@@ -1,7 +1,10 @@
-"""Speed beside peers: each piece of work that has to be fast, timed in turn with what else would do it.
+"""Speed beside peers: each piece of work that has to be fast, timed in turn with another way to do it.
+
+In: the paper's robot and its logs. Out: a table of times, ratios and goals in docs/performance.md. Question: is the
+tool as fast as it has to be beside C and other packages?
 
 record         goal, row, result
-rows           which work, against whom, how fast it has to be
+rows           work, contender and goal of every row
 setting        the paper's machine and what the rows share
 timing         contenders in turn
 reference      the same work by hand in C (reference.c)
@@ -12,4 +15,5 @@ regression     rows: filtered regression, recursive least squares
 fitting        rows: shooting fit, sensitivities, candidates, diagnosis
 processes      rows: start of the command, derivation
 page           the table, as text and in Markdown
+growth         time and memory over the size of the work
 """

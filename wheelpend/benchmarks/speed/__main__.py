@@ -17,9 +17,8 @@ def main(
     peers: Annotated[Path, typer.Option(help="Environment with other packages.")] = Path(".venv-peers"),
 ) -> None:
     """Measure how fast things are beside C and other packages."""
-    os.environ.update(
-        dict.fromkeys(BLAS_THREAD_VARIABLES, "1")
-    )  # before NumPy is imported, here and in every process from here
+    # Before NumPy is imported, here and in every process started from here: hence the late imports.
+    os.environ.update(dict.fromkeys(BLAS_THREAD_VARIABLES, "1"))
     from wheelpend.benchmarks.speed.page import table_text, write
     from wheelpend.benchmarks.speed.rows import measure, select_rows
     from wheelpend.benchmarks.speed.setting import Setting

@@ -22,17 +22,12 @@ OWN_ENVIRONMENT_PATH = Path(sys.prefix)  # the environment of this process, whic
 
 @contextmanager
 def peer(environment: Path, name: str, **problem: np.ndarray) -> Iterator[tuple[Contender, np.ndarray]]:
-    """A contender of peers.py that has worked once already, and its result; raises Absent where it cannot work."""
+    """A contender of peers.py after its first round, and its result; raises NotMeasurableError where it cannot work."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "problem.npz"
         np.savez(file, **problem)  # type: ignore[arg-type]
-        command = [
-            str(interpreter(environment)),
-            "-P",
-            str(PEERS_SCRIPT_PATH),
-            name,
-            str(file),
-        ]  # -P: our modules are not its
+        python = str(interpreter(environment))
+        command = [python, "-P", str(PEERS_SCRIPT_PATH), name, str(file)]  # -P: it must not import our modules
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         ) as process:
@@ -46,7 +41,7 @@ def peer(environment: Path, name: str, **problem: np.ndarray) -> Iterator[tuple[
 
 
 def interpreter(environment: Path) -> Path:
-    """The interpreter of an environment; raises Absent where there is none."""
+    """The interpreter of an environment; raises NotMeasurableError where there is none."""
     path = Path(sys.executable) if environment == OWN_ENVIRONMENT_PATH else environment / "bin" / "python"
     if not path.exists():
         raise NotMeasurableError(f"no environment with other packages at {environment}; `make bench` makes one")

@@ -17,7 +17,7 @@ from wheelpend.benchmarks.speed.regression import FILTER_TIME_CONSTANTS_S
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.benchmarks.speed.simulation import MAX_STEP_S, c_closed_loop, generated_closed_loop
 from wheelpend.benchmarks.speed.timing import best_in_turn, timed
-from wheelpend.diagnosis import pair_search
+from wheelpend.diagnosis.pair_search import search_pairs
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
@@ -46,7 +46,7 @@ def fit_against_simulation(s: Setting) -> Times:
 
 
 def sensitivities_against_simulation(s: Setting) -> Times:
-    """20 s with the derivatives in everything that the library fits, against one C simulation of 20 s."""
+    """20 s with the derivatives in every parameter of the library, against one C simulation of 20 s."""
     loop, module = s.loop(), s.library
     voltage = generated_closed_loop(s, loop)()[2]
     parameters = kernel_parameters(module, machine_values(s.model, {}), s.log())
@@ -58,12 +58,12 @@ def sensitivities_against_simulation(s: Setting) -> Times:
 
 
 class Columns(NamedTuple):
-    """A regression with columns that may be left out."""
+    """A regression with the columns of every effect."""
 
     phi: np.ndarray  # (rows, n)
     tau: np.ndarray  # (rows,)
     own: tuple[int, ...]  # the model's columns
-    further: tuple[tuple[int, ...], ...]  # sets of columns to try beside them, singles and pairs
+    further: tuple[tuple[int, ...], ...]  # candidates: one or two columns beside the model's
 
 
 def search_against_refits(s: Setting) -> Times:
@@ -83,30 +83,30 @@ def search_against_refits(s: Setting) -> Times:
 
 
 def search_in_grams(grams: np.ndarray, columns: Columns) -> np.ndarray:
-    """Held-out sum of squares of each candidate: the one place that calls the search in stored Gram matrices."""
+    """Validation sum of squares of each candidate, by the search in stored Gram matrices."""
     places = [list(further) for further in columns.further if len(further) == 1]
-    found = pair_search.search_pairs(grams, len(columns.own), places)
+    found = search_pairs(grams, len(columns.own), places)
     return np.concatenate([found.singles, found.pairs[np.triu_indices(len(places), 1)]])
 
 
 def refit(columns: Columns, further: Sequence[int]) -> float:
-    """Held-out sum of squares of one candidate, fitted to the data anew for each fold."""
+    """Validation sum of squares of one candidate, fitted to the data anew for each fold."""
     phi = np.ascontiguousarray(columns.phi[:, [*columns.own, *further]])
     squares = 0.0
-    for held in folds(len(columns.tau)):
-        estimate = np.linalg.lstsq(phi[~held], columns.tau[~held])[0]
-        squares += float(((columns.tau[held] - phi[held] @ estimate) ** 2).sum())
+    for validation in folds(len(columns.tau)):
+        estimate = np.linalg.lstsq(phi[~validation], columns.tau[~validation])[0]
+        squares += float(((columns.tau[validation] - phi[validation] @ estimate) ** 2).sum())
     return squares
 
 
 def fold_grams(columns: Columns) -> np.ndarray:
-    """[phi tau]ᵀ[phi tau] of every fold, (FOLDS, n + 1, n + 1)."""
+    """[phi tau]ᵀ[phi tau] of every fold, (FOLD_COUNT, n + 1, n + 1)."""
     whole = np.column_stack([columns.phi, columns.tau])
-    return np.array([whole[held].T @ whole[held] for held in folds(len(whole))])
+    return np.array([whole[fold].T @ whole[fold] for fold in folds(len(whole))])
 
 
 def folds(rows: int) -> list[np.ndarray]:
-    """Which rows (rows,) each fold holds out: contiguous blocks."""
+    """Masks (rows,) of the validation rows of each fold: contiguous blocks."""
     number = np.arange(rows) * FOLD_COUNT // rows
     return [number == k for k in range(FOLD_COUNT)]
 

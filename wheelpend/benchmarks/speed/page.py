@@ -10,6 +10,7 @@ from pathlib import Path
 
 import llvmlite.binding as llvm
 
+from wheelpend.benchmarks.markdown import replace_between
 from wheelpend.benchmarks.speed.record import Measured, NotMeasurableError, number_text, time_text
 from wheelpend.benchmarks.speed.reference import compiler
 from wheelpend.benchmarks.speed.rows import wide_vectors
@@ -24,7 +25,7 @@ RATIO_EXPLANATION = (
 
 
 def row_cells(found: Measured) -> tuple[str, ...]:
-    """A row of the table."""
+    """Cells of a row: work, both times, ratio, goal, and whether it is met."""
     row, met = found.row, {True: "yes", False: "no", None: "absent"}[found.met]
     if found.times is None:
         return row.work, "", row.reference, "", str(row.goal), met
@@ -33,7 +34,7 @@ def row_cells(found: Measured) -> tuple[str, ...]:
 
 
 def notes(results: Sequence[Measured]) -> list[str]:
-    """What has to be said beside the table: what its ratio means, where it was made, and what is absent and why."""
+    """Notes below the table: the meaning of its ratio, the machine, and the absent rows with their reasons."""
     absent = [f"Absent: {r.row.name}, because {r.absent}." for r in results if r.times is None]
     return [RATIO_EXPLANATION, machine_text(), *absent]
 
@@ -57,7 +58,7 @@ def c_version() -> str:
 
 
 def table_text(results: Sequence[Measured]) -> str:
-    """The table, in Markdown that can be read as it is, and what has to be said beside it."""
+    """The table in Markdown with aligned columns, and its notes."""
     lines = [TABLE_HEADER, *map(row_cells, results)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     rows = [[cell.ljust(width) for cell, width in zip(line, widths, strict=True)] for line in lines]
@@ -68,10 +69,6 @@ def table_text(results: Sequence[Measured]) -> str:
 def write(path: Path, results: Sequence[Measured]) -> None:
     """Write the table: into a page that has a place for it, between its two marks, else as a page of its own."""
     before = path.read_text(encoding="utf-8") if path.exists() else ""
-    table = f"{BEGIN_MARK}\n\n{table_text(results)}\n{END_MARK}"
-    if BEGIN_MARK in before and END_MARK in before:
-        head, _, rest = before.partition(BEGIN_MARK)
-        page = head + table + rest.partition(END_MARK)[2]
-    else:
-        page = f"# Speed beside peers\n\n{table}\n"
-    write_text(path, page)
+    if BEGIN_MARK not in before or END_MARK not in before:
+        before = f"# Speed beside peers\n\n{BEGIN_MARK}{END_MARK}\n"
+    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{table_text(results)}\n"))

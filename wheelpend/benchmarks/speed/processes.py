@@ -1,4 +1,4 @@
-"""Rows: what a process takes from its start to its end."""
+"""Rows: the time of a process from its start to its end."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def derivation(s: Setting) -> Times:
 
 
 def process(arguments: Sequence[str], cache: str | None = None) -> Contender:
-    """A new process of this interpreter, on request with another folder for what is compiled."""
+    """Contender that starts this interpreter with arguments, on request with another folder of compiled kernels."""
     environment = {**os.environ, **({"WHEELPEND_CACHE": cache} if cache else {})}
 
     def run() -> None:

@@ -1,4 +1,4 @@
-"""What a row of the table says before and after it was measured."""
+"""A row of the table before and after its measurement."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
 
 
 class NotMeasurableError(Exception):
-    """A row cannot be measured here; the message says why."""
+    """Raised where a row cannot be measured on this machine; the message is the reason."""
 
 
 class Times(NamedTuple):
-    """What a piece of work takes [s]."""
+    """Times of a piece of work [s], ours and the reference's."""
 
     ours: float
     reference: float
 
     def per(self, pieces: int) -> Times:
-        """Of one of so many equal pieces."""
+        """Times of one of so many equal pieces."""
         return Times(self.ours / pieces, self.reference / pieces)
 
 
@@ -38,31 +38,31 @@ class Goal(NamedTuple):
         return f"{self.kind} {self.limit:g}{' s' if self.kind == 'within' else ''}"
 
     def ratio(self, times: Times) -> float:
-        """How many times as fast as the reference; for 'at most' how many times as long."""
+        """Speed relative to the reference; for 'at most' its inverse, the ratio of times."""
         faster = times.reference / times.ours
         return 1.0 / faster if self.kind == "at most" else faster
 
     def met(self, times: Times) -> bool:
-        """Whether measured times are good enough."""
+        """True if measured times reach the goal."""
         if self.kind == "within":
             return times.ours <= self.limit
         return self.ratio(times) >= self.limit if self.kind == "at least" else self.ratio(times) <= self.limit
 
 
 class Row(NamedTuple):
-    """A piece of work, a contender, and how fast we have to be."""
+    """A piece of work, the contender that does it too, and the goal."""
 
     name: str
-    work: str
+    work: str  # as the table names it
     reference: str  # who else does it
     goal: Goal
-    measure: Callable[[Setting], Times]  # raises Absent
+    measure: Callable[[Setting], Times]  # raises NotMeasurableError
     piece: str = ""  # what the times are of, where not of the whole
 
 
 @dataclass(frozen=True)
 class Measured:
-    """A row with its times, or why there are none."""
+    """A row with its times, or the reason for their absence."""
 
     row: Row
     times: Times | None
@@ -76,7 +76,7 @@ class Measured:
 
     @property
     def met(self) -> bool | None:
-        """Whether the goal is met; None where it was not measured."""
+        """True if the goal is met; None where it was not measured."""
         return None if self.times is None else self.row.goal.met(self.times)
 
 

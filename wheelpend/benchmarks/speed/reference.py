@@ -23,7 +23,7 @@ RELATIVE_TOLERANCE = 1e-9  # relative, to which kernels and reference agree
 
 
 def compiler() -> str:
-    """The system's C compiler: $CC, else the first that is there; raises Absent without one."""
+    """The system's C compiler: $CC, else the first that is there; raises NotMeasurableError without one."""
     names = [os.environ["CC"]] if os.environ.get("CC") else COMPILER_NAMES
     found = next((path for name in names if (path := shutil.which(name))), None)
     if found is None:
@@ -33,7 +33,7 @@ def compiler() -> str:
 
 @lru_cache
 def load() -> ctypes.CDLL:
-    """Compile the reference for this very processor and load it; raises Absent where that fails."""
+    """Compile the reference for this very processor and load it; raises NotMeasurableError where that fails."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "reference.so"
         command = [compiler(), *COMPILER_OPTIONS, "-o", str(path), str(C_SOURCE_PATH), "-lm"]
@@ -46,7 +46,7 @@ def load() -> ctypes.CDLL:
 
 
 def call(name: str, *arguments: int | float | np.ndarray) -> Callable[[], float]:
-    """A call of a function of reference.c, ready to run: integers as long, numbers as double, float64 arrays."""
+    """Call of a function of reference.c, ready to run; integers go as long, numbers as double, arrays as float64."""
     return partial(getattr(load(), name), *map(_converted, arguments))
 
 

@@ -13,7 +13,7 @@ from wheelpend.benchmarks.speed import reference
 from wheelpend.benchmarks.speed.environment import peer
 from wheelpend.benchmarks.speed.record import NotMeasurableError, Times
 from wheelpend.benchmarks.speed.setting import Setting
-from wheelpend.benchmarks.speed.simulation import generated_closed_loop as closed_loop
+from wheelpend.benchmarks.speed.simulation import generated_closed_loop
 from wheelpend.benchmarks.speed.timing import best_in_turn, timed
 from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S
 
@@ -24,7 +24,7 @@ INITIAL_INFORMATION = 1e-3  # one over the parameters' variance before the first
 
 
 class Measurement(NamedTuple):
-    """A log that begins at rest, one sample every SAMPLE seconds."""
+    """A log that begins at rest, one sample every SAMPLE_INTERVAL_S."""
 
     t: np.ndarray  # (N,)
     states: np.ndarray  # (N, NX)
@@ -72,7 +72,7 @@ def gram_against_scipy(s: Setting) -> Times:
 
 
 def gram_of(s: Setting, log: Measurement) -> tuple[np.ndarray, Callable[[], object]]:
-    """A Gram matrix (n + 1, n + 1) and what fills it: the one place that calls the kernel filtered_gram."""
+    """Gram matrix (n + 1, n + 1), and the function that fills it by the kernel filtered_gram."""
     kernel = getattr(s.lean, "filtered_gram", None)
     if kernel is None:
         raise NotMeasurableError("the generated module has no filtered_gram")
@@ -92,7 +92,7 @@ def gram_of(s: Setting, log: Measurement) -> tuple[np.ndarray, Callable[[], obje
 
 
 def gram_in_c(log: Measurement) -> tuple[np.ndarray, Callable[[], object]]:
-    """A Gram matrix (8, 8) and the C function that fills it."""
+    """Gram matrix (8, 8), and the C function that fills it."""
     gram = np.zeros((8, 8))
     return gram, reference.call(
         "filtered_gram", len(log.t), SAMPLE_INTERVAL_S, log.states, log.voltage, *FILTER_TIME_CONSTANTS_S, gram
@@ -108,9 +108,9 @@ def require_agreement(
 
 
 def measurement(s: Setting, samples: int) -> Measurement:
-    """So many samples of the closed loop from rest, on and on."""
+    """So many samples of the closed loop from rest."""
     loop = s.loop(samples * SAMPLE_INTERVAL_S)
-    states, _, voltage = closed_loop(s, loop)()
+    states, _, voltage = generated_closed_loop(s, loop)()
     return Measurement(loop.t[:samples], states[:samples], voltage[:samples])
 
 
@@ -146,7 +146,7 @@ def recursion_against_padasip(s: Setting) -> Times:
 
 
 def recursion_of(s: Setting, rows: Rows) -> tuple[np.ndarray, Callable[[], object]]:
-    """An estimate (n,) and what fills it: the generated update, called from a compiled loop as a user's would."""
+    """Estimate (n,), and the function that fills it: the generated update, called from a compiled loop."""
     update = s.lean.recursive_update
 
     @njit
@@ -158,7 +158,7 @@ def recursion_of(s: Setting, rows: Rows) -> tuple[np.ndarray, Callable[[], objec
 
 
 def recursion_in_c(rows: Rows) -> tuple[np.ndarray, Callable[[], object]]:
-    """An estimate (n,) and the C function that fills it."""
+    """Estimate (n,), and the C function that fills it."""
     return _with_reset(rows, lambda *now: reference.call("recursive", len(rows.tau), *rows, 1.0, *now)())
 
 

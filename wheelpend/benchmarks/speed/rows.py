@@ -1,4 +1,4 @@
-"""Which work is measured, against whom, and how fast it has to be."""
+"""The rows of the table: work, contender and goal; the choice among them, and their measurement."""
 
 from __future__ import annotations
 
@@ -17,57 +17,60 @@ MIN_SPEEDUP, MAX_TIME_RATIO, MAX_SECONDS = partial(Goal, "at least"), partial(Go
 
 def all_rows() -> tuple[Row, ...]:
     """Every row of the table."""
+    return (*simulation_rows(), *regression_rows(), *fitting_rows(), *process_rows())
+
+
+def simulation_rows() -> tuple[Row, ...]:
+    """Closed loops, per step."""
     one, batch = "closed loop, one trajectory of 20 s", f"closed loop, {simulation.BATCH_SIZE} trajectories of 20 s"
-    gram, rls = "filtered regression, 10⁷ samples", "recursive least squares, 7 parameters"
-    loop, peer = simulation, simulation.against_peer
+    against_batch = MIN_SPEEDUP(9.5 if wide_vectors() else 7.0)
+    peer, on_two_cores = simulation.against_peer, simulation.batch_on_two_cores
     return (
-        Row("loop", one, "C", MIN_SPEEDUP(1.15), loop.against_c, "step"),
-        Row(
-            "batch",
-            f"{batch}, one core",
-            "C",
-            MIN_SPEEDUP(9.5 if wide_vectors() else 7.0),
-            loop.batch_against_c,
-            "step",
-        ),
-        Row("cores", f"{batch}, two cores", "one core", MIN_SPEEDUP(1.8), loop.batch_on_two_cores, "step"),
+        Row("loop", one, "C", MIN_SPEEDUP(1.15), simulation.against_c, "step"),
+        Row("batch", f"{batch}, one core", "C", against_batch, simulation.batch_against_c, "step"),
+        Row("cores", f"{batch}, two cores", "one core", MIN_SPEEDUP(1.8), on_two_cores, "step"),
         Row("casadi", one, "CasADi", MIN_SPEEDUP(8), partial(peer, name="casadi"), "step"),
         Row("mujoco", one, "MuJoCo, cart-pole", MIN_SPEEDUP(70), partial(peer, name="mujoco"), "step"),
         Row("lambdify", one, "lambdify and NumPy", MIN_SPEEDUP(900), partial(peer, name="lambdify"), "step"),
+    )
+
+
+def regression_rows() -> tuple[Row, ...]:
+    """Filtered regression per sample, recursive least squares per update."""
+    gram, recursion = "filtered regression, 10⁷ samples", "recursive least squares, 7 parameters"
+    return (
         Row("gram", gram, "C", MIN_SPEEDUP(1.8), regression.gram_against_c, "sample"),
         Row("reading", gram, "reading it", MIN_SPEEDUP(0.25), regression.gram_against_reading, "sample"),
         Row("scipy", gram, "SciPy's lfilter", MIN_SPEEDUP(35), regression.gram_against_scipy, "sample"),
-        Row("recursion", rls, "C", MIN_SPEEDUP(1.3), regression.recursion_against_c, "update"),
-        Row("padasip", rls, "padasip", MIN_SPEEDUP(200), regression.recursion_against_padasip, "update"),
-        Row("fit", "shooting fit to 60 s", "one C simulation", MAX_TIME_RATIO(40), fitting.fit_against_simulation),
-        Row(
-            "sensitivities",
-            "sensitivities of 20 s to every effect",
-            "one C simulation",
-            MAX_TIME_RATIO(40),
-            fitting.sensitivities_against_simulation,
-        ),
-        Row(
-            "search",
-            "all single effects and pairs after one pass",
-            "refits from the data",
-            MIN_SPEEDUP(2000),
-            fitting.search_against_refits,
-        ),
-        Row(
-            "diagnosis",
-            "whole diagnosis of a 20 s log",
-            "one pysindy fit",
-            MIN_SPEEDUP(10),
-            fitting.diagnosis_against_pysindy,
-        ),
+        Row("recursion", recursion, "C", MIN_SPEEDUP(1.3), regression.recursion_against_c, "update"),
+        Row("padasip", recursion, "padasip", MIN_SPEEDUP(200), regression.recursion_against_padasip, "update"),
+    )
+
+
+def fitting_rows() -> tuple[Row, ...]:
+    """Fit, sensitivities, search and diagnosis, each as a whole."""
+    sensitivities, simulation_in_c = "sensitivities of 20 s to every effect", "one C simulation"
+    search, diagnosis = "all single effects and pairs after one pass", "whole diagnosis of a 20 s log"
+    searching, diagnosing = fitting.search_against_refits, fitting.diagnosis_against_pysindy
+    differentiating = fitting.sensitivities_against_simulation
+    return (
+        Row("fit", "shooting fit to 60 s", simulation_in_c, MAX_TIME_RATIO(40), fitting.fit_against_simulation),
+        Row("sensitivities", sensitivities, simulation_in_c, MAX_TIME_RATIO(40), differentiating),
+        Row("search", search, "refits from the data", MIN_SPEEDUP(2000), searching),
+        Row("diagnosis", diagnosis, "one pysindy fit", MIN_SPEEDUP(10), diagnosing),
+    )
+
+
+def process_rows() -> tuple[Row, ...]:
+    """New processes from their start to their end."""
+    return (
         Row("second-run", "second run of `wheelpend identify`", "first run", MAX_SECONDS(0.6), processes.second_run),
         Row("derivation", "derivation with 15 effects", "importing sympy", MAX_SECONDS(1.0), processes.derivation),
     )
 
 
 def wide_vectors() -> bool:
-    """Whether compiled loops use 512-bit vectors here: asked of the compiler, which knows processor and settings."""
+    """True if compiled loops use 512-bit vectors: asked of the compiler, which knows processor and settings."""
 
     @njit("void(float64[::1], float64[::1])")
     def add(x, y):

@@ -1,4 +1,4 @@
-"""The paper's machine under its controller, and what the rows share."""
+"""The paper's machine under its controller: model, kernels, closed loop and logs that the rows share."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
-from wheelpend.model import model_kernels
+from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
@@ -23,7 +23,7 @@ EXPERIMENT_DURATION_S = 20.0  # s
 
 
 class Loop(NamedTuple):
-    """A closed loop to be simulated, without noise."""
+    """Arguments of a closed loop without noise."""
 
     t: np.ndarray  # (N,) [s]
     reference: np.ndarray  # (N,) [rad]
@@ -47,12 +47,12 @@ class Setting:
     @cached_property
     def lean(self) -> ModuleType:
         """Kernels of the model, the text of generated/wheel_pendulum.py."""
-        return kernels.model_module(self.model.plant, self.model.assumptions, ())
+        return model_module(self.model.plant, self.model.assumptions, ())
 
     @cached_property
     def library(self) -> ModuleType:
         """Kernels with every effect."""
-        return model_kernels.library_module_of(self.model)
+        return library_module_of(self.model)
 
     @cached_property
     def parameters(self) -> np.ndarray:
@@ -69,5 +69,5 @@ class Setting:
         return Loop(t, angle, rate, gains, np.zeros(self.lean.NX), self.parameters)
 
     def log(self, duration: float = EXPERIMENT_DURATION_S, **hide: float) -> Log:
-        """A measurement with noise; effects are hidden as effect=value."""
+        """A simulated log with sensor noise; effects are hidden as effect=value."""
         return simulate(self.model, command=COMMAND_NAME, duration=duration, hide=hide)

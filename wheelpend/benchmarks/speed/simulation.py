@@ -84,7 +84,7 @@ class Batch:
         self.record = np.empty((-(-len(loop.t) // RECORD_INTERVAL_SAMPLES), len(loop.state) + 1, count))
 
     def advance(self, s: Setting) -> None:
-        """Run the generated kernel from the beginning; raises Absent while there is none."""
+        """Run the generated kernel from the beginning; raises NotMeasurableError while there is none."""
         kernel = getattr(s.lean, "closed_loop_batch", None)
         if kernel is None:
             raise NotMeasurableError("the generated module has no closed_loop_batch")

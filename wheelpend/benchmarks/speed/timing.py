@@ -11,7 +11,7 @@ Contender = Callable[[], float]  # does the work once and returns how long it to
 
 
 def timed(work: Callable[[], object], clock: Callable[[], float] = process_time) -> Contender:
-    """A contender that does this work, by processor time, which what else runs on the machine disturbs least.
+    """Contender that does this work, by default in processor time, which other processes disturb least.
 
     Work on several cores, or in other processes, takes perf_counter instead.
     """
