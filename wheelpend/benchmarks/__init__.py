@@ -1,5 +1,11 @@
-"""How good and how fast the tool is: about the tool itself, not part of it.
+"""Accuracy and speed of the tool itself, measured from a clone; the wheel leaves this package out.
 
-In: simulated, engine-made and measured logs. Out: pages of docs/. Question: how often is the diagnosis right, how fast
-is it, and what does it say on measured machines?
+In: simulated, engine-made and measured logs, and the code. Out: pages of docs/. Question: how often is the diagnosis
+right, how fast is it, and does it agree with what is published about measured machines?
+
+hidden_effects  hit rate of the diagnosis on logs with hidden effects
+speed           times beside peers, and growth of time and memory
+measured        case studies on measured logs
+structure       rooms, imports and lengths of the code
+markdown        tables and marked places that they share
 """
