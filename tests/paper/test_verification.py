@@ -8,6 +8,7 @@ import sympy as sp
 from tests.support import ROOT
 from wheelpend.paper.differences import is_zero
 from wheelpend.paper.equations import PRINTED_EQUATIONS
+from wheelpend.paper.findings import FINDING_STATUSES
 from wheelpend.paper.letters import (  # fmt: skip
     J_b,
     J_m,
@@ -37,9 +38,11 @@ from wheelpend.paper.letters import (  # fmt: skip
 )
 from wheelpend.paper.page import page_text
 from wheelpend.paper.relations import EQUATION_RELATIONS
-from wheelpend.paper.verification import FINDING_STATUSES, verify
+from wheelpend.paper.verification import verify
 from wheelpend.paper.verification_text import print_verification
 from wheelpend.serialise import dumps, to_json
+
+pytestmark = pytest.mark.xdist_group("paper")  # it needs no kernels, so goes on beside the first that compile some
 
 X2, X5, X7 = (sp.Symbol(f"X{k}", real=True) for k in (2, 5, 7))
 MISPRINTS = {"9": "sign", "13": "dot", "18": "factor ε", "20": "sin(θp)", "34": "s + 1/τ1", "41": "1/τ1"}

@@ -1,4 +1,4 @@
-"""What the paper's equations take for granted: each choice, made otherwise, and the equations that then change."""
+"""Assumptions behind the paper's equations: each choice made otherwise, and the equations that then change."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def alternatives() -> tuple[Alternative, ...]:
 
 
 def other_choices(derived: Derived) -> Iterator[tuple[str, str, str, Derived]]:
-    """Every choice of the derivation made otherwise, and two that the derivation takes for granted as well."""
+    """Assumption, choice, other choice and derivation of every alternative, with two that the plant does not offer."""
     for assumption in derive.plants.assumptions_of(PLANT_NAME):
         for other in assumption.choices:
             if other != assumption.default and assumption.name not in EXCLUDED_ASSUMPTIONS:
@@ -95,7 +95,7 @@ def other_choices(derived: Derived) -> Iterator[tuple[str, str, str, Derived]]:
 
 
 def choice_text(choice: object) -> str:
-    """A choice as it stands in model.toml."""
+    """A choice in the spelling of model.toml."""
     return str(choice).lower() if isinstance(choice, bool) else str(choice)
 
 
@@ -105,7 +105,7 @@ def with_inertia_about_axle(expression: Expression) -> Expression:
 
 
 def consequence_text(alternative: Alternative, derived: Derived) -> str:
-    """What the other choice does to the first equation it changes, and which others it reaches."""
+    """The change of the first equation that the other choice alters, and the numbers of the others."""
     number, changed = alternative.first, alternative.changed
     parts = [
         f"{name} changes by {difference_text(derived[number][name], alternative.derived[number].get(name))}"
@@ -118,7 +118,7 @@ def consequence_text(alternative: Alternative, derived: Derived) -> str:
 
 
 def difference_text(here: Expression, there: Expression | None) -> str:
-    """What is added when one choice is replaced by the other."""
+    """The other expression less this one; for matrices entry by entry, "vanishing" where there is no other."""
     if there is None:
         return "vanishing"
     if not isinstance(here, sp.MatrixBase):
@@ -135,7 +135,7 @@ def single_motor_torque(derived: Derived) -> sp.Expr:
 
 
 def drive_train_differences(derived: Derived) -> list[str]:
-    """How the force on the wheels, (11) with (12), differs from what (8) with (9) gives, term by term."""
+    """Differences of the force on the wheels, (11) with (12), from the one that (8) with (9) give, term by term."""
     wheels = sp.expand(derived["11"]["F_θw"].subs(derived_letters(derived)))
     one, two = (coefficients_by_product(e) for e in (single_motor_torque(derived), wheels))
     found = []
@@ -153,7 +153,7 @@ def derived_letters(derived: Derived) -> dict[sp.Symbol, sp.Expr]:
 
 
 def coefficients_by_product(expression: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Split an expression into products of motion and motor constants, and what stands before each."""
+    """Split an expression into products of motion and motor constants, each with its coefficient."""
     table: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(sp.expand(expression)):
         factor, product = term.as_independent(*TIME_VARYING_SYMBOLS, K_t, K_b, R_m, f_m, f_w, as_Add=False)
@@ -162,6 +162,6 @@ def coefficients_by_product(expression: sp.Expr) -> dict[sp.Expr, sp.Expr]:
 
 
 def rotor_inertia_in_wheel_row(derived: Derived) -> sp.Expr:
-    """What (3) carries of the rotors' inertia, which stands in (10) too."""
+    """The term of (3) with the rotors' inertia, which stands in (10) too."""
     row = sp.expand(derived["3"]["F_θw"])
     return row.coeff(ddw).coeff(J_m) * J_m * ddw

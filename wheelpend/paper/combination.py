@@ -1,4 +1,4 @@
-"""Which sum of given pieces makes a given whole."""
+"""Coefficients of a linear combination of expressions that equals another expression."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The paper's equations as the derivation gives them, from geometry and virtual work, component by component.
 
 ``derive_dynamics`` holds for a choice of assumptions; equation numbers and the names of the components are those of
-``equations.PRINTED``.
+``equations.PRINTED_EQUATIONS``.
 """
 
 from __future__ import annotations
@@ -118,7 +118,7 @@ def in_drive_letters(force: sp.Expr, drive: dict[str, sp.Expr], direction: int) 
 
 
 def stationary_action() -> sp.Expr:
-    """Which combination of d/dt ∂L/∂q̇ and ∂L/∂q Hamilton's principle balances with a force (paper eq. 2)."""
+    """Combination of d/dt ∂L/∂q̇ and ∂L/∂q that Hamilton's principle balances with a force (paper eq. 2)."""
     t = sp.Symbol("t")
     mass, stiffness = sp.symbols("mass stiffness", positive=True)
     q = sp.Function("q")(t)
@@ -167,7 +167,7 @@ def regression(model: Model, drag: sp.Expr) -> Derived:
 
 
 def parameter_definitions(model: Model, drag: sp.Expr) -> dict[str, Expression]:
-    """What each equivalent parameter is, written with α and β (paper eq. 18)."""
+    """Definitions of the equivalent parameters, written with α and β (paper eq. 18)."""
     spelled = sp.expand(drag.subs(K_t, alpha * R_m / (2 * epsilon)))
     back_emf = (beta - spelled.subs(K_b, 0)) / spelled.coeff(K_b)
     named = zip(model.grouping.names, model.grouping.definitions, strict=True)
@@ -192,7 +192,7 @@ def time_derivative(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def _sum_of_pieces(pieces: dict[sp.Symbol, sp.Matrix], regressor: Regressor) -> sp.Expr:
-    """How φ̈2, φ̇1 and φ0 must be added up to give φ (paper eq. 25)."""
+    """Combination of φ̈2, φ̇1 and φ0 that gives φ (paper eq. 25)."""
     moving = tuple(sp.Symbol(f"{d}{c.name}", real=True) for c in GENERALISED_COORDINATES for d in ("", "d", "dd"))
     marks = sp.symbols(f"entry_0:{len(regressor.phi)}")
     flattened = {name: sp.Add(*(mark * e for mark, e in zip(marks, piece, strict=True)))
@@ -202,7 +202,7 @@ def _sum_of_pieces(pieces: dict[sp.Symbol, sp.Matrix], regressor: Regressor) -> 
 
 
 def as_measured(plant: Plant, matrix: sp.Matrix) -> sp.Matrix:
-    """Write a matrix with what the sensors read in place of the angles (paper eq. 26)."""
+    """Write a matrix with the sensors' readings in place of the angles (paper eq. 26)."""
     readings = {c.name: c.reading for c in plant.channels}
     shifts = {q: q - readings[q.name] for q in GENERALISED_COORDINATES}
     moved = {q: q + shift for q, shift in shifts.items()}
@@ -217,7 +217,7 @@ LEAST_SQUARES_EXAMPLE = {
 
 
 def least_squares() -> sp.Matrix:
-    """Where the gradient of ‖Y − ΦX‖² vanishes, on an example (paper eq. 17)."""
+    """The X at which the gradient of ‖Y − ΦX‖² vanishes, on an example (paper eq. 17)."""
     unknown = sp.Matrix(X[:2])
     residual = LEAST_SQUARES_EXAMPLE[Y] - LEAST_SQUARES_EXAMPLE[PHI] * unknown
     gradient = sp.Matrix([residual.dot(residual)]).jacobian(unknown)

@@ -1,4 +1,4 @@
-"""Whether two expressions are equal, and if not, in which way the printed one is wrong."""
+"""Equality of two expressions, and the kind of difference where the printed one is wrong."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from wheelpend.paper.notation import expression_text
 
 
 class Difference(NamedTuple):
-    """How a printed expression differs from the derived one."""
+    """Difference of a printed expression from the derived one."""
 
     kind: str  # sign, factor, dots, term or shape
     sentence: str
@@ -30,13 +30,13 @@ def expand_abbreviations(expression: Expression) -> sp.Expr | sp.MatrixBase:
 
 @cache
 def is_zero(expression: sp.Expr) -> bool:
-    """Whether an expression is identically zero."""
+    """True if an expression is identically zero."""
     expanded = sp.expand(expression)
     return expanded == 0 or sp.cancel(sp.together(expanded)) == 0
 
 
 def is_equal(one: Expression, other: Expression) -> bool:
-    """Whether two expressions are identically equal."""
+    """True if two expressions are identically equal; matrices also in shape."""
     a, b = expand_abbreviations(one), expand_abbreviations(other)
     if isinstance(a, sp.MatrixBase) or isinstance(b, sp.MatrixBase):
         return getattr(a, "shape", None) == getattr(b, "shape", None) and all(
@@ -46,7 +46,7 @@ def is_equal(one: Expression, other: Expression) -> bool:
 
 
 def describe_difference(printed: Expression, derived: Expression) -> Difference:
-    """Say in which way a printed expression that is not equal to the derived one differs from it."""
+    """Difference of two expressions that are not equal: sign, dots of rates, or term by term."""
     a, b = expand_abbreviations(printed), expand_abbreviations(derived)
     if isinstance(a, sp.MatrixBase):
         return describe_entries(a, b)
@@ -60,7 +60,7 @@ def describe_difference(printed: Expression, derived: Expression) -> Difference:
 
 
 def describe_entries(printed: sp.MatrixBase, derived: sp.MatrixBase) -> Difference:
-    """Describe the differing entries of a matrix."""
+    """Difference of two matrices, entry by entry; its kind is that of the first differing entry."""
     if printed.shape != derived.shape:
         return Difference("shape", f"{printed.shape} printed, {derived.shape} derived")
     found = [
@@ -83,7 +83,7 @@ def missing_dots(printed: sp.Expr, derived: sp.Expr) -> tuple[sp.Symbol, ...]:
 
 
 def coefficients_by_term(expression: sp.Expr) -> dict[sp.Expr, sp.Expr]:
-    """Split an expression into {what moves: its constant}."""
+    """Split an expression into {product of time-varying symbols: its constant}."""
     table: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(sp.expand(expression)):
         constant, moving = term.as_independent(*TIME_VARYING_SYMBOLS, as_Add=False)
@@ -92,7 +92,7 @@ def coefficients_by_term(expression: sp.Expr) -> dict[sp.Expr, sp.Expr]:
 
 
 def differing_terms(printed: sp.Expr, derived: sp.Expr) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
-    """What moves, with the printed and the derived constant, where these differ."""
+    """(time-varying product, printed constant, derived constant) wherever the constants differ."""
     a, b = coefficients_by_term(printed), coefficients_by_term(derived)
     zero = sp.Integer(0)
     every = [(moving, a.get(moving, zero), b.get(moving, zero)) for moving in sorted({*a, *b}, key=expression_text)]
@@ -100,7 +100,7 @@ def differing_terms(printed: sp.Expr, derived: sp.Expr) -> list[tuple[sp.Expr, s
 
 
 def describe_term(moving: sp.Expr, printed: sp.Expr, derived: sp.Expr) -> Difference:
-    """Say in which way the constant in front of something that moves differs."""
+    """Difference of the constants in front of one time-varying product."""
     place = "" if moving == 1 else f" at {expression_text(moving)}"
     if printed == 0:
         return Difference("term", f"the term {expression_text(derived * moving)} is missing")
@@ -118,7 +118,7 @@ def describe_term(moving: sp.Expr, printed: sp.Expr, derived: sp.Expr) -> Differ
 
 
 def describe_summand(moving: sp.Expr, printed: sp.Expr, derived: sp.Expr) -> Difference:
-    """Say which part of a sum in front of something that moves differs."""
+    """Difference of two sums in front of one time-varying product: a reversed sign, or a missing summand."""
     lacking = sp.expand(derived - printed)
     if -lacking / 2 in sp.Add.make_args(sp.expand(printed)):
         return Difference("sign", f"the sign of {expression_text(-lacking / 2 * moving)} is reversed")

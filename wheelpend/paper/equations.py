@@ -1,7 +1,7 @@
-"""The 43 numbered equations of the paper, typed by hand as printed: misprints are kept, here is nothing corrected.
+"""The 43 numbered equations of the paper, typed by hand as printed: misprints are kept, nothing is corrected here.
 
-``PRINTED[number][name]`` is what stands on the right of ``name =``. Equation (33) cannot be read in the copy at hand,
-and of φ2 in (26) one column cannot; dots that the copy shows as hats, as in (19) and (20), are read as dots.
+``PRINTED_EQUATIONS[number][name]`` is the right-hand side of ``name =``. Equation (33) is unreadable in the copy at
+hand, and one column of φ2 in (26); dots that the copy shows as hats, as in (19) and (20), are read as dots.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ X1, X2, X3, X4, X5, X6, X7 = X
 
 
 def stacked_samples(name: str) -> sp.Matrix:
-    """A matrix of samples of a quantity, at T, 2T, ... (equations 16, 24 and 43)."""
+    """Column of the samples of a quantity at T, 2T, ..., NT (paper eqs. 16, 24 and 43)."""
     return sp.Matrix(
         [*(sp.Symbol(f"{name}({time})") for time in ("T", "2 T")), sp.Symbol("..."), sp.Symbol(f"{name}(N T)")]
     )

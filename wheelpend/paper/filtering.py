@@ -48,19 +48,24 @@ FILTER_ABBREVIATIONS = {nu1: (s + 1 / tau1) * (s + 1 / tau2), nu2: 1 / tau1 + 1 
 
 @lru_cache
 def derive_filter() -> dict[str, dict[str, Expression]]:
-    """Every equation of the filter that can be derived."""
+    """Every equation of the filter that can be derived (paper eqs. 28, 29, 34-38 and 40-42)."""
     derivatives = laplace_of_derivatives()
     parts = {**split_filtered_derivative(derivatives["φa(s)"], 2), **split_filtered_derivative(derivatives["φb(s)"], 1)}
-    transforms = {
-        "τ2f": FILTER_TRANSFER_FUNCTION * tau_s,
-        **{n: parts[n] for n in FILTER_STATE_NAMES if n in parts},
-        "φ0,2f": FILTER_TRANSFER_FUNCTION * phi0_s,
-    }
-    equations = {name: differential_equation(name, transform) for name, transform in transforms.items()}
-    ordered = [equations[name] for name in FILTER_STATE_NAMES]
     return {
         "28": {"φ(s)": sum_of_pieces(derivatives)},
         "29": derivatives,
+        "36": abbreviations(),
+        **decompositions(parts, derivatives),
+        "40": {"φ2f(t)": sum_of_filtered(parts, derivatives), "φ2′(t)": parts["φ2′"].subs(INVERSE_LAPLACE_TRANSFORMS)},
+        **differential_equations(parts),
+    }
+
+
+def decompositions(
+    parts: dict[str, Expression], derivatives: dict[str, Expression]
+) -> dict[str, dict[str, Expression]]:
+    """The filtered derivatives in lines of the paper, and their parts by name (paper eqs. 34, 35, 37, 38)."""
+    return {
         "34": {
             "φ2,2f(s), first line": FILTER_GAIN / nu1 * derivatives["φa(s)"],
             "φ2,2f(s), second line, first term": parts["φ2′"],
@@ -68,17 +73,27 @@ def derive_filter() -> dict[str, dict[str, Expression]]:
             "φ2,2f(s), third line": parts["Y2,2"],
         },
         "35": {f"{name}(s)": parts[name] for name in ("φ2′", "Y2,1", "Y2,2")},
-        "36": abbreviations(),
         "37": {
             "φ1,2f(s), first line": FILTER_TRANSFER_FUNCTION * derivatives["φb(s)"],
             "φ1,2f(s), second line, first term": parts["Y1,1"],
             "φ1,2f(s), second line, second term": parts["Y1,2"],
         },
         "38": {f"{name}(s)": parts[name] for name in ("Y1,1", "Y1,2")},
-        "40": {"φ2f(t)": sum_of_filtered(parts, derivatives), "φ2′(t)": parts["φ2′"].subs(INVERSE_LAPLACE_TRANSFORMS)},
+    }
+
+
+def differential_equations(parts: dict[str, Expression]) -> dict[str, dict[str, Expression]]:
+    """Differential equations of the filter's states in the paper's order, and initial values (paper eqs. 41, 42)."""
+    transforms = {
+        **parts,
+        "τ2f": FILTER_TRANSFER_FUNCTION * tau_s,
+        "φ0,2f": FILTER_TRANSFER_FUNCTION * phi0_s,
+    }
+    ordered = [differential_equation(name, transforms[name]) for name in FILTER_STATE_NAMES]
+    return {
         "41": {**{name: rhs for rates, _ in ordered for name, rhs in rates.items()}, "ν3": abbreviations()["ν2"]},
         "42": {name: value for _, initial in ordered for name, value in initial.items()},
-    }  # fmt: skip
+    }
 
 
 def laplace_of_derivatives() -> dict[str, Expression]:
@@ -95,7 +110,7 @@ def laplace_of_derivatives() -> dict[str, Expression]:
 
 
 def sum_of_pieces(derivatives: dict[str, Expression]) -> sp.Expr:
-    """How the transforms of the three pieces add up to that of φ (paper eq. 28)."""
+    """Combination of the transforms of the three pieces that gives that of φ (paper eq. 28)."""
     pieces = dict(zip((phi_a, phi_b, phi_c), derivatives.values(), strict=True))
     return combination(pieces, sp.Add(*derivatives.values()), (phi2_s, phi1_s, phi0_s, phi2_0, dphi2_0, phi1_0, s))
 
@@ -107,7 +122,7 @@ def abbreviations() -> dict[str, Expression]:
 
 
 def split_filtered_derivative(derivative: sp.Expr, order: int) -> dict[str, Expression]:
-    """Filter a derivative: what needs no filter, and two parts without s in front of what is filtered.
+    """Filter a derivative: a part that needs no filter, and two parts without s in front of the filtered signal.
 
     The numerator is divided by ν1 and what remains by s + 1/τ1 (paper eqs. 35, 38).
     """
@@ -123,7 +138,7 @@ def split_filtered_derivative(derivative: sp.Expr, order: int) -> dict[str, Expr
 
 
 def sum_of_filtered(parts: dict[str, Expression], derivatives: dict[str, Expression]) -> sp.Expr:
-    """How the filtered pieces add up to the filtered regressor (paper eq. 40)."""
+    """Combination of the filtered pieces that gives the filtered regressor (paper eq. 40)."""
     pieces = {
         phi2_part_t: parts["φ2′"],
         **{FILTER_STATES[n]: parts[n] for n in FILTER_STATE_NAMES[1:5]},

@@ -12,7 +12,7 @@ Expression = sp.Expr | sp.MatrixBase | sp.MatrixExpr
 
 
 def nfc(name: str) -> str:
-    """A name with its dots joined to their letters, so that equal names are equal strings."""
+    """Unicode normal form C of a name: dots joined to their letters, so that equal names are equal strings."""
     return unicodedata.normalize("NFC", name)
 
 
@@ -56,7 +56,7 @@ PHI, Y = sp.MatrixSymbol("Φ", 3, 2), sp.MatrixSymbol("Y", 3, 1)
 
 GENERALISED_COORDINATES = (w, p)
 RATE_OF = {w: dw, p: dp}
-TIME_VARYING_SYMBOLS = (  # what changes while the robot moves; everything else is a constant of it or of the filter
+TIME_VARYING_SYMBOLS = (  # all other symbols are constants of the robot or of the filter
     w, dw, ddw, p, dp, ddp, V, F_w, F_p, current, dcurrent, speed, T_L, momentum_rate, slope_of_L, phi13, phi23, phi25,
     phi2_s, phi1_s, phi0_s, tau_s, phi_s, phi2_t, phi1_t, phi0_t, tau_t, ddphi2_t, dphi1_t, phi2_0, dphi2_0, phi1_0,
     phi_a, phi_b, phi_c, phi2_part_t, *FILTER_STATES.values(), *FILTER_STATE_RATES.values(),

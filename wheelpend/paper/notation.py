@@ -19,7 +19,7 @@ FACTOR_ORDER = ("alpha", "beta", "epsilon", "M", "m", "L", "R", "g", "J_w", "J_b
 
 
 class TextPrinter(StrPrinter):
-    """Prints the paper's letters, constants before what moves, positive terms first."""
+    """Prints the paper's letters, constants before time-varying factors, positive terms first."""
 
     def _print_Symbol(self, e: sp.Symbol) -> str:
         return GREEK_LETTERS.get(e.name, e.name)
@@ -50,7 +50,7 @@ class TextPrinter(StrPrinter):
 
 
 def _factor_sort_key(factor: sp.Expr) -> tuple:
-    """Where a factor stands in a product."""
+    """Sort key of a factor in a product: numbers, constants in FACTOR_ORDER, time-varying symbols, functions."""
     moves = factor.has(*TIME_VARYING_SYMBOLS)
     base = str(factor.as_base_exp()[0])
     known = FACTOR_ORDER.index(base) if base in FACTOR_ORDER else len(FACTOR_ORDER)

@@ -1,10 +1,10 @@
-"""The page docs/paper.md: what the comparison of the paper with the derivation found."""
+"""The page docs/paper.md: findings of the comparison of the paper with the derivation."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from wheelpend.paper.verification import EquationFinding, Verification
+from wheelpend.paper.findings import EquationFinding, Verification
 from wheelpend.paper.verification_text import STATUS_TEXTS, finding_text, summary_text
 
 PAGE_HEADER = """# The paper, checked
@@ -33,18 +33,18 @@ def page_text(verification: Verification) -> str:
 
 
 def section_text(title: str, parts: Sequence[str]) -> str:
-    """A titled section."""
+    """Heading and parts of a section, or None."""
     return "\n".join([f"## {title}\n", *(parts or ["None.\n"])])
 
 
 def markdown_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table."""
+    """Markdown table, closed by a line break."""
     lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
     return "\n".join(lines) + "\n"
 
 
 def details_text(checked: EquationFinding, other: str) -> str:
-    """One misprint or assumption."""
+    """Misprint or assumption as a subsection: as printed, the other form, and the relations it violates."""
     title = checked.assumption or f"{checked.name}"
     forms = [("Printed", formula_text(checked.printed)), (other, formula_text(checked.derived))]
     lines = [f"### ({checked.number}) {title}\n", f"{checked.note[:1].upper()}{checked.note[1:]}.\n"]
@@ -71,7 +71,7 @@ def split_formulas(text: str) -> list[str]:
 
 
 def number_table(verification: Verification) -> str:
-    """The numbers, checked against each other."""
+    """Table of the numbers, checked against each other."""
     introduction = (
         "A value with ± carries the rounding of the printed numbers behind it; whole numbers count as exact, g is "
         "9.81 m/s². A percentage may be rounded or cut off.\n"

@@ -1,17 +1,18 @@
-"""The paper's numbers against each other: what X1 ... X7 of Table 1 need, and the percentages of Tables 1 to 3."""
+"""The paper's numbers against each other: its constants against X1 ... X7 of Table 1, then settings and tables."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from decimal import Decimal
 from functools import lru_cache
-from typing import NamedTuple
 
 import sympy as sp
 
 from wheelpend.paper import numbers
 from wheelpend.paper.derivation import Derived, derive_all
 from wheelpend.paper.letters import J_m, alpha, beta, f_w, g
+from wheelpend.paper.percentages import check_tables
+from wheelpend.paper.printed_numbers import Interval, NumberCheck, printed_interval
+from wheelpend.paper.simulation_settings import check_simulation
 
 GRAVITY_M_S2 = 9.81  # m/s², which the paper does not print
 X_OF_MISSING = {"J_m": ("X2",), "f_w": ("X6", "X7")}
@@ -19,61 +20,6 @@ CONSTANT_UNITS = {
     "m": "kg", "M": "kg", "L": "m", "R": "m", "f_m": "N m s/rad", "f_w": "N m s/rad", "K_b": "V s/rad", "K_t": "N m/A",
     "R_m": "Ω", "J_w": "kg m²", "J_b": "kg m²", "J_m": "kg m²",
 }  # fmt: skip
-
-
-SIMULATION_REQUIREMENTS = {  # what a closed-loop simulation and its tables need, and what for
-    "integration step": "the solver's step",
-    "duration": "how long the log is over which the tables are made",
-    "proportional gain": "the controller",
-    "integral gain": "the controller",
-    "derivative gain": "the controller",
-    "signal behind the derivative gain": "the measured rate, or its difference from the command's",
-    "commands": "the excitation",
-    "initial state": "where the robot starts",
-    "encoder counts": "the wheel angle's steps",
-    "noise of the pitch": "the measurement",
-    "noise of the pitch rate": "the measurement",
-    "number of draws": "a single draw of the noise says little about an estimator",
-}
-
-
-class NumberCheck(NamedTuple):
-    """What became of one printed number, or of one that should have been printed."""
-
-    name: str
-    status: str  # match, contradiction, missing or misprint
-    printed: str
-    derived: str
-    note: str
-    how: str = "numeric"
-
-
-class Interval(NamedTuple):
-    """A value with what the rounding of the numbers behind it leaves open."""
-
-    value: float
-    half_width: float
-
-    def overlaps(self, other: Interval) -> bool:
-        """Whether both can be the same number."""
-        return abs(self.value - other.value) <= self.half_width + other.half_width
-
-    def __str__(self) -> str:
-        return f"{self.value:.4g} ± {self.half_width:.1g}"
-
-
-def rounding_half_width(value: float) -> float:
-    """Half a unit in the last printed digit; a whole number counts as exact."""
-    if value == int(value):
-        return 0.0
-    exponent = Decimal(repr(value)).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return float(Decimal(5).scaleb(exponent - 1))
-
-
-def printed_interval(value: float) -> Interval:
-    """A printed number and its rounding."""
-    return Interval(value, rounding_half_width(value))
 
 
 REFERENCE_INTERVALS = {name: printed_interval(value) for name, value in numbers.REFERENCE_PARAMETERS.items()}
@@ -87,14 +33,14 @@ def parameter_formulas(derived: Derived) -> dict[str, sp.Expr]:
 
 
 def evaluate(expression: sp.Expr, values: Values) -> Interval:
-    """Value of an expression, with the rounding of every number in it carried through."""
+    """Value of an expression, with the rounding of every number in it propagated to first order."""
     at = {symbol: values[symbol.name].value for symbol in expression.free_symbols}
     spread = sum(abs(float(expression.diff(x).subs(at))) * values[x.name].half_width for x in at)
     return Interval(float(expression.subs(at)), spread)
 
 
 def solve_for_constant(expression: sp.Expr, target: Interval, name: str, values: Values) -> Interval | None:
-    """The value of one constant with which an expression becomes a printed number, or None."""
+    """Value of one constant at which an expression equals a printed number, or None."""
     unknown = next((x for x in expression.free_symbols if x.name == name), None)
     if unknown is None or any(x.name not in values for x in expression.free_symbols - {unknown}):
         return None
@@ -120,13 +66,13 @@ def check_numbers(x2_printed: sp.Expr) -> tuple[NumberCheck, ...]:
 
 
 def parameter_agreement(formulas: dict[str, sp.Expr], values: Values) -> dict[str, bool]:
-    """Which of X1 ... X7 come out as printed, of those that the listed constants determine."""
+    """True for each of X1 ... X7 that comes out as printed, of those that the listed constants determine."""
     complete = {n: e for n, e in formulas.items() if all(x.name in values for x in e.free_symbols)}
     return {n: evaluate(e, values).overlaps(REFERENCE_INTERVALS[n]) for n, e in complete.items()}
 
 
 def corrected_constants(formulas: dict[str, sp.Expr], known: Values) -> Values:
-    """Constants of which one other value makes every wrong parameter come out right and leaves the rest right."""
+    """Constants of which one other value corrects every wrong parameter and leaves the others right."""
     wrong = [n for n, right in parameter_agreement(formulas, known).items() if not right]
     found: Values = {}
     for name in known:
@@ -140,17 +86,8 @@ def corrected_constants(formulas: dict[str, sp.Expr], known: Values) -> Values:
     return found
 
 
-def check_simulation() -> Iterator[NumberCheck]:
-    """What somebody needs to repeat the simulations and does not find."""
-    for name, why in SIMULATION_REQUIREMENTS.items():
-        if name not in numbers.SIMULATION_SETTINGS:
-            yield NumberCheck(
-                name, "missing", "", "", f"{why}; `wheelpend reproduce` measures what depends on it", "read"
-            )
-
-
 def check_parameters(formulas: dict[str, sp.Expr], known: Values, repaired: Values) -> Iterator[NumberCheck]:
-    """Each listed constant: whether the parameters that contain it come out right."""
+    """Check each listed constant by the parameters that contain it."""
     before, after = parameter_agreement(formulas, known), parameter_agreement(formulas, repaired)
     for name in (n for n in known if n != "K_b"):
         containing = [n for n, e in formulas.items() if n in before and name in {x.name for x in e.free_symbols}]
@@ -171,19 +108,19 @@ def check_parameters(formulas: dict[str, sp.Expr], known: Values, repaired: Valu
 
 
 def changed_names(known: Values, repaired: Values) -> str:
-    """Constants that had to be corrected."""
+    """Names of the corrected constants."""
     return ", ".join(n for n in known if known[n] != repaired[n])
 
 
 def quantity_text(name: str, value: float, digits: int = 6) -> str:
-    """A number with the unit of the constant."""
+    """A value with the unit of the constant."""
     return f"{value:.{digits}g} {CONSTANT_UNITS.get(name, '')}".rstrip()
 
 
 def contradiction(
     name: str, formulas: dict[str, sp.Expr], wrong: list[str], known: Values, repaired: Values
 ) -> NumberCheck:
-    """A constant that the reference parameters contradict, all with the same other value."""
+    """Check of a constant that the reference parameters contradict, all with the same other value."""
     parts = []
     for n in wrong:
         value = solve_for_constant(formulas[n], REFERENCE_INTERVALS[n], name, known)
@@ -247,46 +184,3 @@ def check_references(formulas: dict[str, sp.Expr], known: Values, repaired: Valu
             f"{as_listed.value:.4g} with {changed_names(known, repaired) or 'the constants'} as printed")  # fmt: skip
         status = "match" if value.overlaps(reference) else "contradiction"
         yield NumberCheck(name, status, f"{reference.value:g}", str(value), note)
-
-
-def estimate_columns() -> dict[str, numbers.Column]:
-    """Every column of estimates in Tables 1 to 3; Table 2 repeats a column of Table 1."""
-    return {
-        "Table 1, differentiation": numbers.SIMPLE_DIFFERENTIATION,
-        "Tables 1 and 2, filtered, simple command": numbers.SIMPLE_FILTERED,
-        "Table 2, aggressive command": numbers.AGGRESSIVE_FILTERED,
-        **{f"Table 3, case {case}": column for case, (_, _, column) in numbers.TABLE_3.items()},
-    }
-
-
-def percentage(estimate: float, reference: float) -> Interval:
-    """Relative error of an estimate [%], with the rounding of the estimate and of the reference."""
-    spread = rounding_half_width(estimate) + rounding_half_width(reference) * abs(estimate / reference)
-    return Interval(100 * abs(estimate - reference) / abs(reference), 100 * spread / abs(reference))
-
-
-def printed_percentage(error: float) -> Interval:
-    """A printed percentage, which may have been rounded or cut off."""
-    return Interval(error, 2 * rounding_half_width(error))
-
-
-def check_tables() -> Iterator[NumberCheck]:
-    """Percentages against the estimates beside them."""
-    for title, column in estimate_columns().items():
-        rows = list(zip(numbers.REFERENCE_PARAMETERS.items(), column.estimates, column.errors, strict=True))
-        wrong = [r for r in rows if not percentage(r[1], r[0][1]).overlaps(printed_percentage(r[2]))]
-        count = f"{len(rows) - len(wrong)} of {len(rows)} percentages follow from the estimates beside them"
-        yield NumberCheck(title, "match", "", "", count)
-        for (name, reference), estimate, error in wrong:
-            value = percentage(estimate, reference)
-            status, note = classify_wrong_percentage(value, printed_percentage(error))
-            note = f"estimate {estimate:g} beside {reference:g}; {note}"
-            yield NumberCheck(f"{title}, {name}", status, f"{error:g} %", f"{value.value:.5g} %", note)
-
-
-def classify_wrong_percentage(correct: Interval, printed: Interval) -> tuple[str, str]:
-    """Whether a wrong percentage is right but for its decimal point, and the factor that is missing."""
-    for shift in (0.01, 0.1, 10.0, 100.0):
-        if Interval(printed.value * shift, printed.half_width * shift).overlaps(correct):
-            return "misprint", f"the decimal point is off by a factor {shift:g}"
-    return "contradiction", f"the ratio {correct.value / printed.value:.4g} is no slip of the decimal point"

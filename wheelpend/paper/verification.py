@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import sympy as sp
 
@@ -21,40 +20,11 @@ from wheelpend.paper.derivation import LEAST_SQUARES_EXAMPLE, PLANT_NAME, Derive
 from wheelpend.paper.differences import describe_difference, is_equal
 from wheelpend.paper.equations import EQUATION_NUMBERS, PRINTED_EQUATIONS, Printed
 from wheelpend.paper.filtering import FILTER_TRANSFER_FUNCTION
+from wheelpend.paper.findings import EquationFinding, Verification, equation_text, equations_text
 from wheelpend.paper.letters import TIME_VARYING_SYMBOLS, Expression, F_w, phi0_s, phi_a, phi_b
 from wheelpend.paper.notation import expression_text
-from wheelpend.paper.parameters import NumberCheck, check_numbers
+from wheelpend.paper.parameters import check_numbers
 from wheelpend.paper.relations import violated_relations
-
-FINDING_STATUSES = ("match", "misprint", "assumption", "definition", "not_available")
-
-
-@dataclass(frozen=True)
-class EquationFinding:
-    """One finding on one numbered equation; an equation may have several."""
-
-    number: str
-    name: str  # left side of what was compared
-    status: str  # one of FINDING_STATUSES
-    printed: str
-    derived: str
-    note: str
-    how: str = ""  # symbolic, numeric, or empty where nothing could be compared
-    assumption: str = ""  # name of the choice the equation makes
-    shows: tuple[str, ...] = ()  # how equations fit together once a misprint is corrected
-    agrees_with: tuple[str, ...] = ()  # right equations that agree with the correct form only
-
-
-@dataclass(frozen=True)
-class Verification:
-    """What became of every equation and number of the paper."""
-
-    equations: tuple[EquationFinding, ...]
-    parameters: tuple[NumberCheck, ...]
-
-    def of(self, status: str) -> tuple[EquationFinding, ...]:
-        """The findings with a status."""
-        return tuple(c for c in self.equations if c.status == status)
 
 
 def verify(printed: Printed = PRINTED_EQUATIONS) -> Verification:
@@ -95,7 +65,7 @@ def under_printed_assumptions(printed: Printed, derived: Derived) -> Derived:
 
 
 def is_other_choice_printed(choice: Alternative, printed: Printed) -> bool:
-    """Whether the first equation with which an assumption enters is printed with the other choice."""
+    """True if the first equation with which an assumption enters is printed with the other choice."""
     components = printed.get(choice.first, {})
     other = choice.derived[choice.first]
     return all(
@@ -117,27 +87,17 @@ def misprinted_components(number: str, printed: Printed, derived: Derived) -> tu
 
 
 def is_equivalent(number: str, printed: Expression, derived: Expression) -> bool:
-    """Whether a printed component is the derived one; of a Lagrangian (1) a constant makes no difference."""
+    """True if a printed component is the derived one; the Lagrangian (1) is determined up to a constant."""
     if number == "1":
         return not sp.expand(printed - derived).has(*TIME_VARYING_SYMBOLS)
     return is_equal(printed, derived)
 
 
 def readable_columns(printed: Expression, derived: Expression) -> Expression:
-    """The derived matrix without as many of its last columns as cannot be read in the printed one."""
+    """The derived matrix without its last columns, as many as are unreadable in the printed one."""
     if isinstance(derived, sp.MatrixBase) and isinstance(printed, sp.MatrixBase) and printed.cols < derived.cols:
         return derived[:, : printed.cols]
     return derived
-
-
-def equation_text(name: str, expression: Expression) -> str:
-    """An equation as text."""
-    return f"{name} = {expression_text(expression)}"
-
-
-def equations_text(components: Mapping[str, Expression]) -> str:
-    """Several equations as text."""
-    return "; ".join(equation_text(name, e) for name, e in components.items())
 
 
 def match(number: str, printed: Printed, derived: Derived) -> EquationFinding:
@@ -164,7 +124,7 @@ def match(number: str, printed: Printed, derived: Derived) -> EquationFinding:
 
 
 def unmeasured_notes(components: Mapping[str, Expression]) -> list[str]:
-    """Motion that an equation needs and no sensor reads."""
+    """Note on the motion in an equation that no sensor reads."""
     plant = derive.plants.build(PLANT_NAME, derive.plants.complete_assumptions(PLANT_NAME, {}))
     symbols = set().union(*(e.free_symbols for e in components.values()))
     missing = sorted((x for x in symbols if x.name not in {c.name for c in plant.channels}), key=str)
@@ -172,7 +132,7 @@ def unmeasured_notes(components: Mapping[str, Expression]) -> list[str]:
 
 
 def misprint(number: str, name: str, printed: Printed, derived: Derived, wrong: set[str]) -> EquationFinding:
-    """A component that is printed wrong: in what way, and which right equations tell."""
+    """A component that is printed wrong, with the kind of difference and the equations that contradict it."""
     expression = printed[number][name]
     correct = readable_columns(expression, derived[number][name])
     found = tuple(violated_relations(printed, number, name, derived[number][name]))
@@ -187,18 +147,18 @@ def misprint(number: str, name: str, printed: Printed, derived: Derived, wrong: 
 
 
 def comparison_method(*expressions: Expression) -> str:
-    """Matrices of any shape are compared on an example, everything else as it stands."""
+    """ "numeric" for matrices of any shape, which are compared on an example, else "symbolic"."""
     return "numeric" if any(isinstance(e, sp.MatrixExpr) for e in expressions) else "symbolic"
 
 
 def definition(number: str, printed: Printed) -> EquationFinding:
-    """An equation that gives a name and claims nothing."""
+    """An equation that defines a quantity and claims nothing."""
     names = ", ".join(printed[number])
     return EquationFinding(number, names, "definition", equations_text(printed[number]), "", f"defines {names}")
 
 
 def unreadable(number: str) -> EquationFinding:
-    """An equation that is not in the copy at hand; for (33) what must have stood there."""
+    """An equation that is unreadable in the copy at hand; (33) follows from the others."""
     pieces = {
         "φ2,2f(s)": FILTER_TRANSFER_FUNCTION * phi_a,
         "φ1,2f(s)": FILTER_TRANSFER_FUNCTION * phi_b,
@@ -211,7 +171,7 @@ def unreadable(number: str) -> EquationFinding:
 
 
 def unreadable_columns(printed: Printed, derived: Derived) -> Iterator[EquationFinding]:
-    """Columns of the regressor's pieces that cannot be read in the copy at hand."""
+    """Columns of the regressor's pieces that are unreadable in the copy at hand."""
     for name, matrix in printed["26"].items():
         whole = sp.Matrix(derived["26"][name])
         if matrix.cols == whole.cols - 1:
@@ -222,14 +182,14 @@ def unreadable_columns(printed: Printed, derived: Derived) -> Iterator[EquationF
 
 
 def without_column(matrix: sp.Matrix, column: int) -> sp.Matrix:
-    """A matrix less one column."""
+    """The matrix without one column."""
     shorter = matrix.copy()
     shorter.col_del(column)
     return shorter
 
 
 def unstated_step(printed: Printed, derived: Derived) -> EquationFinding:
-    """(10) against (8) with (9): what (11) has beyond that comes in without a line."""
+    """(10) against (8) with (9): the paper does not state what (11) has beyond them."""
     claimed = printed["10"]["J_m dw/dt"].subs(F_w, derived["11"]["F_θw"].subs(derived_letters(derived)))
     follows = single_motor_torque(derived)
     name, steps = "J_m dw/dt", drive_train_differences(derived)
@@ -250,7 +210,7 @@ def unstated_step(printed: Printed, derived: Derived) -> EquationFinding:
 
 
 def assumption(choice: Alternative, printed: Printed) -> EquationFinding:
-    """A choice that enters with an equation, and what the other choice gives."""
+    """An assumption that enters with an equation, and the form of the other choice."""
     number = choice.first
     names = [n for n in choice.changed[number] if n in printed[number]]
     other = {n: choice.derived[number][n] for n in names if n in choice.derived[number]}

@@ -1,15 +1,15 @@
-"""What `wheelpend verify` prints."""
+"""Findings of a verification as text, for the terminal."""
 
 from __future__ import annotations
 
-from wheelpend.paper.verification import FINDING_STATUSES, EquationFinding, Verification
+from wheelpend.paper.findings import FINDING_STATUSES, EquationFinding, Verification
 from wheelpend.reports.console import print_line, print_table
 
 STATUS_TEXTS = {"not_available": "not readable"}
 
 
 def finding_text(checked: EquationFinding) -> str:
-    """A finding in one line."""
+    """One line on a finding."""
     if checked.status == "misprint":
         return f"{checked.name}: {checked.note}"
     if checked.status == "assumption":
@@ -18,7 +18,7 @@ def finding_text(checked: EquationFinding) -> str:
 
 
 def summary_text(result: Verification) -> str:
-    """How many equations have which status."""
+    """Numbers of equations by status."""
     counts = {s: len({c.number for c in result.of(s)}) for s in FINDING_STATUSES}
     numbers = len({c.number for c in result.equations})
     parts = [
@@ -29,7 +29,7 @@ def summary_text(result: Verification) -> str:
 
 
 def print_verification(result: Verification) -> None:
-    """Print a verification."""
+    """Print the findings, misprints and assumptions in detail, and the checks of the numbers."""
     rows = [(f"({c.number})", STATUS_TEXTS.get(c.status, c.status), finding_text(c)) for c in result.equations]
     print_table(
         "The paper's equations against the derivation", ("equation", "status", "finding"), rows, text_columns=True
@@ -52,7 +52,7 @@ def print_verification(result: Verification) -> None:
 
 
 def print_details(checked: EquationFinding, other: str) -> None:
-    """Print one misprint or assumption: as printed, the other form, how it shows."""
+    """Print one misprint or assumption: as printed, the other form, and the relations it violates."""
     print_line(f"  ({checked.number}) {checked.assumption or checked.name}: {checked.note}")
     print_line(f"      {'printed':9} {checked.printed}")
     print_line(f"      {other:9} {checked.derived}")
