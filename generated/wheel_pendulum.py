@@ -32,7 +32,7 @@ import numpy as np
 from numba import njit
 
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
-VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')  # the states, then what effects add to them
+VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')  # the states, then added states
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')
@@ -49,33 +49,33 @@ DELAY = -1  # index of the input delay among PARAMETERS, or -1
 LAG = -1  # index of the time constant of the input's lag, or -1
 ORIGIN = -1  # index of the first coordinate's value at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 7
-NA, NV = 2, 4  # moving coordinates; variables: the states, then what effects add to them
+NA, NV = 2, 4  # moving coordinates; variables: the states, then added states
 NS = NV + (LAG >= 0)  # a lagging input is the last
 RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
-LATE = (False, False, False,)  # whether each output is that of an earlier time
+DELAYED = (False, False, False,)  # True for each output that the sensor delay acts on
 SENSOR_DELAY = -1  # index of that delay among PARAMETERS, or -1
-DRY = 0  # surfaces with dry friction
-SLIPS = np.array(np.zeros((0, 2)), dtype=np.float64)  # slip speeds as weights on the rates
+SURFACES = 0  # number of surfaces with dry friction
+SLIP_MATRIX = np.array(np.zeros((0, 2)), dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
-REMEMBERED = 0  # forces with a memory
-GIVEN = NA + REMEMBERED  # rows of the derivatives in the parameters
-START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * GIVEN, 3 * NS + 5 * GIVEN + 1))
+HYSTERESES = 0  # number of hysteresis forces
+DERIVATIVE_ROWS = NA + HYSTERESES  # rows of the derivatives in the parameters
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * DERIVATIVE_ROWS, 3 * NS + 5 * DERIVATIVE_ROWS + 1))
 MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
-MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
-FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
+MEMORY, DRIVE = SHARE + 3, 4  # where those of the hysteresis forces begin; the stage of the driven input's
+FIRST_SAMPLE = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: a value and its rate, -1 for what no sensor reads
-READS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # what each output reads of the states while no effect touches the sensors
-FALLS = 1  # output that must stay within ±π/2, or -1
+OUTPUT_MATRIX = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # (NY, NX): outputs = OUTPUT_MATRIX · state while no effect acts on the sensors
+RANGE_OUTPUT = 1  # index of the output that must stay within ±π/2, or -1
 PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body': (0.0, 1.0), 'outside': (1.0, 0.0)}  # each port's coordinate as weights on the coordinates
 INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has none
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
-NEAR = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
-CROWD = 64  # machines that a batch advances side by side
-NOW, INPUT_ROW, OLD_STATE, STAGED, INTEGRAL, GAINS, ANGLE = 0, NX, NX + 1, 2 * NX + 1, 3 * NX + 1, 3 * NX + 2, 3 * NX + 5  # their rows
-TURNS, TURNED, CROWD_ROWS = ANGLE + 1, ANGLE + 3, ANGLE + 5
+SERIES_RANGE = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
+BATCH_SIZE = 64  # machines that are advanced side by side
+STATE_ROW, INPUT_ROW, OLD_STATE, STAGE_STATE, INTEGRAL, GAINS, ANGLE = 0, NX, NX + 1, 2 * NX + 1, 3 * NX + 1, 3 * NX + 2, 3 * NX + 5  # their rows
+START_TRIG, STAGE_TRIG, BATCH_ROWS = ANGLE + 1, ANGLE + 3, ANGLE + 5
 ROUNDING = 6755399441055744.0  # added and taken away again, it rounds to a whole number
 EVENTS = 16  # stick-slip events handled within one step
 options = {"cache": True, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -116,7 +116,7 @@ def _sine_pair(x):
 
 @inlined
 def _series(x, square):
-    """sin x and 1 − cos x for |x| up to NEAR."""
+    """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
     sine = x + x * square * (
         (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
@@ -125,14 +125,14 @@ def _series(x, square):
 
 
 @inlined
-def _turned(angle, start, sine, cosine):
+def _rotated_sines(angle, start, sine, cosine):
     """Sine and cosine of an angle from those of one near it.
 
     A step takes one pair in full; its other stages turn that pair, which is faster and as accurate.
     """
     turn = angle - start
     square = turn * turn
-    if square > NEAR * NEAR:
+    if square > SERIES_RANGE * SERIES_RANGE:
         return math.sin(angle), math.cos(angle)
     along, short = _series(turn, square)
     return sine + (cosine * along - sine * short), cosine - (sine * along + cosine * short)
@@ -152,7 +152,7 @@ def _step(x):
 
 @inlined
 def _angles(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
-    """What the equations take sines and cosines of."""
+    """Arguments of the sines and cosines in the equations of motion."""
     angle_theta_p = theta_p
 
     return angle_theta_p,
@@ -230,7 +230,7 @@ def _residual_jacobian(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_
 
 @compiled
 def read_sensors(t, state, parameters, output):
-    """What the sensors read in this state, into output (NY,)."""
+    """Readings of the sensors in this state, into output (NY,)."""
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
@@ -252,7 +252,7 @@ def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
     for k in range(NA):
-        speed += SLIPS[surface, k] * state[RATES[k]]
+        speed += SLIP_MATRIX[surface, k] * state[RATES[k]]
     return speed
 
 
@@ -280,8 +280,8 @@ def _rate(t, state, voltage, parameters, dry):
 
 
 @inlined
-def _keep(dry):
-    """Keep the accelerations dry[RATE] in dry[BEFORE]."""
+def _store_rate(dry):
+    """Copy the accelerations dry[RATE] to dry[BEFORE]."""
     for k in range(NA):
         dry[BEFORE, k] = dry[RATE, k]
 
@@ -293,36 +293,36 @@ def _frozen(parameters):
 
 
 @inlined
-def _smooth(parameters):
-    """Whether no surface has friction."""
+def _is_frictionless(parameters):
+    """True where no surface has dry friction."""
     return True
 
 
 @inlined
-def _follow(state, dry):
-    """Let every surface slip the way it moves, into dry[DIRECTION]."""
-    for i in range(DRY):
+def _slip_directions(state, dry):
+    """Directions of slip by the sign of the slip speeds, into dry[DIRECTION]."""
+    for i in range(SURFACES):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
 @internal
-def _settle(t, state, voltage, parameters, dry):
-    """Decide which surfaces slip and which stick, into dry[DIRECTION], with the limits of each in dry[UPPER] and dry[LOWER].
+def _stick_or_slip(t, state, voltage, parameters, dry):
+    """Set the direction of slip of each surface, 0 where it sticks, in dry[DIRECTION], and its limits in dry[UPPER] and dry[LOWER].
 
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
-    _follow(state, dry)
+    _slip_directions(state, dry)
     stuck = False
-    for i in range(DRY):
+    for i in range(SURFACES):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
             dry[DIRECTION, i] = 0.0
             stuck = True
-    for _ in range(DRY + 1):
+    for _ in range(SURFACES + 1):
         if not stuck:
             return
         stuck = False
         _rate(t, state, voltage, parameters, dry)
-        for i in range(DRY):
+        for i in range(SURFACES):
             if dry[DIRECTION, i] == 0.0 and dry[FORCE, i] > dry[UPPER, i]:
                 dry[DIRECTION, i] = 1.0
                 stuck = True
@@ -333,7 +333,7 @@ def _settle(t, state, voltage, parameters, dry):
 
 @inlined
 def _driven(t, v_in, parameters):
-    """What the actuator makes of a command, before it lags."""
+    """Input map: the command as the actuator passes it on, before its lag."""
     driven = v_in
 
     return driven
@@ -346,7 +346,7 @@ def _drive_jacobian(t, v_in, parameters, by_parameter):
 
 @internal
 def _lag(h, time_constant):
-    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
+    """Share exp(−s/T) of an old input that still acts, as a straight line in s over a step h.
 
     Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
     derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at
@@ -380,11 +380,11 @@ def _acting(t, h, state, voltage, parameters):
 
 
 @internal
-def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+def _initial_state(when, t, voltage, acting, start, parameters, columns, state, sens):
     """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
-    as one that has acted for long.
+    Added states stay as they are, or are given after those, and do not depend on them. A lagging input follows from the
+    commands before; the first command of a log, or the first after missing ones, counts as one that has acted for long.
     """
     for i in range(start.size):
         state[i] = start[i]
@@ -417,7 +417,7 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, smooth, linearis
         now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
         if stage > 0:
             angle_theta_p, = _angles(now, theta_w, theta_p, dtheta_w, dtheta_p, frozen)
-            sin_theta_p, cos_theta_p = _turned(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
+            sin_theta_p, cos_theta_p = _rotated_sines(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
         ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, smooth, frozen)
         if linearise:
             by_0_0, by_0_1, by_0_2, by_0_3, by_1_0, by_1_1, by_1_2, by_1_3 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
@@ -449,7 +449,7 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, smooth, linearis
 
 @inlined
 def _weights(stage, h):
-    """How far ahead a stage's slope carries to the next stage, and its weight in the step."""
+    """Step from a Runge-Kutta stage to the next one, and the stage's weight in the whole step."""
     return (0.5 * h if stage < 2 else h), (h / 6.0 if stage in (0, 3) else h / 3.0)
 
 
@@ -473,10 +473,10 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                     own = 0.0
                     for m in range(NA):
                         own -= stages[stage, MOBILITY + k * NA + m] * by_parameter[stage, m, column]
-                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = own
-            for stage in range(5 if REMEMBERED else 0):
-                for k in range(NA, GIVEN):
-                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = by_parameter[stage, k, column]
+                    lanes[OWN + (DERIVATIVE_ROWS * stage + k) * LANES + c] = own
+            for stage in range(5 if HYSTERESES else 0):
+                for k in range(NA, DERIVATIVE_ROWS):
+                    lanes[OWN + (DERIVATIVE_ROWS * stage + k) * LANES + c] = by_parameter[stage, k, column]
         for stage in range(4):
             ahead, weight = _weights(stage, h)
             by_0_0, by_0_1, by_0_2, by_0_3 = stages[stage, 0 + 0], stages[stage, 0 + 1], stages[stage, 0 + 2], stages[stage, 0 + 3]
@@ -486,8 +486,8 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 theta_p = lanes[STAGE + 1 * LANES + c]
                 dtheta_w = lanes[STAGE + 2 * LANES + c]
                 dtheta_p = lanes[STAGE + 3 * LANES + c]
-                ddtheta_w = lanes[OWN + (GIVEN * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
-                ddtheta_p = lanes[OWN + (GIVEN * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
+                ddtheta_w = lanes[OWN + (DERIVATIVE_ROWS * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p
+                ddtheta_p = lanes[OWN + (DERIVATIVE_ROWS * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p
                 lanes[END + 0 * LANES + c] += weight * dtheta_w
                 lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
                 lanes[END + 1 * LANES + c] += weight * dtheta_p
@@ -509,14 +509,14 @@ def _workspace():
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((5, MEMORY + 2 * REMEMBERED)), np.zeros((5, GIVEN, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, DRY))),
+        np.zeros(NS), np.zeros((5, MEMORY + 2 * HYSTERESES)), np.zeros((5, DERIVATIVE_ROWS, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, SURFACES))),
     )  # fmt: skip
 
 
 @internal
-def _landing(h, start, start_rate, end, end_rate):
-    """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
+def _zero_crossing(h, start, start_rate, end, end_rate):
+    """Time within h at which a slip speed crosses zero, by bisection of its cubic Hermite interpolant."""
     low, high = 0.0, 1.0
     for _ in range(50):
         u = 0.5 * (low + high)
@@ -538,20 +538,20 @@ def _slip_rate(dry, row, surface):
     """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
     for k in range(NA):
-        total += SLIPS[surface, k] * dry[row, k]
+        total += SLIP_MATRIX[surface, k] * dry[row, k]
     return total
 
 
 @internal
-def _jump(sens, dry, surface):
-    """Change the sensitivities at a stick-slip event, from dry[BEFORE] to dry[RATE]: its time depends on them (saltation)."""
+def _saltation(sens, dry, surface):
+    """Saltation of the sensitivities at a stick-slip event, from accelerations dry[BEFORE] to dry[RATE]."""
     approach = _slip_rate(dry, BEFORE, surface)
     if approach == 0.0:
         return
     for c in range(sens.shape[1]):
         slip = 0.0
         for k in range(NA):
-            slip += SLIPS[surface, k] * sens[RATES[k], c]
+            slip += SLIP_MATRIX[surface, k] * sens[RATES[k], c]
         for k in range(NA):
             sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
@@ -560,30 +560,30 @@ def _jump(sens, dry, surface):
 def _stick_and_slip(
     t, h, state, sens, voltage, parameters, columns, new_state, stages, by_parameter, lanes, dry
 ):
-    """The same through the events of dry friction."""
+    """One step of _runge_kutta and _propagate through the stick-slip events within it."""
     remaining, linearise = h, sens.shape[1] > 0
     for event in range(EVENTS):
         acting = _acting(t, remaining, state, voltage, parameters)
-        _settle(t, state, acting, parameters, dry)
-        for i in range(DRY):
+        _stick_or_slip(t, state, acting, parameters, dry)
+        for i in range(SURFACES):
             if dry[DIRECTION, i] == 0.0 and linearise:  # what would still slip is stopped at once
                 dry[DIRECTION, i] = 1.0
                 _rate(t, state, acting, parameters, dry)
-                _keep(dry)
+                _store_rate(dry)
                 dry[DIRECTION, i] = 0.0
                 _rate(t, state, acting, parameters, dry)
-                _jump(sens, dry, i)
+                _saltation(sens, dry, i)
         _runge_kutta(t, remaining, state, voltage, parameters, new_state, dry, False, linearise, stages, by_parameter)
         first, landing, stepped = -1, remaining, remaining
         if event < EVENTS - 1:
-            for i in range(DRY):
+            for i in range(SURFACES):
                 start, end = _slip(state, i), _slip(new_state, i)
                 rubs = dry[DIRECTION, i] != 0.0 and dry[UPPER, i] > dry[LOWER, i]
                 if rubs and end * dry[DIRECTION, i] < 0.0 and abs(start) > AT_REST:
                     _rate(t, state, acting, parameters, dry)
                     start_rate = _slip_rate(dry, RATE, i)
                     _rate(t + remaining, new_state, acting, parameters, dry)
-                    when = _landing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
+                    when = _zero_crossing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
@@ -591,7 +591,7 @@ def _stick_and_slip(
                 _runge_kutta(t, landing, state, voltage, parameters, new_state, dry, False, linearise, stages, by_parameter)
                 stepped = landing
                 _rate(t + landing, new_state, acting, parameters, dry)
-                _keep(dry)
+                _store_rate(dry)
                 approach = _slip_rate(dry, RATE, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
@@ -604,60 +604,60 @@ def _stick_and_slip(
             return
         t += landing
         remaining -= landing
-        _settle(t, state, acting, parameters, dry)
+        _stick_or_slip(t, state, acting, parameters, dry)
         if dry[DIRECTION, first] != 0.0 and linearise:  # a reversal; sticking is handled where the next step begins
             _rate(t, state, acting, parameters, dry)
-            _jump(sens, dry, first)
+            _saltation(sens, dry, first)
         if remaining <= 0.0:
             return
 
 
 @compiled
 def acceleration(t, state, voltage, parameters):
-    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where what effects add is given too; friction sticks."""
-    dry, now = np.zeros((6, max(NA, DRY))), np.zeros(NS)
+    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where added states are given too; friction sticks where it can."""
+    dry, now = np.zeros((6, max(NA, SURFACES))), np.zeros(NS)
     now[: state.size] = state
     acting = voltage
-    _settle(t, now, acting, parameters, dry)
+    _stick_or_slip(t, now, acting, parameters, dry)
     _rate(t, now, acting, parameters, dry)
     return dry[RATE, : NQ if state.size <= NX else NA].copy()
 
 
 @internal
-def _settled_rate(t, state, voltage, parameters, dry):
-    """Accelerations once it is decided what sticks, into dry[RATE]."""
-    _settle(t, state, voltage, parameters, dry)
+def _stick_slip_rate(t, state, voltage, parameters, dry):
+    """Accelerations with the surfaces sticking or slipping as _stick_or_slip finds, into dry[RATE]."""
+    _stick_or_slip(t, state, voltage, parameters, dry)
     _rate(t, state, voltage, parameters, dry)
 
 
 @internal
-def _switch(sens, state, old, new, t, parameters, columns, dry):
-    """A delayed command switches: the later it does, the longer the old one acts."""
+def _delay_jump(sens, state, old, new, t, parameters, columns, dry):
+    """Jump of the sensitivity in the input delay where the command switches from old to new."""
     for c in range(columns.size):
         if columns[c] == DELAY:
-            _settled_rate(t, state, old, parameters, dry)
-            _keep(dry)
-            _settled_rate(t, state, new, parameters, dry)
+            _stick_slip_rate(t, state, old, parameters, dry)
+            _store_rate(dry)
+            _stick_slip_rate(t, state, new, parameters, dry)
             for k in range(NA):
                 sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
 @inlined
-def _delay(parameters):
-    """How much later a command acts."""
+def _input_delay(parameters):
+    """Input delay [s]: so much later a command acts."""
     return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
 @inlined
-def _lateness(parameters):
-    """How much earlier than reported that is true which late sensors report."""
+def _sensor_delay(parameters):
+    """Sensor delay [s]: so much older than their time stamp are delayed readings."""
     return parameters[SENSOR_DELAY] if SENSOR_DELAY >= 0 else 0.0
 
 
 @internal
-def _acting_at(t, k, when, parameters):
-    """The sample whose command still acts just before a time not after sample k."""
-    delay = _delay(parameters)
+def _acting_sample(t, k, when, parameters):
+    """Index of the sample whose command acts just before the time ``when``, which is not after sample k."""
+    delay = _input_delay(parameters)
     acting = max(k - 1, 0)
     while acting > 0 and t[acting] + delay > when:
         acting -= 1
@@ -665,10 +665,10 @@ def _acting_at(t, k, when, parameters):
 
 
 @internal
-def _slope(t, state, voltage, parameters, dry, slope):
+def _state_derivative(t, state, voltage, parameters, dry, slope):
     """Time derivative of the coordinates and rates, into slope (NX,)."""
     acting = voltage
-    _settled_rate(t, state, acting, parameters, dry)
+    _stick_slip_rate(t, state, acting, parameters, dry)
     for k in range(NQ):
         slope[k], slope[NQ + k] = state[NQ + k], dry[RATE, k]
 
@@ -689,7 +689,7 @@ def _plain_step(t, h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
     new_dtheta_p += h / 6.0 * ddtheta_p
     theta_w, theta_p, dtheta_w, dtheta_p = old_theta_w + 0.5 * h * dtheta_w, old_theta_p + 0.5 * h * dtheta_p, old_dtheta_w + 0.5 * h * ddtheta_w, old_dtheta_p + 0.5 * h * ddtheta_p
     angle_theta_p, = _angles(t + 0.5 * h, theta_w, theta_p, dtheta_w, dtheta_p, parameters)
-    sin_theta_p, cos_theta_p = _turned(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
+    sin_theta_p, cos_theta_p = _rotated_sines(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
     ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t + 0.5 * h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, parameters)
     new_theta_w += h / 3.0 * dtheta_w
     new_theta_p += h / 3.0 * dtheta_p
@@ -697,7 +697,7 @@ def _plain_step(t, h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
     new_dtheta_p += h / 3.0 * ddtheta_p
     theta_w, theta_p, dtheta_w, dtheta_p = old_theta_w + 0.5 * h * dtheta_w, old_theta_p + 0.5 * h * dtheta_p, old_dtheta_w + 0.5 * h * ddtheta_w, old_dtheta_p + 0.5 * h * ddtheta_p
     angle_theta_p, = _angles(t + 0.5 * h, theta_w, theta_p, dtheta_w, dtheta_p, parameters)
-    sin_theta_p, cos_theta_p = _turned(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
+    sin_theta_p, cos_theta_p = _rotated_sines(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
     ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t + 0.5 * h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, parameters)
     new_theta_w += h / 3.0 * dtheta_w
     new_theta_p += h / 3.0 * dtheta_p
@@ -705,7 +705,7 @@ def _plain_step(t, h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, parameters):
     new_dtheta_p += h / 3.0 * ddtheta_p
     theta_w, theta_p, dtheta_w, dtheta_p = old_theta_w + h * dtheta_w, old_theta_p + h * dtheta_p, old_dtheta_w + h * ddtheta_w, old_dtheta_p + h * ddtheta_p
     angle_theta_p, = _angles(t + h, theta_w, theta_p, dtheta_w, dtheta_p, parameters)
-    sin_theta_p, cos_theta_p = _turned(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
+    sin_theta_p, cos_theta_p = _rotated_sines(angle_theta_p, start_theta_p, start_sin_theta_p, start_cos_theta_p)
     ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(t + h, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, parameters)
     new_theta_w += h / 6.0 * dtheta_w
     new_theta_p += h / 6.0 * dtheta_p
@@ -726,7 +726,7 @@ def _plain_steps(begin, end, max_step, theta_w, theta_p, dtheta_w, dtheta_p, v_i
 
 @inlined
 def _readings(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
-    """What the sensors read in a state."""
+    """Readings of the sensors in a state."""
     reading_0 = theta_w
     reading_1 = theta_p
     reading_2 = dtheta_p
@@ -794,23 +794,23 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     now, sens, reading, rows, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n)), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    acting = _acting_at(t, FIRST, t[0], parameters)
-    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
-    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    acting = _acting_sample(t, FIRST_SAMPLE, t[0], parameters)
+    _initial_state(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
     now_t, k, early = t[0], 0, 0
     while k < t.size:
-        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < t.size else t[k])
         while now_t < goal:
             while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
-                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
                 if smooth:
-                    _follow(now, dry)
+                    _slip_directions(now, dry)
                     _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                     if linearise:
                         _propagate(h, sens, columns, stages, by_parameter, lanes)
@@ -820,16 +820,16 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
                         lanes, dry,
                     )  # fmt: skip
             now_t = until
-        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - sensor_delay <= now_t
         read_sensors(now_t, now, parameters, reading)
         _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
-        _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
-        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - lateness < t[0] else 0):
+        _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - sensor_delay < t[0] else 0):
             reading_by[y, SENSOR_DELAY] = 0.0  # what was true before the log began is taken for what it began with
-        _chain(sens, by_state, reading_by, columns, rows)
+        _reading_jacobian(sens, by_state, reading_by, columns, rows)
         for y in range(NY):
-            if ahead if LATE[y] else on_time:
-                sample = early if LATE[y] else k
+            if ahead if DELAYED[y] else on_time:
+                sample = early if DELAYED[y] else k
                 readings[sample, y] = reading[y]
                 for c in range(n):
                     derivatives[sample, y, c] = rows[y, c]
@@ -842,20 +842,20 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
 
 
 @internal
-def _age(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
-    """Derivatives of the late readings in their delay: the later, the older what they report."""
+def _sensor_delay_jacobian(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
+    """Derivatives of the delayed readings in the sensor delay: minus their time derivatives."""
     for c in range(columns.size):
         if SENSOR_DELAY >= 0 and columns[c] == SENSOR_DELAY:
-            _slope(t, state, voltage, parameters, dry, slope)
+            _state_derivative(t, state, voltage, parameters, dry, slope)
             for y in range(NY):
-                if LATE[y]:
+                if DELAYED[y]:
                     by_parameter[y, SENSOR_DELAY] = 0.0
                     for i in range(NX):
                         by_parameter[y, SENSOR_DELAY] -= by_state[y, i] * slope[i]
 
 
 @inlined
-def _chain(sens, by_state, by_parameter, columns, rows):
+def _reading_jacobian(sens, by_state, by_parameter, columns, rows):
     """Derivatives of the readings, one row each, from those of the state."""
     for y in range(NY):
         for c in range(sens.shape[1]):
@@ -873,38 +873,38 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
     gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
     parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment.
-    residual (N, NY) receives (measured − simulated) · weight, or nothing where it is (0, NY). What late sensors report of the time before a segment
-    follows from its initial state, backward, in steps as long as each command acted. What effects add to the state carries on from the segment before.
+    residual (N, NY) receives (measured − simulated) · weight, or nothing where it is (0, NY). Delayed readings of the time before a segment
+    follow from its initial state, backward, in steps as long as each command acted. Added states carry over from the segment before.
     """
     n = NX + columns.size
     now, sens, reading, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     rows, active, keep = np.zeros((NY, n + 1)), columns.copy(), residual.shape[0] > 0
-    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
         k = early = bounds[s, 0]
         now_t = t[k]
-        acting = _acting_at(t, k, now_t, parameters)
-        _begin(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
+        acting = _acting_sample(t, k, now_t, parameters)
+        _initial_state(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
         carries = NV > NX and s + 1 < bounds.shape[0] and bounds[s + 1, 0] == bounds[s, 1]
         while k < bounds[s, 1] + carries:
-            goal = max(now_t, min(t[k], t[early] - lateness) if early < bounds[s, 1] else t[k])
+            goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < bounds[s, 1] else t[k])
             for c in range(columns.size):
                 inside = window[c, 0] <= max(k - 1 - bounds[s, 0], 0) < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
             while now_t < goal:
                 while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                     if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                        _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
                     acting += 1
                 until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
                 steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
                 h = (until - now_t) / steps
                 for step in range(steps):
                     if smooth:
-                        _follow(now, dry)
+                        _slip_directions(now, dry)
                         _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                         if linearise:
                             _propagate(h, sens, active, stages, by_parameter, lanes)
@@ -914,18 +914,18 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
                             lanes, dry,
                         )  # fmt: skip
                 now_t = until
-            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - lateness <= now_t
+            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - sensor_delay <= now_t
             if k < bounds[s, 1]:
                 read_sensors(now_t, now, parameters, reading)
                 _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
-                _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+                _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
                 for c in range(columns.size):
                     inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                     active[c] = columns[c] if inside else FITTED
-                _chain(sens, by_state, reading_by, active, rows)
+                _reading_jacobian(sens, by_state, reading_by, active, rows)
                 for y in range(NY):
-                    sample = early if LATE[y] else k
-                    missing = not (ahead if LATE[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
+                    sample = early if DELAYED[y] else k
+                    missing = not (ahead if DELAYED[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
                     for c in range(n):
                         rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
                     rows[y, n] = 0.0
@@ -944,15 +944,15 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
 
 
 @compiled
-def settle(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
-    """Fit the initial states (S, NX) of segments one after the other, each with what the one before hands on, in place.
+def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
+    """Fit the initial states (S, NX) of segments one after the other, in place; added states carry over from one to the next.
 
-    Only coordinates and rates are fitted, by Levenberg and Marquardt in at most so many rounds. Where asked to, a segment
-    is also begun at the state in which the one before ended, and keeps the better fit.
+    Coordinates and rates are fitted by Levenberg and Marquardt in at most ``rounds`` iterations; where ``from_before`` is
+    set also from the state in which the segment before ended, of which the better fit is kept.
     """
     residual, gram, trial_gram = np.empty(measured.shape), np.zeros((1, NX + 1, NX + 1)), np.zeros((1, NX + 1, NX + 1))
     normal, step = np.zeros((NX, NX)), np.zeros(NX)
-    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST - 1
+    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST_SAMPLE - 1
     for s in range(bounds.shape[0]):
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
@@ -1114,7 +1114,7 @@ def energy_parts(t, state, voltage, parameters):
 
 SIGNALS, FEATURES = 9, 8
 DERIVATIVES = np.array([0, 0, 1, 1, 1, 1, 2, 2, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, True])  # whether it is constant between samples
+HELD_INPUT = np.array([False, False, False, False, False, False, False, False, True])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 MIXING = np.array([((0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0), (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))], dtype=np.float64)  # weights of the features in [φ τ], by row
@@ -1122,7 +1122,7 @@ MIXING = np.array([((0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.
 
 @inlined
 def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_theta_p, parameters):
-    """The distinct quantities that are filtered."""
+    """Distinct quantities that enter the filters."""
     signal_0 = dtheta_p*dtheta_w*sin_theta_p
     signal_1 = sin_theta_p
     signal_2 = cos_theta_p*dtheta_p
@@ -1138,14 +1138,14 @@ def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_p, cos_the
 
 @internal
 def _signals_at(t, state, voltage, parameters, signal):
-    """The same in a state (NX,), into signal (SIGNALS,)."""
+    """_signals in a state (NX,), into signal (SIGNALS,)."""
     angle_theta_p, = _angles(t, state[0], state[1], state[2], state[3], _frozen(parameters))
     signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], = _signals(t, state[0], state[1], state[2], state[3], voltage, math.sin(angle_theta_p), math.cos(angle_theta_p), parameters)
 
 
 @internal
 def _signal_rates(t, state, voltage, parameters, speed):
-    """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
+    """Time derivatives of the signals that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
     speed[6] = dtheta_w
@@ -1206,7 +1206,7 @@ def filter_weights(h, tau1, tau2):
 
 @compiled
 def filter_memory():
-    """What the filters remember between two samples."""
+    """Zeroed memory of the filters between two samples, (5, max(SIGNALS, NX))."""
     return np.zeros((5, max(SIGNALS, NX)))
 
 
@@ -1246,7 +1246,7 @@ def filter_advance(t, h, old_state, state, old_voltage, voltage, parameters, wei
     _signals_at(t + h, now, voltage, parameters, memory[NEW])
     for s in range(SIGNALS):
         old = memory[OLD, s]
-        end = old if HELD[s] or not first_order_hold else memory[NEW, s]
+        end = old if HELD_INPUT[s] or not first_order_hold else memory[NEW, s]
         memory[Z2, s] = weights[1] * memory[Z2, s] + weights[2] * memory[Z1, s] + weights[5] * old + weights[6] * end
         memory[Z1, s] = weights[0] * memory[Z1, s] + weights[3] * old + weights[4] * end
 
@@ -1304,7 +1304,7 @@ def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hol
 
 @compiled
 def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, memory):
-    """The same for samples 1 to N - 1 where memory holds the filters at sample 0; it ends at the last: (N - 1, ...)."""
+    """filter_regressor for samples 1 to N - 1 from the filters' memory at sample 0, which ends at the last: (N - 1, ...)."""
     taus, phis = np.zeros((t.size - 1, NQ)), np.zeros((t.size - 1, NQ, len(LINEAR)))
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
@@ -1403,14 +1403,14 @@ def recursive_identification(
     return squares / (max(t.size - first, 1) * NQ)
 
 
-WIDE, SUMS = 64, 16  # samples that are worked on side by side, and sums that are kept apart: with these all stays in the nearest cache
-EVEN = 1e-6  # by which share the interval may differ within a block
-LONG = WIDE + 8  # room for the sample before a block
-SINES = NX * LONG  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
-FIRST_IN = SINES + 2 * LONG
+BLOCK_SIZE, PARTIAL_SUMS = 64, 16  # samples that are worked on side by side, and sums that are kept apart: with these all stays in the nearest cache
+INTERVAL_TOLERANCE = 1e-6  # by which share the interval may differ within a block
+BLOCK_STRIDE = BLOCK_SIZE + 8  # room for the sample before a block
+SINES = NX * BLOCK_STRIDE  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
+FIRST_IN = SINES + 2 * BLOCK_STRIDE
 FILTERS = 7  # signals that are the same, and differ in their derivatives alone, share one
-SECOND_IN, VALUE, FREE = FIRST_IN + FILTERS * WIDE, FIRST_IN + 2 * FILTERS * WIDE, FIRST_IN + 3 * FILTERS * WIDE
-FEATURE = FREE + 3 * WIDE
+SECOND_IN, VALUE, FREE_DECAY = FIRST_IN + FILTERS * BLOCK_SIZE, FIRST_IN + 2 * FILTERS * BLOCK_SIZE, FIRST_IN + 3 * FILTERS * BLOCK_SIZE
+FEATURE = FREE_DECAY + 3 * BLOCK_SIZE
 
 
 @compiled
@@ -1421,23 +1421,23 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     pieces that share one sample. The square root of the condition of the scaled gram is that of the regressor: above 1e5
     digits are lost that a QR decomposition would keep.
     """
-    products, weights = np.zeros((FEATURES, FEATURES, SUMS)), np.zeros(10)
-    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * WIDE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
-        if k + WIDE <= t.size:
-            if abs(t[k] - t[k - 1] - weights[9]) > EVEN * weights[9]:
+        if k + BLOCK_SIZE <= t.size:
+            if abs(t[k] - t[k - 1] - weights[9]) > INTERVAL_TOLERANCE * weights[9]:
                 weights[9] = t[k] - t[k - 1]
                 weights[:9] = filter_weights(weights[9], tau1, tau2)
                 _free_decay(weights, lanes)
-            ahead, h, uneven = t[k : k + WIDE], weights[9], 0
-            for c in range(1, WIDE):
-                uneven += abs(ahead[c] - ahead[c - 1] - h) > EVEN * h
+            ahead, h, uneven = t[k : k + BLOCK_SIZE], weights[9], 0
+            for c in range(1, BLOCK_SIZE):
+                uneven += abs(ahead[c] - ahead[c - 1] - h) > INTERVAL_TOLERANCE * h
             if uneven == 0:
                 _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hold, memory, lanes, products)
-                k += WIDE
+                k += BLOCK_SIZE
                 continue
-        for k in range(k, min(k + WIDE, t.size)):
+        for k in range(k, min(k + BLOCK_SIZE, t.size)):
             _filter_sample(
                 k, t, states, voltage, parameters, (tau1, tau2), first_order_hold, states[0], weights, memory, tau, phi
             )
@@ -1446,22 +1446,22 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
                     for b in range(len(LINEAR) + 1):
                         gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
-    _unmix(products, gram)
+    _add_feature_products(products, gram)
 
 
 @internal
 def _free_decay(weights, lanes):
-    """What is left of a filter's memory 1, 2, ... samples later: of z1 in z1, of z2 in z2, and of z1 in z2."""
+    """Free response of the filters 1, 2, ... samples later: of z1 in z1, of z2 in z2, and of z1 in z2."""
     first, second, coupled = 1.0, 1.0, 0.0
-    for c in range(WIDE):
+    for c in range(BLOCK_SIZE):
         coupled = weights[1] * coupled + weights[2] * first
         first, second = weights[0] * first, weights[1] * second
-        lanes[FREE + c], lanes[FREE + WIDE + c], lanes[FREE + 2 * WIDE + c] = first, second, coupled
+        lanes[FREE_DECAY + c], lanes[FREE_DECAY + BLOCK_SIZE + c], lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] = first, second, coupled
 
 
 @internal
 def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hold, memory, lanes, products):
-    """Take the filters over the WIDE samples from k on, at intervals h, and add up the products of the features.
+    """Take the filters over the BLOCK_SIZE samples from k on, at intervals h, and add up the products of the features.
 
     What samples do not need of each other is done for all of them side by side, one pass after the other; the rows of
     one array at fixed distances are seen not to overlap. Only the filters go sample by sample. Signals that are the same
@@ -1471,46 +1471,46 @@ def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hol
     w0, w1, w2, w3, w4, w5, w6 = weights[0], weights[1], weights[2], weights[3], weights[4], weights[5], weights[6]
     by1, by2 = 1.0 / weights[7], 1.0 / weights[8]
     ahead = 1.0 if first_order_hold else 0.0
-    t, states, voltage = t[k - 1 : k + WIDE], states[k - 1 : k + WIDE], voltage[k - 1 : k + WIDE]  # indices from 0 are seen not to be negative
-    for c in range(WIDE + 1):
-        lanes[0 * LONG + c] = states[c, 0]
-        lanes[1 * LONG + c] = states[c, 1]
-        lanes[2 * LONG + c] = states[c, 2]
-        lanes[3 * LONG + c] = states[c, 3]
-    for c in range(WIDE + 1):
-        angle_theta_p, = _angles(t[c], lanes[0 * LONG + c], lanes[1 * LONG + c], lanes[2 * LONG + c], lanes[3 * LONG + c], frozen)
-        lanes[SINES + 0 * LONG + c], lanes[SINES + 1 * LONG + c] = _sine_pair(angle_theta_p)
-    for c in range(WIDE):
-        theta_w_old, theta_w = lanes[0 * LONG + c], lanes[0 * LONG + c + 1]
-        theta_p_old, theta_p = lanes[1 * LONG + c], lanes[1 * LONG + c + 1]
-        dtheta_w_old, dtheta_w = lanes[2 * LONG + c], lanes[2 * LONG + c + 1]
-        dtheta_p_old, dtheta_p = lanes[3 * LONG + c], lanes[3 * LONG + c + 1]
+    t, states, voltage = t[k - 1 : k + BLOCK_SIZE], states[k - 1 : k + BLOCK_SIZE], voltage[k - 1 : k + BLOCK_SIZE]  # indices from 0 are seen not to be negative
+    for c in range(BLOCK_SIZE + 1):
+        lanes[0 * BLOCK_STRIDE + c] = states[c, 0]
+        lanes[1 * BLOCK_STRIDE + c] = states[c, 1]
+        lanes[2 * BLOCK_STRIDE + c] = states[c, 2]
+        lanes[3 * BLOCK_STRIDE + c] = states[c, 3]
+    for c in range(BLOCK_SIZE + 1):
+        angle_theta_p, = _angles(t[c], lanes[0 * BLOCK_STRIDE + c], lanes[1 * BLOCK_STRIDE + c], lanes[2 * BLOCK_STRIDE + c], lanes[3 * BLOCK_STRIDE + c], frozen)
+        lanes[SINES + 0 * BLOCK_STRIDE + c], lanes[SINES + 1 * BLOCK_STRIDE + c] = _sine_pair(angle_theta_p)
+    for c in range(BLOCK_SIZE):
+        theta_w_old, theta_w = lanes[0 * BLOCK_STRIDE + c], lanes[0 * BLOCK_STRIDE + c + 1]
+        theta_p_old, theta_p = lanes[1 * BLOCK_STRIDE + c], lanes[1 * BLOCK_STRIDE + c + 1]
+        dtheta_w_old, dtheta_w = lanes[2 * BLOCK_STRIDE + c], lanes[2 * BLOCK_STRIDE + c + 1]
+        dtheta_p_old, dtheta_p = lanes[3 * BLOCK_STRIDE + c], lanes[3 * BLOCK_STRIDE + c + 1]
         dtheta_w_old = dtheta_w = (theta_w - theta_w_old) / h
-        old_0, old_1, old_2, old_3, old_4, old_5, old_6, old_7, old_8, = _signals(t[c], theta_w_old, theta_p_old, dtheta_w_old, dtheta_p_old, voltage[c], lanes[SINES + 0 * LONG + c], lanes[SINES + 1 * LONG + c], frozen)
-        new_0, new_1, new_2, new_3, new_4, new_5, new_6, new_7, new_8, = _signals(t[c + 1], theta_w, theta_p, dtheta_w, dtheta_p, voltage[c + 1], lanes[SINES + 0 * LONG + c + 1], lanes[SINES + 1 * LONG + c + 1], frozen)
+        old_0, old_1, old_2, old_3, old_4, old_5, old_6, old_7, old_8, = _signals(t[c], theta_w_old, theta_p_old, dtheta_w_old, dtheta_p_old, voltage[c], lanes[SINES + 0 * BLOCK_STRIDE + c], lanes[SINES + 1 * BLOCK_STRIDE + c], frozen)
+        new_0, new_1, new_2, new_3, new_4, new_5, new_6, new_7, new_8, = _signals(t[c + 1], theta_w, theta_p, dtheta_w, dtheta_p, voltage[c + 1], lanes[SINES + 0 * BLOCK_STRIDE + c + 1], lanes[SINES + 1 * BLOCK_STRIDE + c + 1], frozen)
         end_0 = old_0 + ahead * (new_0 - old_0)
-        lanes[FIRST_IN + 0 * WIDE + c] = w3 * old_0 + w4 * end_0
-        lanes[SECOND_IN + 0 * WIDE + c] = w5 * old_0 + w6 * end_0
+        lanes[FIRST_IN + 0 * BLOCK_SIZE + c] = w3 * old_0 + w4 * end_0
+        lanes[SECOND_IN + 0 * BLOCK_SIZE + c] = w5 * old_0 + w6 * end_0
         end_1 = old_1 + ahead * (new_1 - old_1)
-        lanes[FIRST_IN + 1 * WIDE + c] = w3 * old_1 + w4 * end_1
-        lanes[SECOND_IN + 1 * WIDE + c] = w5 * old_1 + w6 * end_1
+        lanes[FIRST_IN + 1 * BLOCK_SIZE + c] = w3 * old_1 + w4 * end_1
+        lanes[SECOND_IN + 1 * BLOCK_SIZE + c] = w5 * old_1 + w6 * end_1
         end_2 = old_2 + ahead * (new_2 - old_2)
-        lanes[FIRST_IN + 2 * WIDE + c] = w3 * old_2 + w4 * end_2
-        lanes[SECOND_IN + 2 * WIDE + c] = w5 * old_2 + w6 * end_2
+        lanes[FIRST_IN + 2 * BLOCK_SIZE + c] = w3 * old_2 + w4 * end_2
+        lanes[SECOND_IN + 2 * BLOCK_SIZE + c] = w5 * old_2 + w6 * end_2
         end_3 = old_3 + ahead * (new_3 - old_3)
-        lanes[FIRST_IN + 3 * WIDE + c] = w3 * old_3 + w4 * end_3
-        lanes[SECOND_IN + 3 * WIDE + c] = w5 * old_3 + w6 * end_3
-        lanes[VALUE + 3 * WIDE + c] = new_3
+        lanes[FIRST_IN + 3 * BLOCK_SIZE + c] = w3 * old_3 + w4 * end_3
+        lanes[SECOND_IN + 3 * BLOCK_SIZE + c] = w5 * old_3 + w6 * end_3
+        lanes[VALUE + 3 * BLOCK_SIZE + c] = new_3
         end_4 = old_4 + ahead * (new_4 - old_4)
-        lanes[FIRST_IN + 4 * WIDE + c] = w3 * old_4 + w4 * end_4
-        lanes[SECOND_IN + 4 * WIDE + c] = w5 * old_4 + w6 * end_4
-        lanes[VALUE + 4 * WIDE + c] = new_4
+        lanes[FIRST_IN + 4 * BLOCK_SIZE + c] = w3 * old_4 + w4 * end_4
+        lanes[SECOND_IN + 4 * BLOCK_SIZE + c] = w5 * old_4 + w6 * end_4
+        lanes[VALUE + 4 * BLOCK_SIZE + c] = new_4
         end_5 = old_5 + ahead * (new_5 - old_5)
-        lanes[FIRST_IN + 5 * WIDE + c] = w3 * old_5 + w4 * end_5
-        lanes[SECOND_IN + 5 * WIDE + c] = w5 * old_5 + w6 * end_5
+        lanes[FIRST_IN + 5 * BLOCK_SIZE + c] = w3 * old_5 + w4 * end_5
+        lanes[SECOND_IN + 5 * BLOCK_SIZE + c] = w5 * old_5 + w6 * end_5
         end_8 = old_8
-        lanes[FIRST_IN + 6 * WIDE + c] = w3 * old_8 + w4 * end_8
-        lanes[SECOND_IN + 6 * WIDE + c] = w5 * old_8 + w6 * end_8
+        lanes[FIRST_IN + 6 * BLOCK_SIZE + c] = w3 * old_8 + w4 * end_8
+        lanes[SECOND_IN + 6 * BLOCK_SIZE + c] = w5 * old_8 + w6 * end_8
     first_0, second_0 = memory[Z1, 0], memory[Z2, 0]
     first_1, second_1 = memory[Z1, 1], memory[Z2, 1]
     first_2, second_2 = memory[Z1, 2], memory[Z2, 2]
@@ -1520,81 +1520,81 @@ def _filter_block(k, h, t, states, voltage, parameters, weights, first_order_hol
     apart_7, apart2_7 = memory[Z1, 7] - first_4, memory[Z2, 7] - second_4
     first_5, second_5 = memory[Z1, 5], memory[Z2, 5]
     first_8, second_8 = memory[Z1, 8], memory[Z2, 8]
-    for c in range(WIDE):
-        second_0 = w1 * second_0 + (w2 * first_0 + lanes[SECOND_IN + 0 * WIDE + c])
-        first_0 = w0 * first_0 + lanes[FIRST_IN + 0 * WIDE + c]
-        lanes[FIRST_IN + 0 * WIDE + c], lanes[SECOND_IN + 0 * WIDE + c] = first_0, second_0
-        second_1 = w1 * second_1 + (w2 * first_1 + lanes[SECOND_IN + 1 * WIDE + c])
-        first_1 = w0 * first_1 + lanes[FIRST_IN + 1 * WIDE + c]
-        lanes[FIRST_IN + 1 * WIDE + c], lanes[SECOND_IN + 1 * WIDE + c] = first_1, second_1
-        second_2 = w1 * second_2 + (w2 * first_2 + lanes[SECOND_IN + 2 * WIDE + c])
-        first_2 = w0 * first_2 + lanes[FIRST_IN + 2 * WIDE + c]
-        lanes[FIRST_IN + 2 * WIDE + c], lanes[SECOND_IN + 2 * WIDE + c] = first_2, second_2
-        second_3 = w1 * second_3 + (w2 * first_3 + lanes[SECOND_IN + 3 * WIDE + c])
-        first_3 = w0 * first_3 + lanes[FIRST_IN + 3 * WIDE + c]
-        lanes[FIRST_IN + 3 * WIDE + c], lanes[SECOND_IN + 3 * WIDE + c] = first_3, second_3
-        second_4 = w1 * second_4 + (w2 * first_4 + lanes[SECOND_IN + 4 * WIDE + c])
-        first_4 = w0 * first_4 + lanes[FIRST_IN + 4 * WIDE + c]
-        lanes[FIRST_IN + 4 * WIDE + c], lanes[SECOND_IN + 4 * WIDE + c] = first_4, second_4
-        second_5 = w1 * second_5 + (w2 * first_5 + lanes[SECOND_IN + 5 * WIDE + c])
-        first_5 = w0 * first_5 + lanes[FIRST_IN + 5 * WIDE + c]
-        lanes[FIRST_IN + 5 * WIDE + c], lanes[SECOND_IN + 5 * WIDE + c] = first_5, second_5
-        second_8 = w1 * second_8 + (w2 * first_8 + lanes[SECOND_IN + 6 * WIDE + c])
-        first_8 = w0 * first_8 + lanes[FIRST_IN + 6 * WIDE + c]
-        lanes[FIRST_IN + 6 * WIDE + c], lanes[SECOND_IN + 6 * WIDE + c] = first_8, second_8
+    for c in range(BLOCK_SIZE):
+        second_0 = w1 * second_0 + (w2 * first_0 + lanes[SECOND_IN + 0 * BLOCK_SIZE + c])
+        first_0 = w0 * first_0 + lanes[FIRST_IN + 0 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 0 * BLOCK_SIZE + c], lanes[SECOND_IN + 0 * BLOCK_SIZE + c] = first_0, second_0
+        second_1 = w1 * second_1 + (w2 * first_1 + lanes[SECOND_IN + 1 * BLOCK_SIZE + c])
+        first_1 = w0 * first_1 + lanes[FIRST_IN + 1 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 1 * BLOCK_SIZE + c], lanes[SECOND_IN + 1 * BLOCK_SIZE + c] = first_1, second_1
+        second_2 = w1 * second_2 + (w2 * first_2 + lanes[SECOND_IN + 2 * BLOCK_SIZE + c])
+        first_2 = w0 * first_2 + lanes[FIRST_IN + 2 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 2 * BLOCK_SIZE + c], lanes[SECOND_IN + 2 * BLOCK_SIZE + c] = first_2, second_2
+        second_3 = w1 * second_3 + (w2 * first_3 + lanes[SECOND_IN + 3 * BLOCK_SIZE + c])
+        first_3 = w0 * first_3 + lanes[FIRST_IN + 3 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 3 * BLOCK_SIZE + c], lanes[SECOND_IN + 3 * BLOCK_SIZE + c] = first_3, second_3
+        second_4 = w1 * second_4 + (w2 * first_4 + lanes[SECOND_IN + 4 * BLOCK_SIZE + c])
+        first_4 = w0 * first_4 + lanes[FIRST_IN + 4 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 4 * BLOCK_SIZE + c], lanes[SECOND_IN + 4 * BLOCK_SIZE + c] = first_4, second_4
+        second_5 = w1 * second_5 + (w2 * first_5 + lanes[SECOND_IN + 5 * BLOCK_SIZE + c])
+        first_5 = w0 * first_5 + lanes[FIRST_IN + 5 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 5 * BLOCK_SIZE + c], lanes[SECOND_IN + 5 * BLOCK_SIZE + c] = first_5, second_5
+        second_8 = w1 * second_8 + (w2 * first_8 + lanes[SECOND_IN + 6 * BLOCK_SIZE + c])
+        first_8 = w0 * first_8 + lanes[FIRST_IN + 6 * BLOCK_SIZE + c]
+        lanes[FIRST_IN + 6 * BLOCK_SIZE + c], lanes[SECOND_IN + 6 * BLOCK_SIZE + c] = first_8, second_8
     memory[Z1, 0], memory[Z2, 0] = first_0, second_0
     memory[Z1, 1], memory[Z2, 1] = first_1, second_1
     memory[Z1, 2], memory[Z2, 2] = first_2, second_2
     memory[Z1, 3], memory[Z2, 3] = first_3, second_3
-    memory[Z1, 6] = first_3 + lanes[FREE + WIDE - 1] * apart_6
-    memory[Z2, 6] = second_3 + lanes[FREE + 2 * WIDE - 1] * apart2_6 + lanes[FREE + 3 * WIDE - 1] * apart_6
+    memory[Z1, 6] = first_3 + lanes[FREE_DECAY + BLOCK_SIZE - 1] * apart_6
+    memory[Z2, 6] = second_3 + lanes[FREE_DECAY + 2 * BLOCK_SIZE - 1] * apart2_6 + lanes[FREE_DECAY + 3 * BLOCK_SIZE - 1] * apart_6
     memory[Z1, 4], memory[Z2, 4] = first_4, second_4
-    memory[Z1, 7] = first_4 + lanes[FREE + WIDE - 1] * apart_7
-    memory[Z2, 7] = second_4 + lanes[FREE + 2 * WIDE - 1] * apart2_7 + lanes[FREE + 3 * WIDE - 1] * apart_7
+    memory[Z1, 7] = first_4 + lanes[FREE_DECAY + BLOCK_SIZE - 1] * apart_7
+    memory[Z2, 7] = second_4 + lanes[FREE_DECAY + 2 * BLOCK_SIZE - 1] * apart2_7 + lanes[FREE_DECAY + 3 * BLOCK_SIZE - 1] * apart_7
     memory[Z1, 5], memory[Z2, 5] = first_5, second_5
     memory[Z1, 8], memory[Z2, 8] = first_8, second_8
-    for c in range(WIDE):
-        first_0, second_0 = lanes[FIRST_IN + 0 * WIDE + c], lanes[SECOND_IN + 0 * WIDE + c]
+    for c in range(BLOCK_SIZE):
+        first_0, second_0 = lanes[FIRST_IN + 0 * BLOCK_SIZE + c], lanes[SECOND_IN + 0 * BLOCK_SIZE + c]
         signal_0 = second_0
-        first_1, second_1 = lanes[FIRST_IN + 1 * WIDE + c], lanes[SECOND_IN + 1 * WIDE + c]
+        first_1, second_1 = lanes[FIRST_IN + 1 * BLOCK_SIZE + c], lanes[SECOND_IN + 1 * BLOCK_SIZE + c]
         signal_1 = second_1
-        first_2, second_2 = lanes[FIRST_IN + 2 * WIDE + c], lanes[SECOND_IN + 2 * WIDE + c]
+        first_2, second_2 = lanes[FIRST_IN + 2 * BLOCK_SIZE + c], lanes[SECOND_IN + 2 * BLOCK_SIZE + c]
         signal_2 = (first_2 - second_2) * by2
-        first_3, second_3 = lanes[FIRST_IN + 3 * WIDE + c], lanes[SECOND_IN + 3 * WIDE + c]
+        first_3, second_3 = lanes[FIRST_IN + 3 * BLOCK_SIZE + c], lanes[SECOND_IN + 3 * BLOCK_SIZE + c]
         signal_3 = (first_3 - second_3) * by2
-        first_6 = first_3 + lanes[FREE + c] * apart_6
-        second_6 = second_3 + lanes[FREE + WIDE + c] * apart2_6 + lanes[FREE + 2 * WIDE + c] * apart_6
+        first_6 = first_3 + lanes[FREE_DECAY + c] * apart_6
+        second_6 = second_3 + lanes[FREE_DECAY + BLOCK_SIZE + c] * apart2_6 + lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] * apart_6
         signal_6 = (first_6 - second_6) * by2
-        signal_6 = ((lanes[VALUE + 3 * WIDE + c] - first_6) * by1 - signal_6) * by2
-        first_4, second_4 = lanes[FIRST_IN + 4 * WIDE + c], lanes[SECOND_IN + 4 * WIDE + c]
+        signal_6 = ((lanes[VALUE + 3 * BLOCK_SIZE + c] - first_6) * by1 - signal_6) * by2
+        first_4, second_4 = lanes[FIRST_IN + 4 * BLOCK_SIZE + c], lanes[SECOND_IN + 4 * BLOCK_SIZE + c]
         signal_4 = (first_4 - second_4) * by2
-        first_7 = first_4 + lanes[FREE + c] * apart_7
-        second_7 = second_4 + lanes[FREE + WIDE + c] * apart2_7 + lanes[FREE + 2 * WIDE + c] * apart_7
+        first_7 = first_4 + lanes[FREE_DECAY + c] * apart_7
+        second_7 = second_4 + lanes[FREE_DECAY + BLOCK_SIZE + c] * apart2_7 + lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] * apart_7
         signal_7 = (first_7 - second_7) * by2
-        signal_7 = ((lanes[VALUE + 4 * WIDE + c] - first_7) * by1 - signal_7) * by2
-        first_5, second_5 = lanes[FIRST_IN + 5 * WIDE + c], lanes[SECOND_IN + 5 * WIDE + c]
+        signal_7 = ((lanes[VALUE + 4 * BLOCK_SIZE + c] - first_7) * by1 - signal_7) * by2
+        first_5, second_5 = lanes[FIRST_IN + 5 * BLOCK_SIZE + c], lanes[SECOND_IN + 5 * BLOCK_SIZE + c]
         signal_5 = (first_5 - second_5) * by2
-        first_8, second_8 = lanes[FIRST_IN + 6 * WIDE + c], lanes[SECOND_IN + 6 * WIDE + c]
+        first_8, second_8 = lanes[FIRST_IN + 6 * BLOCK_SIZE + c], lanes[SECOND_IN + 6 * BLOCK_SIZE + c]
         signal_8 = second_8
         feature_0, feature_1, feature_2, feature_3, feature_4, feature_5, feature_6, feature_7, = _features(signal_0, signal_1, signal_2, signal_3, signal_4, signal_5, signal_6, signal_7, signal_8)
-        lanes[FEATURE + 0 * WIDE + c] = feature_0
-        lanes[FEATURE + 1 * WIDE + c] = feature_1
-        lanes[FEATURE + 2 * WIDE + c] = feature_2
-        lanes[FEATURE + 3 * WIDE + c] = feature_3
-        lanes[FEATURE + 4 * WIDE + c] = feature_4
-        lanes[FEATURE + 5 * WIDE + c] = feature_5
-        lanes[FEATURE + 6 * WIDE + c] = feature_6
-        lanes[FEATURE + 7 * WIDE + c] = feature_7
-    features = lanes[FEATURE:].reshape((FEATURES, WIDE))
+        lanes[FEATURE + 0 * BLOCK_SIZE + c] = feature_0
+        lanes[FEATURE + 1 * BLOCK_SIZE + c] = feature_1
+        lanes[FEATURE + 2 * BLOCK_SIZE + c] = feature_2
+        lanes[FEATURE + 3 * BLOCK_SIZE + c] = feature_3
+        lanes[FEATURE + 4 * BLOCK_SIZE + c] = feature_4
+        lanes[FEATURE + 5 * BLOCK_SIZE + c] = feature_5
+        lanes[FEATURE + 6 * BLOCK_SIZE + c] = feature_6
+        lanes[FEATURE + 7 * BLOCK_SIZE + c] = feature_7
+    features = lanes[FEATURE:].reshape((FEATURES, BLOCK_SIZE))
     for a in range(FEATURES):
         for b in range(a + 1):
-            for c in range(SUMS):
-                products[a, b, c] += features[a, 0 * SUMS + c] * features[b, 0 * SUMS + c] + features[a, 1 * SUMS + c] * features[b, 1 * SUMS + c] + features[a, 2 * SUMS + c] * features[b, 2 * SUMS + c] + features[a, 3 * SUMS + c] * features[b, 3 * SUMS + c]
+            for c in range(PARTIAL_SUMS):
+                products[a, b, c] += features[a, 0 * PARTIAL_SUMS + c] * features[b, 0 * PARTIAL_SUMS + c] + features[a, 1 * PARTIAL_SUMS + c] * features[b, 1 * PARTIAL_SUMS + c] + features[a, 2 * PARTIAL_SUMS + c] * features[b, 2 * PARTIAL_SUMS + c] + features[a, 3 * PARTIAL_SUMS + c] * features[b, 3 * PARTIAL_SUMS + c]
 
 
 @internal
-def _unmix(products, gram):
-    """Add the products of the features, lane by lane, to the gram of [φ τ]."""
+def _add_feature_products(products, gram):
+    """Add the products of the features, summed over their lanes, to the Gram matrix of [φ τ]."""
     for a in range(FEATURES):
         for b in range(a + 1):
             total = products[a, b].sum()
@@ -1609,7 +1609,7 @@ def _unmix(products, gram):
 
 @inlined
 def _controlled(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
-    """What the controller's sensors read: the angle and its rate."""
+    """Angle and rate as the controller's sensors read them."""
     angle = theta_p
     rate = dtheta_p
 
@@ -1622,90 +1622,90 @@ def closed_loop_batch(t, reference, reference_rate, gains, states, parameters, m
 
     gains (B, 3), initial states (B, NX), which become the final ones, and parameters (B, NP) of each; record
     (ceil(N / every), NX + 1, B) receives states and voltage at every so many samples.
-    The machines of a crowd take each stage of a step side by side: one instruction advances several of them.
+    BATCH_SIZE machines take each stage of a step side by side: one instruction advances several of them.
     """
-    lanes = np.zeros((CROWD_ROWS + NP) * CROWD)
-    for first in range(0, states.shape[0], CROWD):
-        count = min(CROWD, states.shape[0] - first)
-        for c in range(CROWD):
-            b = first + min(c, count - 1)  # the last one fills the crowd up
-            lanes[INTEGRAL * CROWD + c] = 0.0
+    lanes = np.zeros((BATCH_ROWS + NP) * BATCH_SIZE)
+    for first in range(0, states.shape[0], BATCH_SIZE):
+        count = min(BATCH_SIZE, states.shape[0] - first)
+        for c in range(BATCH_SIZE):
+            b = first + min(c, count - 1)  # the last one fills the rows up
+            lanes[INTEGRAL * BATCH_SIZE + c] = 0.0
             for i in range(NX):
-                lanes[(NOW + i) * CROWD + c] = states[b, i]
+                lanes[(STATE_ROW + i) * BATCH_SIZE + c] = states[b, i]
             for i in range(3):
-                lanes[(GAINS + i) * CROWD + c] = gains[b, i]
+                lanes[(GAINS + i) * BATCH_SIZE + c] = gains[b, i]
             for i in range(NP):
-                lanes[(CROWD_ROWS + i) * CROWD + c] = parameters[b, i]
+                lanes[(BATCH_ROWS + i) * BATCH_SIZE + c] = parameters[b, i]
         for k in range(t.size):
             _control(t[k], t[k] - t[max(k - 1, 0)], reference[k], reference_rate[k], lanes)
             if k % every == 0:
                 for i in range(NX + 1):  # the voltage stands behind the states
                     for c in range(count):
-                        record[k // every, i, first + c] = lanes[(NOW + i) * CROWD + c]
+                        record[k // every, i, first + c] = lanes[(STATE_ROW + i) * BATCH_SIZE + c]
             if k + 1 < t.size:
                 steps = max(1, int(math.ceil((t[k + 1] - t[k]) / max_step - 1e-6)))
                 h = (t[k + 1] - t[k]) / steps
                 for step in range(steps):
-                    _crowd_step(t[k] + step * h, h, lanes)
+                    _batch_step(t[k] + step * h, h, lanes)
         for c in range(count):
             for i in range(NX):
-                states[first + c, i] = lanes[(NOW + i) * CROWD + c]
+                states[first + c, i] = lanes[(STATE_ROW + i) * BATCH_SIZE + c]
 
 
 @inlined
 def _control(t, h, reference, reference_rate, lanes):
     """The controllers' voltages at a sample, h after the one before."""
-    for c in range(CROWD):
-        angle, rate = _controlled(t, lanes[(NOW + 0) * CROWD + c], lanes[(NOW + 1) * CROWD + c], lanes[(NOW + 2) * CROWD + c], lanes[(NOW + 3) * CROWD + c], (lanes[(CROWD_ROWS + 0) * CROWD + c], lanes[(CROWD_ROWS + 1) * CROWD + c], lanes[(CROWD_ROWS + 2) * CROWD + c], lanes[(CROWD_ROWS + 3) * CROWD + c], lanes[(CROWD_ROWS + 4) * CROWD + c], lanes[(CROWD_ROWS + 5) * CROWD + c], lanes[(CROWD_ROWS + 6) * CROWD + c], ))
+    for c in range(BATCH_SIZE):
+        angle, rate = _controlled(t, lanes[(STATE_ROW + 0) * BATCH_SIZE + c], lanes[(STATE_ROW + 1) * BATCH_SIZE + c], lanes[(STATE_ROW + 2) * BATCH_SIZE + c], lanes[(STATE_ROW + 3) * BATCH_SIZE + c], (lanes[(BATCH_ROWS + 0) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 1) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 2) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 3) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 4) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 5) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 6) * BATCH_SIZE + c], ))
         error = reference - angle
-        lanes[INTEGRAL * CROWD + c] += error * h
-        lanes[INPUT_ROW * CROWD + c] = (
-            lanes[GAINS * CROWD + c] * error
-            + lanes[(GAINS + 1) * CROWD + c] * lanes[INTEGRAL * CROWD + c]
-            + lanes[(GAINS + 2) * CROWD + c] * (reference_rate - rate)
+        lanes[INTEGRAL * BATCH_SIZE + c] += error * h
+        lanes[INPUT_ROW * BATCH_SIZE + c] = (
+            lanes[GAINS * BATCH_SIZE + c] * error
+            + lanes[(GAINS + 1) * BATCH_SIZE + c] * lanes[INTEGRAL * BATCH_SIZE + c]
+            + lanes[(GAINS + 2) * BATCH_SIZE + c] * (reference_rate - rate)
         )
 
 
 @internal
-def _crowd_step(t, h, lanes):
-    """One step of the classical fourth-order method for each machine of a crowd."""
-    for c in range(CROWD):
-        lanes[(STAGED + 0) * CROWD + c] = lanes[(OLD_STATE + 0) * CROWD + c] = lanes[(NOW + 0) * CROWD + c]
-        lanes[(STAGED + 1) * CROWD + c] = lanes[(OLD_STATE + 1) * CROWD + c] = lanes[(NOW + 1) * CROWD + c]
-        lanes[(STAGED + 2) * CROWD + c] = lanes[(OLD_STATE + 2) * CROWD + c] = lanes[(NOW + 2) * CROWD + c]
-        lanes[(STAGED + 3) * CROWD + c] = lanes[(OLD_STATE + 3) * CROWD + c] = lanes[(NOW + 3) * CROWD + c]
-    for c in range(CROWD):
-        angle_theta_p, = _angles(t, lanes[(NOW + 0) * CROWD + c], lanes[(NOW + 1) * CROWD + c], lanes[(NOW + 2) * CROWD + c], lanes[(NOW + 3) * CROWD + c], (lanes[(CROWD_ROWS + 0) * CROWD + c], lanes[(CROWD_ROWS + 1) * CROWD + c], lanes[(CROWD_ROWS + 2) * CROWD + c], lanes[(CROWD_ROWS + 3) * CROWD + c], lanes[(CROWD_ROWS + 4) * CROWD + c], lanes[(CROWD_ROWS + 5) * CROWD + c], lanes[(CROWD_ROWS + 6) * CROWD + c], ))
-        lanes[(ANGLE + 0) * CROWD + c] = angle_theta_p
+def _batch_step(t, h, lanes):
+    """One step of the classical fourth-order method for each of the BATCH_SIZE machines side by side."""
+    for c in range(BATCH_SIZE):
+        lanes[(STAGE_STATE + 0) * BATCH_SIZE + c] = lanes[(OLD_STATE + 0) * BATCH_SIZE + c] = lanes[(STATE_ROW + 0) * BATCH_SIZE + c]
+        lanes[(STAGE_STATE + 1) * BATCH_SIZE + c] = lanes[(OLD_STATE + 1) * BATCH_SIZE + c] = lanes[(STATE_ROW + 1) * BATCH_SIZE + c]
+        lanes[(STAGE_STATE + 2) * BATCH_SIZE + c] = lanes[(OLD_STATE + 2) * BATCH_SIZE + c] = lanes[(STATE_ROW + 2) * BATCH_SIZE + c]
+        lanes[(STAGE_STATE + 3) * BATCH_SIZE + c] = lanes[(OLD_STATE + 3) * BATCH_SIZE + c] = lanes[(STATE_ROW + 3) * BATCH_SIZE + c]
+    for c in range(BATCH_SIZE):
+        angle_theta_p, = _angles(t, lanes[(STATE_ROW + 0) * BATCH_SIZE + c], lanes[(STATE_ROW + 1) * BATCH_SIZE + c], lanes[(STATE_ROW + 2) * BATCH_SIZE + c], lanes[(STATE_ROW + 3) * BATCH_SIZE + c], (lanes[(BATCH_ROWS + 0) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 1) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 2) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 3) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 4) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 5) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 6) * BATCH_SIZE + c], ))
+        lanes[(ANGLE + 0) * BATCH_SIZE + c] = angle_theta_p
         sine, cosine = _sine_pair(angle_theta_p)
-        lanes[(TURNED + 0) * CROWD + c] = lanes[(TURNS + 0) * CROWD + c] = sine
-        lanes[(TURNED + 1) * CROWD + c] = lanes[(TURNS + 1) * CROWD + c] = cosine
+        lanes[(STAGE_TRIG + 0) * BATCH_SIZE + c] = lanes[(START_TRIG + 0) * BATCH_SIZE + c] = sine
+        lanes[(STAGE_TRIG + 1) * BATCH_SIZE + c] = lanes[(START_TRIG + 1) * BATCH_SIZE + c] = cosine
     for stage in range(4):
         ahead, weight = _weights(stage, h)
         now = t + (0.0 if stage == 0 else 0.5 * h if stage < 3 else h)
         far = 0
-        for c in range(CROWD if stage > 0 else 0):
-            angle_theta_p, = _angles(now, lanes[(STAGED + 0) * CROWD + c], lanes[(STAGED + 1) * CROWD + c], lanes[(STAGED + 2) * CROWD + c], lanes[(STAGED + 3) * CROWD + c], (lanes[(CROWD_ROWS + 0) * CROWD + c], lanes[(CROWD_ROWS + 1) * CROWD + c], lanes[(CROWD_ROWS + 2) * CROWD + c], lanes[(CROWD_ROWS + 3) * CROWD + c], lanes[(CROWD_ROWS + 4) * CROWD + c], lanes[(CROWD_ROWS + 5) * CROWD + c], lanes[(CROWD_ROWS + 6) * CROWD + c], ))
-            turn = angle_theta_p - lanes[(ANGLE + 0) * CROWD + c]
+        for c in range(BATCH_SIZE if stage > 0 else 0):
+            angle_theta_p, = _angles(now, lanes[(STAGE_STATE + 0) * BATCH_SIZE + c], lanes[(STAGE_STATE + 1) * BATCH_SIZE + c], lanes[(STAGE_STATE + 2) * BATCH_SIZE + c], lanes[(STAGE_STATE + 3) * BATCH_SIZE + c], (lanes[(BATCH_ROWS + 0) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 1) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 2) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 3) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 4) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 5) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 6) * BATCH_SIZE + c], ))
+            turn = angle_theta_p - lanes[(ANGLE + 0) * BATCH_SIZE + c]
             square = turn * turn
-            far += square > NEAR * NEAR
+            far += square > SERIES_RANGE * SERIES_RANGE
             along, short = _series(turn, square)
-            sine, cosine = lanes[(TURNS + 0) * CROWD + c], lanes[(TURNS + 1) * CROWD + c]
-            lanes[(TURNED + 0) * CROWD + c] = sine + (cosine * along - sine * short)
-            lanes[(TURNED + 1) * CROWD + c] = cosine - (sine * along + cosine * short)
-        for c in range(CROWD if far > 0 else 0):
-            angle_theta_p, = _angles(now, lanes[(STAGED + 0) * CROWD + c], lanes[(STAGED + 1) * CROWD + c], lanes[(STAGED + 2) * CROWD + c], lanes[(STAGED + 3) * CROWD + c], (lanes[(CROWD_ROWS + 0) * CROWD + c], lanes[(CROWD_ROWS + 1) * CROWD + c], lanes[(CROWD_ROWS + 2) * CROWD + c], lanes[(CROWD_ROWS + 3) * CROWD + c], lanes[(CROWD_ROWS + 4) * CROWD + c], lanes[(CROWD_ROWS + 5) * CROWD + c], lanes[(CROWD_ROWS + 6) * CROWD + c], ))
-            lanes[(TURNED + 0) * CROWD + c], lanes[(TURNED + 1) * CROWD + c] = _sine_pair(angle_theta_p)
-        for c in range(CROWD):
-            theta_w, theta_p, dtheta_w, dtheta_p, = lanes[(STAGED + 0) * CROWD + c], lanes[(STAGED + 1) * CROWD + c], lanes[(STAGED + 2) * CROWD + c], lanes[(STAGED + 3) * CROWD + c],
+            sine, cosine = lanes[(START_TRIG + 0) * BATCH_SIZE + c], lanes[(START_TRIG + 1) * BATCH_SIZE + c]
+            lanes[(STAGE_TRIG + 0) * BATCH_SIZE + c] = sine + (cosine * along - sine * short)
+            lanes[(STAGE_TRIG + 1) * BATCH_SIZE + c] = cosine - (sine * along + cosine * short)
+        for c in range(BATCH_SIZE if far > 0 else 0):
+            angle_theta_p, = _angles(now, lanes[(STAGE_STATE + 0) * BATCH_SIZE + c], lanes[(STAGE_STATE + 1) * BATCH_SIZE + c], lanes[(STAGE_STATE + 2) * BATCH_SIZE + c], lanes[(STAGE_STATE + 3) * BATCH_SIZE + c], (lanes[(BATCH_ROWS + 0) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 1) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 2) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 3) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 4) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 5) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 6) * BATCH_SIZE + c], ))
+            lanes[(STAGE_TRIG + 0) * BATCH_SIZE + c], lanes[(STAGE_TRIG + 1) * BATCH_SIZE + c] = _sine_pair(angle_theta_p)
+        for c in range(BATCH_SIZE):
+            theta_w, theta_p, dtheta_w, dtheta_p, = lanes[(STAGE_STATE + 0) * BATCH_SIZE + c], lanes[(STAGE_STATE + 1) * BATCH_SIZE + c], lanes[(STAGE_STATE + 2) * BATCH_SIZE + c], lanes[(STAGE_STATE + 3) * BATCH_SIZE + c],
             ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1 = _free_motion(
-                now, theta_w, theta_p, dtheta_w, dtheta_p, lanes[INPUT_ROW * CROWD + c], lanes[(TURNED + 0) * CROWD + c], lanes[(TURNED + 1) * CROWD + c], (lanes[(CROWD_ROWS + 0) * CROWD + c], lanes[(CROWD_ROWS + 1) * CROWD + c], lanes[(CROWD_ROWS + 2) * CROWD + c], lanes[(CROWD_ROWS + 3) * CROWD + c], lanes[(CROWD_ROWS + 4) * CROWD + c], lanes[(CROWD_ROWS + 5) * CROWD + c], lanes[(CROWD_ROWS + 6) * CROWD + c], )
+                now, theta_w, theta_p, dtheta_w, dtheta_p, lanes[INPUT_ROW * BATCH_SIZE + c], lanes[(STAGE_TRIG + 0) * BATCH_SIZE + c], lanes[(STAGE_TRIG + 1) * BATCH_SIZE + c], (lanes[(BATCH_ROWS + 0) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 1) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 2) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 3) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 4) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 5) * BATCH_SIZE + c], lanes[(BATCH_ROWS + 6) * BATCH_SIZE + c], )
             )
-            lanes[(NOW + 0) * CROWD + c] += weight * dtheta_w
-            lanes[(STAGED + 0) * CROWD + c] = lanes[(OLD_STATE + 0) * CROWD + c] + ahead * dtheta_w
-            lanes[(NOW + 1) * CROWD + c] += weight * dtheta_p
-            lanes[(STAGED + 1) * CROWD + c] = lanes[(OLD_STATE + 1) * CROWD + c] + ahead * dtheta_p
-            lanes[(NOW + 2) * CROWD + c] += weight * ddtheta_w
-            lanes[(STAGED + 2) * CROWD + c] = lanes[(OLD_STATE + 2) * CROWD + c] + ahead * ddtheta_w
-            lanes[(NOW + 3) * CROWD + c] += weight * ddtheta_p
-            lanes[(STAGED + 3) * CROWD + c] = lanes[(OLD_STATE + 3) * CROWD + c] + ahead * ddtheta_p
+            lanes[(STATE_ROW + 0) * BATCH_SIZE + c] += weight * dtheta_w
+            lanes[(STAGE_STATE + 0) * BATCH_SIZE + c] = lanes[(OLD_STATE + 0) * BATCH_SIZE + c] + ahead * dtheta_w
+            lanes[(STATE_ROW + 1) * BATCH_SIZE + c] += weight * dtheta_p
+            lanes[(STAGE_STATE + 1) * BATCH_SIZE + c] = lanes[(OLD_STATE + 1) * BATCH_SIZE + c] + ahead * dtheta_p
+            lanes[(STATE_ROW + 2) * BATCH_SIZE + c] += weight * ddtheta_w
+            lanes[(STAGE_STATE + 2) * BATCH_SIZE + c] = lanes[(OLD_STATE + 2) * BATCH_SIZE + c] + ahead * ddtheta_w
+            lanes[(STATE_ROW + 3) * BATCH_SIZE + c] += weight * ddtheta_p
+            lanes[(STAGE_STATE + 3) * BATCH_SIZE + c] = lanes[(OLD_STATE + 3) * BATCH_SIZE + c] + ahead * ddtheta_p

@@ -62,7 +62,7 @@ import numpy as np
 from numba import njit
 
 STATES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p')
-VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p', 'presliding_drive_force')  # the states, then what effects add to them
+VARIABLES = ('theta_w', 'theta_p', 'dtheta_w', 'dtheta_p', 'presliding_drive_force')  # the states, then added states
 OUTPUTS = ('theta_w', 'theta_p', 'dtheta_p')
 ROWS = ('wheel', 'body')
 PARAMETERS = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'load_friction.share', 'stribeck_drive.static', 'stribeck_drive.sliding', 'stribeck_drive.speed', 'presliding_drive.torque', 'presliding_drive.stiffness', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'cogging.periods', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'slope.angle', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'com_offset.angle', 'body_damping.coefficient', 'tether_spring.stiffness', 'payload_step.time', 'payload_step.ratio', 'external_push.start', 'external_push.end', 'external_push.torque', 'actuator_delay.delay', 'winding_inductance.time_constant', 'voltage_saturation.limit', 'voltage_dead_zone.threshold', 'voltage_sag.rate', 'voltage_asymmetry.ratio', 'voltage_offset.offset', 'encoder_eccentricity.sine', 'encoder_eccentricity.cosine', 'encoder_scale.scale', 'pitch_scale.scale', 'gyro_scale.scale', 'imu_bias.bias', 'gyro_bias.bias', 'imu_lag.delay', 'missing.wheel', 'missing.body', 'R', 'g', 'alpha', 'J_w', 'L', 'origin')
@@ -79,33 +79,33 @@ DELAY = 34  # index of the input delay among PARAMETERS, or -1
 LAG = 35  # index of the time constant of the input's lag, or -1
 ORIGIN = 56  # index of the first coordinate's value at the log's first sample, or -1
 NQ, NX, NY, NP = 2, 4, 3, 57
-NA, NV = 2, 5  # moving coordinates; variables: the states, then what effects add to them
+NA, NV = 2, 5  # moving coordinates; variables: the states, then added states
 NS = NV + (LAG >= 0)  # a lagging input is the last
 RATES = (2, 3)  # where the rate of each moving coordinate stands among the variables
-LATE = (False, True, True,)  # whether each output is that of an earlier time
+DELAYED = (False, True, True,)  # True for each output that the sensor delay acts on
 SENSOR_DELAY = 48  # index of that delay among PARAMETERS, or -1
-DRY = 2  # surfaces with dry friction
-SLIPS = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # slip speeds as weights on the rates
+SURFACES = 2  # number of surfaces with dry friction
+SLIP_MATRIX = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
-REMEMBERED = 1  # forces with a memory
-GIVEN = NA + REMEMBERED  # rows of the derivatives in the parameters
-START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * GIVEN, 3 * NS + 5 * GIVEN + 1))
+HYSTERESES = 1  # number of hysteresis forces
+DERIVATIVE_ROWS = NA + HYSTERESES  # rows of the derivatives in the parameters
+START, STAGE, END, OWN, DRIVEN, EXCESS = (LANES * row for row in (0, NS, 2 * NS, 3 * NS, 3 * NS + 5 * DERIVATIVE_ROWS, 3 * NS + 5 * DERIVATIVE_ROWS + 1))
 MOBILITY, SHARE = NA * NS, NA * NS + NA * NA  # where the coefficients of a stage begin
-MEMORY, DRIVE = SHARE + 3, 4  # where those of forces with a memory begin; the stage of the driven input's
-FIRST = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
+MEMORY, DRIVE = SHARE + 3, 4  # where those of the hysteresis forces begin; the stage of the driven input's
+FIRST_SAMPLE = np.int64(0)  # sample; for a literal 0 numba would compile functions once more
 CONTROLLED = (1, 2)  # outputs that the controller sees: a value and its rate, -1 for what no sensor reads
-READS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # what each output reads of the states while no effect touches the sensors
-FALLS = 1  # output that must stay within ±π/2, or -1
+OUTPUT_MATRIX = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])  # (NY, NX): outputs = OUTPUT_MATRIX · state while no effect acts on the sensors
+RANGE_OUTPUT = 1  # index of the output that must stay within ±π/2, or -1
 PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body': (0.0, 1.0), 'outside': (1.0, 0.0)}  # each port's coordinate as weights on the coordinates
 INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has none
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
-NEAR = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
-CROWD = 64  # machines that a batch advances side by side
-NOW, INPUT_ROW, OLD_STATE, STAGED, INTEGRAL, GAINS, ANGLE = 0, NX, NX + 1, 2 * NX + 1, 3 * NX + 1, 3 * NX + 2, 3 * NX + 5  # their rows
-TURNS, TURNED, CROWD_ROWS = ANGLE + 4, ANGLE + 12, ANGLE + 20
+SERIES_RANGE = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
+BATCH_SIZE = 64  # machines that are advanced side by side
+STATE_ROW, INPUT_ROW, OLD_STATE, STAGE_STATE, INTEGRAL, GAINS, ANGLE = 0, NX, NX + 1, 2 * NX + 1, 3 * NX + 1, 3 * NX + 2, 3 * NX + 5  # their rows
+START_TRIG, STAGE_TRIG, BATCH_ROWS = ANGLE + 4, ANGLE + 12, ANGLE + 20
 ROUNDING = 6755399441055744.0  # added and taken away again, it rounds to a whole number
 EVENTS = 16  # stick-slip events handled within one step
 options = {"cache": True, "nogil": True, "fastmath": {"contract"}, "error_model": "numpy", "no_cfunc_wrapper": True}
@@ -146,7 +146,7 @@ def _sine_pair(x):
 
 @inlined
 def _series(x, square):
-    """sin x and 1 − cos x for |x| up to NEAR."""
+    """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
     sine = x + x * square * (
         (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
@@ -155,14 +155,14 @@ def _series(x, square):
 
 
 @inlined
-def _turned(angle, start, sine, cosine):
+def _rotated_sines(angle, start, sine, cosine):
     """Sine and cosine of an angle from those of one near it.
 
     A step takes one pair in full; its other stages turn that pair, which is faster and as accurate.
     """
     turn = angle - start
     square = turn * turn
-    if square > NEAR * NEAR:
+    if square > SERIES_RANGE * SERIES_RANGE:
         return math.sin(angle), math.cos(angle)
     along, short = _series(turn, square)
     return sine + (cosine * along - sine * short), cosine - (sine * along + cosine * short)
@@ -182,7 +182,7 @@ def _step(x):
 
 @inlined
 def _angles(t, theta_w, theta_p, dtheta_w, dtheta_p, parameters):
-    """What the equations take sines and cosines of."""
+    """Arguments of the sines and cosines in the equations of motion."""
     cogging_periods = parameters[19]
     slope_angle = parameters[22]
     com_offset_angle = parameters[26]
@@ -462,7 +462,7 @@ def _dry_law(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_
 
 @compiled
 def read_sensors(t, state, parameters, output):
-    """What the sensors read in this state, into output (NY,)."""
+    """Readings of the sensors in this state, into output (NY,)."""
     theta_w = state[0]
     theta_p = state[1]
     dtheta_p = state[3]
@@ -520,7 +520,7 @@ def _inverse(x):
 
 @inlined
 def _presliding_drive_force(presliding_drive_before, presliding_drive_path, parameters):
-    """The force [V] at the end of a path of slip, from what it was before."""
+    """Hysteresis force [V] at the end of a path of slip, from the force at its start."""
     presliding_drive_torque = parameters[14]
     presliding_drive_stiffness = parameters[15]
     c0 = presliding_drive_torque*_sign(presliding_drive_path)
@@ -555,7 +555,7 @@ def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
     for k in range(NA):
-        speed += SLIPS[surface, k] * state[RATES[k]]
+        speed += SLIP_MATRIX[surface, k] * state[RATES[k]]
     return speed
 
 
@@ -577,29 +577,29 @@ def _accelerate(t, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force,
     ddtheta_w -= force_1 * (1.0 * mobility_0_0 + 0.0 * mobility_0_1)
     ddtheta_p -= force_1 * (1.0 * mobility_1_0 + 0.0 * mobility_1_1)
     if direction_drive == 0.0:
-        reach_0_0 = 1.0 * mobility_0_0 + -1.0 * mobility_0_1
-        reach_0_1 = 1.0 * mobility_1_0 + -1.0 * mobility_1_1
-        give_0 = 1.0 * reach_0_0 + -1.0 * reach_0_1
-        force_0 = (1.0 * ddtheta_w + -1.0 * ddtheta_p) / give_0
-        ddtheta_w -= reach_0_0 * force_0
-        mobility_0_0 -= reach_0_0 * reach_0_0 / give_0
-        mobility_0_1 -= reach_0_0 * reach_0_1 / give_0
-        ddtheta_p -= reach_0_1 * force_0
-        mobility_1_0 -= reach_0_1 * reach_0_0 / give_0
-        mobility_1_1 -= reach_0_1 * reach_0_1 / give_0
+        response_0_0 = 1.0 * mobility_0_0 + -1.0 * mobility_0_1
+        response_0_1 = 1.0 * mobility_1_0 + -1.0 * mobility_1_1
+        inverse_mass_0 = 1.0 * response_0_0 + -1.0 * response_0_1
+        force_0 = (1.0 * ddtheta_w + -1.0 * ddtheta_p) / inverse_mass_0
+        ddtheta_w -= response_0_0 * force_0
+        mobility_0_0 -= response_0_0 * response_0_0 / inverse_mass_0
+        mobility_0_1 -= response_0_0 * response_0_1 / inverse_mass_0
+        ddtheta_p -= response_0_1 * force_0
+        mobility_1_0 -= response_0_1 * response_0_0 / inverse_mass_0
+        mobility_1_1 -= response_0_1 * response_0_1 / inverse_mass_0
     if direction_ground == 0.0:
-        reach_1_0 = 1.0 * mobility_0_0 + 0.0 * mobility_0_1
-        reach_1_1 = 1.0 * mobility_1_0 + 0.0 * mobility_1_1
-        give_1 = 1.0 * reach_1_0 + 0.0 * reach_1_1
-        force_1 = (1.0 * ddtheta_w + 0.0 * ddtheta_p) / give_1
-        ddtheta_w -= reach_1_0 * force_1
-        mobility_0_0 -= reach_1_0 * reach_1_0 / give_1
-        mobility_0_1 -= reach_1_0 * reach_1_1 / give_1
-        ddtheta_p -= reach_1_1 * force_1
-        mobility_1_0 -= reach_1_1 * reach_1_0 / give_1
-        mobility_1_1 -= reach_1_1 * reach_1_1 / give_1
+        response_1_0 = 1.0 * mobility_0_0 + 0.0 * mobility_0_1
+        response_1_1 = 1.0 * mobility_1_0 + 0.0 * mobility_1_1
+        inverse_mass_1 = 1.0 * response_1_0 + 0.0 * response_1_1
+        force_1 = (1.0 * ddtheta_w + 0.0 * ddtheta_p) / inverse_mass_1
+        ddtheta_w -= response_1_0 * force_1
+        mobility_0_0 -= response_1_0 * response_1_0 / inverse_mass_1
+        mobility_0_1 -= response_1_0 * response_1_1 / inverse_mass_1
+        ddtheta_p -= response_1_1 * force_1
+        mobility_1_0 -= response_1_1 * response_1_0 / inverse_mass_1
+        mobility_1_1 -= response_1_1 * response_1_1 / inverse_mass_1
     if direction_drive == 0.0 and direction_ground == 0.0:  # its own force, without what the later one took over
-        force_0 -= force_1 * (1.0 * reach_0_0 + 0.0 * reach_0_1) / give_0
+        force_0 -= force_1 * (1.0 * response_0_0 + 0.0 * response_0_1) / inverse_mass_0
     return ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1
 
 
@@ -619,8 +619,8 @@ def _rate(t, state, voltage, parameters, dry):
 
 
 @inlined
-def _keep(dry):
-    """Keep the accelerations dry[RATE] in dry[BEFORE]."""
+def _store_rate(dry):
+    """Copy the accelerations dry[RATE] to dry[BEFORE]."""
     for k in range(NA):
         dry[BEFORE, k] = dry[RATE, k]
 
@@ -632,38 +632,38 @@ def _frozen(parameters):
 
 
 @inlined
-def _smooth(parameters):
-    """Whether no surface has friction."""
+def _is_frictionless(parameters):
+    """True where no surface has dry friction."""
     return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[12] == 0.0 and parameters[21] == 0.0
 
 
 @inlined
-def _follow(state, dry):
-    """Let every surface slip the way it moves, into dry[DIRECTION]."""
-    for i in range(DRY):
+def _slip_directions(state, dry):
+    """Directions of slip by the sign of the slip speeds, into dry[DIRECTION]."""
+    for i in range(SURFACES):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
 @internal
-def _settle(t, state, voltage, parameters, dry):
-    """Decide which surfaces slip and which stick, into dry[DIRECTION], with the limits of each in dry[UPPER] and dry[LOWER].
+def _stick_or_slip(t, state, voltage, parameters, dry):
+    """Set the direction of slip of each surface, 0 where it sticks, in dry[DIRECTION], and its limits in dry[UPPER] and dry[LOWER].
 
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
-    _follow(state, dry)
+    _slip_directions(state, dry)
     dry[UPPER, 0], dry[UPPER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), 1.0, 1.0)
     dry[LOWER, 0], dry[LOWER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), -1.0, -1.0)
     stuck = False
-    for i in range(DRY):
+    for i in range(SURFACES):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
             dry[DIRECTION, i] = 0.0
             stuck = True
-    for _ in range(DRY + 1):
+    for _ in range(SURFACES + 1):
         if not stuck:
             return
         stuck = False
         _rate(t, state, voltage, parameters, dry)
-        for i in range(DRY):
+        for i in range(SURFACES):
             if dry[DIRECTION, i] == 0.0 and dry[FORCE, i] > dry[UPPER, i]:
                 dry[DIRECTION, i] = 1.0
                 stuck = True
@@ -674,7 +674,7 @@ def _settle(t, state, voltage, parameters, dry):
 
 @inlined
 def _driven(t, v_in, parameters):
-    """What the actuator makes of a command, before it lags."""
+    """Input map: the command as the actuator passes it on, before its lag."""
     voltage_saturation_limit = parameters[36]
     voltage_dead_zone_threshold = parameters[37]
     voltage_sag_rate = parameters[38]
@@ -715,7 +715,7 @@ def _drive_jacobian(t, v_in, parameters, by_parameter):
 
 @internal
 def _lag(h, time_constant):
-    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
+    """Share exp(−s/T) of an old input that still acts, as a straight line in s over a step h.
 
     Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
     derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at
@@ -751,18 +751,18 @@ def _acting(t, h, state, voltage, parameters):
 
 
 @internal
-def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+def _initial_state(when, t, voltage, acting, start, parameters, columns, state, sens):
     """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
-    as one that has acted for long.
+    Added states stay as they are, or are given after those, and do not depend on them. A lagging input follows from the
+    commands before; the first command of a log, or the first after missing ones, counts as one that has acted for long.
     """
     for i in range(start.size):
         state[i] = start[i]
     for i in range(NV):
         for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
-    time_constant, delay = parameters[LAG], _delay(parameters)
+    time_constant, delay = parameters[LAG], _input_delay(parameters)
     first = acting
     while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
         first -= 1
@@ -792,7 +792,7 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
+        _initial_state(t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens)
         acting[k] = state[NV]
     return acting
 
@@ -835,10 +835,10 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, smooth, linearis
         v_in = driven + share * excess
         if stage > 0:
             angle_theta_w, angle_sum_1, angle_sum_2, angle_sum_3, = _angles(now, theta_w, theta_p, dtheta_w, dtheta_p, frozen)
-            sin_theta_w, cos_theta_w = _turned(angle_theta_w, start_theta_w, start_sin_theta_w, start_cos_theta_w)
-            sin_sum_1, cos_sum_1 = _turned(angle_sum_1, start_sum_1, start_sin_sum_1, start_cos_sum_1)
-            sin_sum_2, cos_sum_2 = _turned(angle_sum_2, start_sum_2, start_sin_sum_2, start_cos_sum_2)
-            sin_sum_3, cos_sum_3 = _turned(angle_sum_3, start_sum_3, start_sin_sum_3, start_cos_sum_3)
+            sin_theta_w, cos_theta_w = _rotated_sines(angle_theta_w, start_theta_w, start_sin_theta_w, start_cos_theta_w)
+            sin_sum_1, cos_sum_1 = _rotated_sines(angle_sum_1, start_sum_1, start_sin_sum_1, start_cos_sum_1)
+            sin_sum_2, cos_sum_2 = _rotated_sines(angle_sum_2, start_sum_2, start_sin_sum_2, start_cos_sum_2)
+            sin_sum_3, cos_sum_3 = _rotated_sines(angle_sum_3, start_sum_3, start_sin_sum_3, start_cos_sum_3)
         ddtheta_w, ddtheta_p, mobility_0_0, mobility_0_1, mobility_1_0, mobility_1_1, force_0, force_1 = _accelerate(now, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, sin_theta_w, cos_theta_w, sin_sum_1, cos_sum_1, sin_sum_2, cos_sum_2, sin_sum_3, cos_sum_3, smooth, frozen)
         if linearise:
             by_0_0, by_0_1, by_0_2, by_0_3, by_0_4, by_0_5, by_1_0, by_1_1, by_1_2, by_1_3, by_1_4, by_1_5 = _residual_jacobian(now, theta_w, theta_p, dtheta_w, dtheta_p, presliding_drive_force, v_in, direction_drive, direction_ground, sin_theta_w, cos_theta_w, sin_sum_1, cos_sum_1, sin_sum_2, cos_sum_2, sin_sum_3, cos_sum_3, ddtheta_w, ddtheta_p, frozen, stage, by_parameter)
@@ -882,7 +882,7 @@ def _runge_kutta(t, h, state, v_in, parameters, new_state, dry, smooth, linearis
 
 @inlined
 def _weights(stage, h):
-    """How far ahead a stage's slope carries to the next stage, and its weight in the step."""
+    """Step from a Runge-Kutta stage to the next one, and the stage's weight in the whole step."""
     return (0.5 * h if stage < 2 else h), (h / 6.0 if stage in (0, 3) else h / 3.0)
 
 
@@ -906,10 +906,10 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                     own = 0.0
                     for m in range(NA):
                         own -= stages[stage, MOBILITY + k * NA + m] * by_parameter[stage, m, column]
-                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = own
-            for stage in range(5 if REMEMBERED else 0):
-                for k in range(NA, GIVEN):
-                    lanes[OWN + (GIVEN * stage + k) * LANES + c] = by_parameter[stage, k, column]
+                    lanes[OWN + (DERIVATIVE_ROWS * stage + k) * LANES + c] = own
+            for stage in range(5 if HYSTERESES else 0):
+                for k in range(NA, DERIVATIVE_ROWS):
+                    lanes[OWN + (DERIVATIVE_ROWS * stage + k) * LANES + c] = by_parameter[stage, k, column]
             lanes[DRIVEN + c] = by_parameter[DRIVE, 0, column]
             lanes[EXCESS + c] = stages[4, SHARE + 2] if column == LAG else 0.0
         for stage in range(4):
@@ -926,13 +926,13 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
                 path = 1.0 * (theta_w - lanes[START + 0 * LANES + c]) + -1.0 * (theta_p - lanes[START + 1 * LANES + c])
                 presliding_drive_force = (
                     before_0 * lanes[START + 4 * LANES + c] + along_0 * path
-                    + lanes[OWN + (GIVEN * stage + NA + 0) * LANES + c]
+                    + lanes[OWN + (DERIVATIVE_ROWS * stage + NA + 0) * LANES + c]
                 )
                 v_in = _lagged(
                     share, share_by, lanes[START + NV * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
                 )
-                ddtheta_w = lanes[OWN + (GIVEN * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p + by_0_4 * presliding_drive_force + by_0_5 * v_in
-                ddtheta_p = lanes[OWN + (GIVEN * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p + by_1_4 * presliding_drive_force + by_1_5 * v_in
+                ddtheta_w = lanes[OWN + (DERIVATIVE_ROWS * stage + 0) * LANES + c] + by_0_0 * theta_w + by_0_1 * theta_p + by_0_2 * dtheta_w + by_0_3 * dtheta_p + by_0_4 * presliding_drive_force + by_0_5 * v_in
+                ddtheta_p = lanes[OWN + (DERIVATIVE_ROWS * stage + 1) * LANES + c] + by_1_0 * theta_w + by_1_1 * theta_p + by_1_2 * dtheta_w + by_1_3 * dtheta_p + by_1_4 * presliding_drive_force + by_1_5 * v_in
                 lanes[END + 0 * LANES + c] += weight * dtheta_w
                 lanes[STAGE + 0 * LANES + c] = lanes[START + 0 * LANES + c] + ahead * dtheta_w
                 lanes[END + 1 * LANES + c] += weight * dtheta_p
@@ -947,7 +947,7 @@ def _propagate(h, sens, columns, stages, by_parameter, lanes):
             path = 1.0 * (lanes[END + 0 * LANES + c] - lanes[START + 0 * LANES + c]) + -1.0 * (lanes[END + 1 * LANES + c] - lanes[START + 1 * LANES + c])
             sens[4, first + c] = (
                 stages[4, MEMORY + 0] * lanes[START + 4 * LANES + c]
-                + stages[4, MEMORY + 1] * path + lanes[OWN + (GIVEN * 4 + NA + 0) * LANES + c]
+                + stages[4, MEMORY + 1] * path + lanes[OWN + (DERIVATIVE_ROWS * 4 + NA + 0) * LANES + c]
             )
             sens[NV, first + c] = _lagged(
                 stages[4, SHARE], stages[4, SHARE + 1], lanes[START + NV * LANES + c], lanes[EXCESS + c], lanes[DRIVEN + c]
@@ -962,14 +962,14 @@ def _workspace():
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((5, MEMORY + 2 * REMEMBERED)), np.zeros((5, GIVEN, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, DRY))),
+        np.zeros(NS), np.zeros((5, MEMORY + 2 * HYSTERESES)), np.zeros((5, DERIVATIVE_ROWS, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, SURFACES))),
     )  # fmt: skip
 
 
 @internal
-def _landing(h, start, start_rate, end, end_rate):
-    """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
+def _zero_crossing(h, start, start_rate, end, end_rate):
+    """Time within h at which a slip speed crosses zero, by bisection of its cubic Hermite interpolant."""
     low, high = 0.0, 1.0
     for _ in range(50):
         u = 0.5 * (low + high)
@@ -991,20 +991,20 @@ def _slip_rate(dry, row, surface):
     """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
     for k in range(NA):
-        total += SLIPS[surface, k] * dry[row, k]
+        total += SLIP_MATRIX[surface, k] * dry[row, k]
     return total
 
 
 @internal
-def _jump(sens, dry, surface):
-    """Change the sensitivities at a stick-slip event, from dry[BEFORE] to dry[RATE]: its time depends on them (saltation)."""
+def _saltation(sens, dry, surface):
+    """Saltation of the sensitivities at a stick-slip event, from accelerations dry[BEFORE] to dry[RATE]."""
     approach = _slip_rate(dry, BEFORE, surface)
     if approach == 0.0:
         return
     for c in range(sens.shape[1]):
         slip = 0.0
         for k in range(NA):
-            slip += SLIPS[surface, k] * sens[RATES[k], c]
+            slip += SLIP_MATRIX[surface, k] * sens[RATES[k], c]
         for k in range(NA):
             sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
 
@@ -1013,30 +1013,30 @@ def _jump(sens, dry, surface):
 def _stick_and_slip(
     t, h, state, sens, voltage, parameters, columns, new_state, stages, by_parameter, lanes, dry
 ):
-    """The same through the events of dry friction."""
+    """One step of _runge_kutta and _propagate through the stick-slip events within it."""
     remaining, linearise = h, sens.shape[1] > 0
     for event in range(EVENTS):
         acting = _acting(t, remaining, state, voltage, parameters)
-        _settle(t, state, acting, parameters, dry)
-        for i in range(DRY):
+        _stick_or_slip(t, state, acting, parameters, dry)
+        for i in range(SURFACES):
             if dry[DIRECTION, i] == 0.0 and linearise:  # what would still slip is stopped at once
                 dry[DIRECTION, i] = 1.0
                 _rate(t, state, acting, parameters, dry)
-                _keep(dry)
+                _store_rate(dry)
                 dry[DIRECTION, i] = 0.0
                 _rate(t, state, acting, parameters, dry)
-                _jump(sens, dry, i)
+                _saltation(sens, dry, i)
         _runge_kutta(t, remaining, state, voltage, parameters, new_state, dry, False, linearise, stages, by_parameter)
         first, landing, stepped = -1, remaining, remaining
         if event < EVENTS - 1:
-            for i in range(DRY):
+            for i in range(SURFACES):
                 start, end = _slip(state, i), _slip(new_state, i)
                 rubs = dry[DIRECTION, i] != 0.0 and dry[UPPER, i] > dry[LOWER, i]
                 if rubs and end * dry[DIRECTION, i] < 0.0 and abs(start) > AT_REST:
                     _rate(t, state, acting, parameters, dry)
                     start_rate = _slip_rate(dry, RATE, i)
                     _rate(t + remaining, new_state, acting, parameters, dry)
-                    when = _landing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
+                    when = _zero_crossing(remaining, start, start_rate, end, _slip_rate(dry, RATE, i))
                     if when < landing:
                         first, landing = i, when
         if first >= 0:
@@ -1045,7 +1045,7 @@ def _stick_and_slip(
                 stepped = landing
                 acting = new_state[NV]
                 _rate(t + landing, new_state, acting, parameters, dry)
-                _keep(dry)
+                _store_rate(dry)
                 approach = _slip_rate(dry, RATE, first)
                 if abs(_slip(new_state, first)) <= 1e-13 or approach == 0.0:
                     break
@@ -1058,35 +1058,35 @@ def _stick_and_slip(
             return
         t += landing
         remaining -= landing
-        _settle(t, state, acting, parameters, dry)
+        _stick_or_slip(t, state, acting, parameters, dry)
         if dry[DIRECTION, first] != 0.0 and linearise:  # a reversal; sticking is handled where the next step begins
             _rate(t, state, acting, parameters, dry)
-            _jump(sens, dry, first)
+            _saltation(sens, dry, first)
         if remaining <= 0.0:
             return
 
 
 @compiled
 def acceleration(t, state, voltage, parameters):
-    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where what effects add is given too; friction sticks."""
-    dry, now = np.zeros((6, max(NA, DRY))), np.zeros(NS)
+    """Accelerations [rad/s²] in a state: (NQ,) of (NX,), or (NA,) where added states are given too; friction sticks where it can."""
+    dry, now = np.zeros((6, max(NA, SURFACES))), np.zeros(NS)
     now[: state.size] = state
     acting = _driven(t, voltage, parameters)
-    _settle(t, now, acting, parameters, dry)
+    _stick_or_slip(t, now, acting, parameters, dry)
     _rate(t, now, acting, parameters, dry)
     return dry[RATE, : NQ if state.size <= NX else NA].copy()
 
 
 @internal
-def _settled_rate(t, state, voltage, parameters, dry):
-    """Accelerations once it is decided what sticks, into dry[RATE]."""
-    _settle(t, state, voltage, parameters, dry)
+def _stick_slip_rate(t, state, voltage, parameters, dry):
+    """Accelerations with the surfaces sticking or slipping as _stick_or_slip finds, into dry[RATE]."""
+    _stick_or_slip(t, state, voltage, parameters, dry)
     _rate(t, state, voltage, parameters, dry)
 
 
 @internal
-def _switch(sens, state, old, new, t, parameters, columns, dry):
-    """A delayed command switches: the later it does, the longer the old one acts."""
+def _delay_jump(sens, state, old, new, t, parameters, columns, dry):
+    """Jump of the sensitivity in the input delay where the command switches from old to new."""
     old, new = _driven(t, old, parameters), _driven(t, new, parameters)
     if parameters[LAG] > 0.0:
         for c in range(columns.size):
@@ -1095,42 +1095,42 @@ def _switch(sens, state, old, new, t, parameters, columns, dry):
         return
     for c in range(columns.size):
         if columns[c] == DELAY:
-            _settled_rate(t, state, old, parameters, dry)
-            _keep(dry)
-            _settled_rate(t, state, new, parameters, dry)
+            _stick_slip_rate(t, state, old, parameters, dry)
+            _store_rate(dry)
+            _stick_slip_rate(t, state, new, parameters, dry)
             for k in range(NA):
                 sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
 @internal
-def _happen(sens, state, voltage, t, parameters, columns, dry, moment):
-    """Something begins or ends: the later it does, the longer it was as before."""
+def _event_jump(sens, state, voltage, t, parameters, columns, dry, moment):
+    """Jump of the sensitivity in an event time where the event begins or ends."""
     acting = state[NV]
     for c in range(columns.size):
         if columns[c] == moment:
-            _settled_rate(t - 1e-9, state, acting, parameters, dry)
-            _keep(dry)
-            _settled_rate(t + 1e-9, state, acting, parameters, dry)
+            _stick_slip_rate(t - 1e-9, state, acting, parameters, dry)
+            _store_rate(dry)
+            _stick_slip_rate(t + 1e-9, state, acting, parameters, dry)
             for k in range(NA):
                 sens[RATES[k], NX + c] += dry[BEFORE, k] - dry[RATE, k]
 
 
 @inlined
-def _delay(parameters):
-    """How much later a command acts."""
+def _input_delay(parameters):
+    """Input delay [s]: so much later a command acts."""
     return parameters[DELAY] if DELAY >= 0 else 0.0
 
 
 @inlined
-def _lateness(parameters):
-    """How much earlier than reported that is true which late sensors report."""
+def _sensor_delay(parameters):
+    """Sensor delay [s]: so much older than their time stamp are delayed readings."""
     return parameters[SENSOR_DELAY] if SENSOR_DELAY >= 0 else 0.0
 
 
 @internal
-def _acting_at(t, k, when, parameters):
-    """The sample whose command still acts just before a time not after sample k."""
-    delay = _delay(parameters)
+def _acting_sample(t, k, when, parameters):
+    """Index of the sample whose command acts just before the time ``when``, which is not after sample k."""
+    delay = _input_delay(parameters)
     acting = max(k - 1, 0)
     while acting > 0 and t[acting] + delay > when:
         acting -= 1
@@ -1138,10 +1138,10 @@ def _acting_at(t, k, when, parameters):
 
 
 @internal
-def _slope(t, state, voltage, parameters, dry, slope):
+def _state_derivative(t, state, voltage, parameters, dry, slope):
     """Time derivative of the coordinates and rates, into slope (NX,)."""
     acting = state[NV]
-    _settled_rate(t, state, acting, parameters, dry)
+    _stick_slip_rate(t, state, acting, parameters, dry)
     for k in range(NQ):
         slope[k], slope[NQ + k] = state[NQ + k], dry[RATE, k]
 
@@ -1150,42 +1150,42 @@ def _slope(t, state, voltage, parameters, dry, slope):
 def simulate(t, voltage, state, parameters, max_step):
     """States (N, NX) at the samples t (N,) under the commanded voltage (N,), from an initial state (NX,).
 
-    What effects add to the state begins at rest. Where the initial state gives it too, (NV,), it is returned: (N, NV).
+    Added states begin at rest. Where the initial state gives them too, (NV,), they are returned: (N, NV).
     """
     states = np.empty((t.size, state.size))
     columns = np.empty(0, np.int64)
     now, sens = np.zeros(NS), np.zeros((NS, 0))
     new_state, stages, by_parameter, lanes, dry = _workspace()
-    acting = _acting_at(t, FIRST, t[0], parameters)
-    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    acting = _acting_sample(t, FIRST_SAMPLE, t[0], parameters)
+    _initial_state(t[0], t, voltage, acting, state, parameters, columns, now, sens)
     states[0] = now[: state.size]
-    delay, smooth, linearise = _delay(parameters), _smooth(parameters), False
+    delay, smooth, linearise = _input_delay(parameters), _is_frictionless(parameters), False
     now_t = t[0]
     for k in range(t.size - 1):
         goal = t[k + 1]
         while now_t < goal:
             while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
-                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
             if parameters[29] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
             if now_t < parameters[29] < until:  # something begins or ends within
                 until = parameters[29]
             if parameters[31] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
             if parameters[32] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
             if now_t < parameters[32] < until:  # something begins or ends within
                 until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
                 if smooth:
-                    _follow(now, dry)
+                    _slip_directions(now, dry)
                     _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                     if linearise:
                         _propagate(h, sens, columns, stages, by_parameter, lanes)
@@ -1204,7 +1204,7 @@ def simulate(t, voltage, state, parameters, max_step):
 def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, quantum, max_step):
     """The machine under its PID controller: states (N, NX), measured (N, NY) and voltage (N,).
 
-    At each sample the sensors read the state, late ones that of an earlier time; noise (N, NY) is added, channels with a
+    At each sample the sensors read the state, delayed ones that of an earlier time; noise (N, NY) is added, channels with a
     quantum > 0 are rounded to it, and the controller computes kp e + ki ∫e + kd ė from gains (3,), with
     e = reference − measured angle and ė = reference rate − measured rate; the voltage is held until the next sample.
     """
@@ -1213,34 +1213,34 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
     now, sens, output = np.zeros(NS), np.zeros((NS, 0)), np.zeros(NY)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     now[:NX] = state
-    integral, acting = 0.0, _acting_at(t, FIRST, t[0], parameters)
-    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), False
+    integral, acting = 0.0, _acting_sample(t, FIRST_SAMPLE, t[0], parameters)
+    delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), False
     now_t, k, early = t[0], 0, 0
     while k < t.size:
-        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < t.size else t[k])
         while now_t < goal:
             while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
-                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
             if parameters[29] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
             if now_t < parameters[29] < until:  # something begins or ends within
                 until = parameters[29]
             if parameters[31] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
             if parameters[32] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
             if now_t < parameters[32] < until:  # something begins or ends within
                 until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
                 if smooth:
-                    _follow(now, dry)
+                    _slip_directions(now, dry)
                     _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                     if linearise:
                         _propagate(h, sens, columns, stages, by_parameter, lanes)
@@ -1250,11 +1250,11 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
                         lanes, dry,
                     )  # fmt: skip
             now_t = until
-        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - sensor_delay <= now_t
         read_sensors(now_t, now, parameters, output)
         for y in range(NY):
-            if ahead if LATE[y] else on_time:
-                sample = early if LATE[y] else k
+            if ahead if DELAYED[y] else on_time:
+                sample = early if DELAYED[y] else k
                 reading = output[y] + noise[sample, y]
                 measured[sample, y] = np.round(reading / quantum[y]) * quantum[y] if quantum[y] > 0.0 else reading
         early += ahead
@@ -1270,7 +1270,7 @@ def closed_loop(t, reference, reference_rate, gains, state, parameters, noise, q
                 slope = reference_rate[k] - (measured[k, CONTROLLED[0]] - measured[k - 1, CONTROLLED[0]]) / (t[k] - t[k - 1])
             voltage[k] = gains[0] * error + gains[1] * integral + gains[2] * slope
             if k == 0:
-                _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+                _initial_state(t[0], t, voltage, acting, state, parameters, columns, now, sens)
             k += 1
     return states, measured, voltage
 
@@ -1286,35 +1286,35 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
     now, sens, reading, rows, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros((NY, n)), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
-    acting = _acting_at(t, FIRST, t[0], parameters)
-    _begin(t[0], t, voltage, acting, state, parameters, columns, now, sens)
-    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    acting = _acting_sample(t, FIRST_SAMPLE, t[0], parameters)
+    _initial_state(t[0], t, voltage, acting, state, parameters, columns, now, sens)
+    delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
     now_t, k, early = t[0], 0, 0
     while k < t.size:
-        goal = max(now_t, min(t[k], t[early] - lateness) if early < t.size else t[k])
+        goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < t.size else t[k])
         while now_t < goal:
             while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                 if linearise:
-                    _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
+                    _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, columns, dry)
                 acting += 1
             until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
             if parameters[29] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 29)
             if now_t < parameters[29] < until:  # something begins or ends within
                 until = parameters[29]
             if parameters[31] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 31)
             if now_t < parameters[31] < until:  # something begins or ends within
                 until = parameters[31]
             if parameters[32] == now_t and linearise:
-                _happen(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
+                _event_jump(sens, now, voltage[acting], now_t, parameters, columns, dry, 32)
             if now_t < parameters[32] < until:  # something begins or ends within
                 until = parameters[32]
             steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
             h = (until - now_t) / steps
             for step in range(steps):
                 if smooth:
-                    _follow(now, dry)
+                    _slip_directions(now, dry)
                     _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                     if linearise:
                         _propagate(h, sens, columns, stages, by_parameter, lanes)
@@ -1324,16 +1324,16 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
                         lanes, dry,
                     )  # fmt: skip
             now_t = until
-        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - lateness <= now_t
+        on_time, ahead = t[k] <= now_t, early < t.size and t[early] - sensor_delay <= now_t
         read_sensors(now_t, now, parameters, reading)
         _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
-        _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
-        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - lateness < t[0] else 0):
+        _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+        for y in range(NY if SENSOR_DELAY >= 0 and early < t.size and t[early] - sensor_delay < t[0] else 0):
             reading_by[y, SENSOR_DELAY] = 0.0  # what was true before the log began is taken for what it began with
-        _chain(sens, by_state, reading_by, columns, rows)
+        _reading_jacobian(sens, by_state, reading_by, columns, rows)
         for y in range(NY):
-            if ahead if LATE[y] else on_time:
-                sample = early if LATE[y] else k
+            if ahead if DELAYED[y] else on_time:
+                sample = early if DELAYED[y] else k
                 readings[sample, y] = reading[y]
                 for c in range(n):
                     derivatives[sample, y, c] = rows[y, c]
@@ -1346,20 +1346,20 @@ def sensitivities(t, voltage, state, parameters, columns, max_step):
 
 
 @internal
-def _age(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
-    """Derivatives of the late readings in their delay: the later, the older what they report."""
+def _sensor_delay_jacobian(t, state, voltage, parameters, columns, dry, slope, by_state, by_parameter):
+    """Derivatives of the delayed readings in the sensor delay: minus their time derivatives."""
     for c in range(columns.size):
         if SENSOR_DELAY >= 0 and columns[c] == SENSOR_DELAY:
-            _slope(t, state, voltage, parameters, dry, slope)
+            _state_derivative(t, state, voltage, parameters, dry, slope)
             for y in range(NY):
-                if LATE[y]:
+                if DELAYED[y]:
                     by_parameter[y, SENSOR_DELAY] = 0.0
                     for i in range(NX):
                         by_parameter[y, SENSOR_DELAY] -= by_state[y, i] * slope[i]
 
 
 @inlined
-def _chain(sens, by_state, by_parameter, columns, rows):
+def _reading_jacobian(sens, by_state, by_parameter, columns, rows):
     """Derivatives of the readings, one row each, from those of the state."""
     for y in range(NY):
         for c in range(sens.shape[1]):
@@ -1377,43 +1377,43 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
     measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges; states (S, NX).
     gram (S, n+1, n+1) receives [J r]ᵀ[J r] with n = NX + columns.size: derivatives in the initial state, then in the
     parameters of columns. window (columns.size, 2) switches a parameter's derivative on for some samples of each segment.
-    residual (N, NY) receives (measured − simulated) · weight, or nothing where it is (0, NY). What late sensors report of the time before a segment
-    follows from its initial state, backward, in steps as long as each command acted. What effects add to the state carries on from the segment before.
+    residual (N, NY) receives (measured − simulated) · weight, or nothing where it is (0, NY). Delayed readings of the time before a segment
+    follow from its initial state, backward, in steps as long as each command acted. Added states carry over from the segment before.
     """
     n = NX + columns.size
     now, sens, reading, slope = np.zeros(NS), np.zeros((NS, n)), np.zeros(NY), np.zeros(NX)
     new_state, stages, by_parameter, lanes, dry = _workspace()
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     rows, active, keep = np.zeros((NY, n + 1)), columns.copy(), residual.shape[0] > 0
-    delay, lateness, smooth, linearise = _delay(parameters), _lateness(parameters), _smooth(parameters), n > 0
+    delay, sensor_delay, smooth, linearise = _input_delay(parameters), _sensor_delay(parameters), _is_frictionless(parameters), n > 0
     for s in range(bounds.shape[0]):
         gram[s] = 0.0
         k = early = bounds[s, 0]
         now_t = t[k]
-        acting = _acting_at(t, k, now_t, parameters)
-        _begin(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
-        while early < bounds[s, 1] and t[early] - lateness < now_t:
+        acting = _acting_sample(t, k, now_t, parameters)
+        _initial_state(now_t, t, voltage, acting, states[s], parameters, columns, now, sens)
+        while early < bounds[s, 1] and t[early] - sensor_delay < now_t:
             early += 1
         following, latest, before = early, acting, now_t
         for i in range(NS):
             new_state[i] = now[i]
         while early > k:
             early -= 1
-            while before > max(t[early] - lateness, t[0]):
-                until = max(t[early] - lateness, t[acting] + delay if acting > 0 else t[0])
-                _back(before, before - until, new_state, voltage[acting], parameters, dry)
+            while before > max(t[early] - sensor_delay, t[0]):
+                until = max(t[early] - sensor_delay, t[acting] + delay if acting > 0 else t[0])
+                _step_back(before, before - until, new_state, voltage[acting], parameters, dry)
                 before = until
                 acting -= acting > 0 and before <= t[acting] + delay
             read_sensors(before, new_state, parameters, reading)
             _sensor_jacobian(before, new_state, parameters, by_state, reading_by)
-            _age(before, new_state, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+            _sensor_delay_jacobian(before, new_state, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
             for c in range(columns.size):
                 inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
-            _chain(sens, by_state, reading_by, active, rows)
+            _reading_jacobian(sens, by_state, reading_by, active, rows)
             for y in range(NY):
-                sample = early if LATE[y] else k
-                missing = not (t[early] - lateness >= t[0] if LATE[y] else False) or np.isnan(measured[min(sample, t.size - 1), y])
+                sample = early if DELAYED[y] else k
+                missing = not (t[early] - sensor_delay >= t[0] if DELAYED[y] else False) or np.isnan(measured[min(sample, t.size - 1), y])
                 for c in range(n):
                     rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
                 rows[y, n] = 0.0
@@ -1427,33 +1427,33 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
         early, acting = following, latest
         carries = NV > NX and s + 1 < bounds.shape[0] and bounds[s + 1, 0] == bounds[s, 1]
         while k < bounds[s, 1] + carries:
-            goal = max(now_t, min(t[k], t[early] - lateness) if early < bounds[s, 1] else t[k])
+            goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < bounds[s, 1] else t[k])
             for c in range(columns.size):
                 inside = window[c, 0] <= max(k - 1 - bounds[s, 0], 0) < window[c, 1]
                 active[c] = columns[c] if inside else FITTED
             while now_t < goal:
                 while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
                     if linearise:
-                        _switch(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
+                        _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, active, dry)
                     acting += 1
                 until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
                 if parameters[29] == now_t and linearise:
-                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 29)
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, active, dry, 29)
                 if now_t < parameters[29] < until:  # something begins or ends within
                     until = parameters[29]
                 if parameters[31] == now_t and linearise:
-                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 31)
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, active, dry, 31)
                 if now_t < parameters[31] < until:  # something begins or ends within
                     until = parameters[31]
                 if parameters[32] == now_t and linearise:
-                    _happen(sens, now, voltage[acting], now_t, parameters, active, dry, 32)
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, active, dry, 32)
                 if now_t < parameters[32] < until:  # something begins or ends within
                     until = parameters[32]
                 steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
                 h = (until - now_t) / steps
                 for step in range(steps):
                     if smooth:
-                        _follow(now, dry)
+                        _slip_directions(now, dry)
                         _runge_kutta(now_t + step * h, h, now, voltage[acting], parameters, now, dry, True, linearise, stages, by_parameter)
                         if linearise:
                             _propagate(h, sens, active, stages, by_parameter, lanes)
@@ -1463,18 +1463,18 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
                             lanes, dry,
                         )  # fmt: skip
                 now_t = until
-            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - lateness <= now_t
+            on_time, ahead = t[k] <= now_t, early < bounds[s, 1] and t[early] - sensor_delay <= now_t
             if k < bounds[s, 1]:
                 read_sensors(now_t, now, parameters, reading)
                 _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
-                _age(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
+                _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, columns, dry, slope, by_state, reading_by)
                 for c in range(columns.size):
                     inside = window[c, 0] <= k - bounds[s, 0] < window[c, 1]
                     active[c] = columns[c] if inside else FITTED
-                _chain(sens, by_state, reading_by, active, rows)
+                _reading_jacobian(sens, by_state, reading_by, active, rows)
                 for y in range(NY):
-                    sample = early if LATE[y] else k
-                    missing = not (ahead if LATE[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
+                    sample = early if DELAYED[y] else k
+                    missing = not (ahead if DELAYED[y] else on_time) or np.isnan(measured[min(sample, t.size - 1), y])
                     for c in range(n):
                         rows[y, c] = 0.0 if missing else rows[y, c] * weight[y]
                     rows[y, n] = 0.0
@@ -1493,25 +1493,25 @@ def shoot(t, voltage, measured, weight, bounds, states, parameters, columns, win
 
 
 @internal
-def _back(t, h, state, voltage, parameters, dry):
+def _step_back(t, h, state, voltage, parameters, dry):
     """Coordinates and rates a short time h earlier, by the accelerations that the command gives where it ends."""
     acting = state[NV] if parameters[LAG] > 0.0 else _driven(t, voltage, parameters)
-    _settled_rate(t, state, acting, parameters, dry)
+    _stick_slip_rate(t, state, acting, parameters, dry)
     for k in range(NQ):
         state[k] += h * (0.5 * h * dry[RATE, k] - state[NQ + k])
         state[NQ + k] -= h * dry[RATE, k]
 
 
 @compiled
-def settle(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
-    """Fit the initial states (S, NX) of segments one after the other, each with what the one before hands on, in place.
+def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
+    """Fit the initial states (S, NX) of segments one after the other, in place; added states carry over from one to the next.
 
-    Only coordinates and rates are fitted, by Levenberg and Marquardt in at most so many rounds. Where asked to, a segment
-    is also begun at the state in which the one before ended, and keeps the better fit.
+    Coordinates and rates are fitted by Levenberg and Marquardt in at most ``rounds`` iterations; where ``from_before`` is
+    set also from the state in which the segment before ended, of which the better fit is kept.
     """
     residual, gram, trial_gram = np.empty(measured.shape), np.zeros((1, NX + 1, NX + 1)), np.zeros((1, NX + 1, NX + 1))
     normal, step = np.zeros((NX, NX)), np.zeros(NX)
-    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST - 1
+    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST_SAMPLE - 1
     for s in range(bounds.shape[0]):
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
@@ -1888,7 +1888,7 @@ def energy_parts(t, state, voltage, parameters):
 
 SIGNALS, FEATURES = 41, 25
 DERIVATIVES = np.array([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 0, 0, 0, 0, 0])  # how often each signal is differentiated
-HELD = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
+HELD_INPUT = np.array([False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False, False])  # whether it is constant between samples
 UNMEASURED = np.array([2])  # states that no sensor reads: rates of coordinates
 Z1, Z2, OLD, NEW, STATE = 0, 1, 2, 3, 4  # rows of the filters' memory
 MIXING = np.array([((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0)), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0))], dtype=np.float64)  # weights of the features in [φ τ], by row
@@ -1896,7 +1896,7 @@ MIXING = np.array([((1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
 
 @inlined
 def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_w, cos_theta_w, sin_sum_1, cos_sum_1, sin_sum_2, cos_sum_2, sin_sum_3, cos_sum_3, parameters):
-    """The distinct quantities that are filtered."""
+    """Distinct quantities that enter the filters."""
     direction_drive = _sign(1.0 * dtheta_w + -1.0 * dtheta_p)
     direction_ground = _sign(1.0 * dtheta_w)
     X7 = parameters[6]
@@ -1979,14 +1979,14 @@ def _signals(t, theta_w, theta_p, dtheta_w, dtheta_p, v_in, sin_theta_w, cos_the
 
 @internal
 def _signals_at(t, state, voltage, parameters, signal):
-    """The same in a state (NX,), into signal (SIGNALS,)."""
+    """_signals in a state (NX,), into signal (SIGNALS,)."""
     angle_theta_w, angle_sum_1, angle_sum_2, angle_sum_3, = _angles(t, state[0], state[1], state[2], state[3], _frozen(parameters))
     signal[0], signal[1], signal[2], signal[3], signal[4], signal[5], signal[6], signal[7], signal[8], signal[9], signal[10], signal[11], signal[12], signal[13], signal[14], signal[15], signal[16], signal[17], signal[18], signal[19], signal[20], signal[21], signal[22], signal[23], signal[24], signal[25], signal[26], signal[27], signal[28], signal[29], signal[30], signal[31], signal[32], signal[33], signal[34], signal[35], signal[36], signal[37], signal[38], signal[39], signal[40], = _signals(t, state[0], state[1], state[2], state[3], voltage, math.sin(angle_theta_w), math.cos(angle_theta_w), math.sin(angle_sum_1), math.cos(angle_sum_1), math.sin(angle_sum_2), math.cos(angle_sum_2), math.sin(angle_sum_3), math.cos(angle_sum_3), parameters)
 
 
 @internal
 def _signal_rates(t, state, voltage, parameters, speed):
-    """How fast those change that are differentiated twice, into speed (SIGNALS,)."""
+    """Time derivatives of the signals that are differentiated twice, into speed (SIGNALS,)."""
     dtheta_w = state[2]
     dtheta_p = state[3]
     payload_step_time = parameters[29]
@@ -2098,7 +2098,7 @@ def filter_weights(h, tau1, tau2):
 
 @compiled
 def filter_memory():
-    """What the filters remember between two samples."""
+    """Zeroed memory of the filters between two samples, (5, max(SIGNALS, NX))."""
     return np.zeros((5, max(SIGNALS, NX)))
 
 
@@ -2138,7 +2138,7 @@ def filter_advance(t, h, old_state, state, old_voltage, voltage, parameters, wei
     _signals_at(t + h, now, voltage, parameters, memory[NEW])
     for s in range(SIGNALS):
         old = memory[OLD, s]
-        end = old if HELD[s] or not first_order_hold else memory[NEW, s]
+        end = old if HELD_INPUT[s] or not first_order_hold else memory[NEW, s]
         memory[Z2, s] = weights[1] * memory[Z2, s] + weights[2] * memory[Z1, s] + weights[5] * old + weights[6] * end
         memory[Z1, s] = weights[0] * memory[Z1, s] + weights[3] * old + weights[4] * end
 
@@ -2196,7 +2196,7 @@ def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hol
 
 @compiled
 def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, memory):
-    """The same for samples 1 to N - 1 where memory holds the filters at sample 0; it ends at the last: (N - 1, ...)."""
+    """filter_regressor for samples 1 to N - 1 from the filters' memory at sample 0, which ends at the last: (N - 1, ...)."""
     taus, phis = np.zeros((t.size - 1, NQ)), np.zeros((t.size - 1, NQ, len(LINEAR)))
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
@@ -2254,14 +2254,14 @@ def recursive_identification(
     return squares / (max(t.size - first, 1) * NQ)
 
 
-WIDE, SUMS = 64, 16  # samples that are worked on side by side, and sums that are kept apart: with these all stays in the nearest cache
-EVEN = 1e-6  # by which share the interval may differ within a block
-LONG = WIDE + 8  # room for the sample before a block
-SINES = NX * LONG  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
-FIRST_IN = SINES + 8 * LONG
+BLOCK_SIZE, PARTIAL_SUMS = 64, 16  # samples that are worked on side by side, and sums that are kept apart: with these all stays in the nearest cache
+INTERVAL_TOLERANCE = 1e-6  # by which share the interval may differ within a block
+BLOCK_STRIDE = BLOCK_SIZE + 8  # room for the sample before a block
+SINES = NX * BLOCK_STRIDE  # rows of the scratch array of a block: states, sines and cosines, what enters the filters and leaves them, features
+FIRST_IN = SINES + 8 * BLOCK_STRIDE
 FILTERS = 38  # signals that are the same, and differ in their derivatives alone, share one
-SECOND_IN, VALUE, FREE = FIRST_IN + FILTERS * WIDE, FIRST_IN + 2 * FILTERS * WIDE, FIRST_IN + 3 * FILTERS * WIDE
-FEATURE = FREE + 3 * WIDE
+SECOND_IN, VALUE, FREE_DECAY = FIRST_IN + FILTERS * BLOCK_SIZE, FIRST_IN + 2 * FILTERS * BLOCK_SIZE, FIRST_IN + 3 * FILTERS * BLOCK_SIZE
+FEATURE = FREE_DECAY + 3 * BLOCK_SIZE
 
 
 @compiled
@@ -2272,11 +2272,11 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     pieces that share one sample. The square root of the condition of the scaled gram is that of the regressor: above 1e5
     digits are lost that a QR decomposition would keep.
     """
-    products, weights = np.zeros((FEATURES, FEATURES, SUMS)), np.zeros(10)
-    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * WIDE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
-        for k in range(k, min(k + WIDE, t.size)):
+        for k in range(k, min(k + BLOCK_SIZE, t.size)):
             _filter_sample(
                 k, t, states, voltage, parameters, (tau1, tau2), first_order_hold, states[0], weights, memory, tau, phi
             )
@@ -2285,12 +2285,12 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
                     for b in range(len(LINEAR) + 1):
                         gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
-    _unmix(products, gram)
+    _add_feature_products(products, gram)
 
 
 @internal
-def _unmix(products, gram):
-    """Add the products of the features, lane by lane, to the gram of [φ τ]."""
+def _add_feature_products(products, gram):
+    """Add the products of the features, summed over their lanes, to the Gram matrix of [φ τ]."""
     for a in range(FEATURES):
         for b in range(a + 1):
             total = products[a, b].sum()

@@ -6,7 +6,7 @@ import numpy as np
 
 from templates.core.frame import (
     DERIVATIVES,
-    HELD,
+    HELD_INPUT,
     LINEAR,
     NEW,
     NQ,
@@ -44,7 +44,7 @@ def filter_weights(h, tau1, tau2):
 
 @compiled
 def filter_memory():
-    """What the filters remember between two samples."""
+    """Zeroed memory of the filters between two samples, (5, max(SIGNALS, NX))."""
     return np.zeros((5, max(SIGNALS, NX)))
 
 
@@ -84,7 +84,7 @@ def filter_advance(t, h, old_state, state, old_voltage, voltage, parameters, wei
     _signals_at(t + h, now, voltage, parameters, memory[NEW])
     for s in range(SIGNALS):
         old = memory[OLD, s]
-        end = old if HELD[s] or not first_order_hold else memory[NEW, s]
+        end = old if HELD_INPUT[s] or not first_order_hold else memory[NEW, s]
         memory[Z2, s] = weights[1] * memory[Z2, s] + weights[2] * memory[Z1, s] + weights[5] * old + weights[6] * end
         memory[Z1, s] = weights[0] * memory[Z1, s] + weights[3] * old + weights[4] * end
 
@@ -142,7 +142,7 @@ def filter_regressor(t, states, voltage, parameters, tau1, tau2, first_order_hol
 
 @compiled
 def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, memory):
-    """The same for samples 1 to N - 1 where memory holds the filters at sample 0; it ends at the last: (N - 1, ...)."""
+    """filter_regressor for samples 1 to N - 1 from the filters' memory at sample 0, which ends at the last: (N - 1, ...)."""
     taus, phis = np.zeros((t.size - 1, NQ)), np.zeros((t.size - 1, NQ, len(LINEAR)))
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):

@@ -1,4 +1,4 @@
-"""What the functions beside this file take from the module in which their text stands: layout and kernels of its model.
+"""Names that the functions beside this file take from the module in which their text stands: its model's layout and kernels.
 
 A generated module has its own of all these: decorators and numbers from ``constants.py.j2``, functions from the other
 templates. Here they say which names there are and of which kind, for readers, linter and type checker. The numbers are
@@ -27,23 +27,23 @@ NA, NV, NS = 1, 2, 2  # moving coordinates; variables; these and a lagging input
 RATES = (1,)
 FITTED, LINEAR = 3, ("X1", "X2", "X3")
 DELAY, LAG, SENSOR_DELAY = -1, -1, -1
-LATE = (False, False)
-DRY, SLIPS = 0, np.zeros((0, NA))
+DELAYED = (False, False)
+SURFACES, SLIP_MATRIX = 0, np.zeros((0, NA))
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
-AT_REST, LAG_MEMORY, NEAR, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
-FIRST = np.int64(0)
+AT_REST, LAG_MEMORY, SERIES_RANGE, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
+FIRST_SAMPLE = np.int64(0)
 
-LANES, REMEMBERED, GIVEN = 8, 0, 1
+LANES, HYSTERESES, DERIVATIVE_ROWS = 8, 0, 1
 MEMORY, EXCESS = 6, 96
 
 SIGNALS, FEATURES = 3, 3
-DERIVATIVES, HELD, UNMEASURED = np.array([2, 1, 0]), np.array([False] * 3), np.array([1])
+DERIVATIVES, HELD_INPUT, UNMEASURED = np.array([2, 1, 0]), np.array([False] * 3), np.array([1])
 Z1, Z2, OLD, NEW, STATE = range(5)
 MIXING = np.zeros((NQ, FEATURES + 1, FEATURES))
-WIDE, SUMS, EVEN = 64, 16, 1e-6
-FREE, FEATURE = 864, 1056
+BLOCK_SIZE, PARTIAL_SUMS, INTERVAL_TOLERANCE = 64, 16, 1e-6
+FREE_DECAY, FEATURE = 864, 1056
 
-CROWD, NOW, INTEGRAL, GAINS, CROWD_ROWS = 64, 0, 7, 8, 16
+BATCH_SIZE, STATE_ROW, INTEGRAL, GAINS, BATCH_ROWS = 64, 0, 7, 8, 16
 
 
 def _driven(t: float, voltage: float, parameters: np.ndarray) -> float:
@@ -58,11 +58,11 @@ def _rate(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, d
     raise NotImplementedError
 
 
-def _settle(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
+def _stick_or_slip(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
     raise NotImplementedError
 
 
-def _slope(
+def _state_derivative(
     t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray, slope: np.ndarray
 ) -> None:
     raise NotImplementedError
@@ -100,5 +100,5 @@ def _control(t: float, h: float, reference: float, reference_rate: float, lanes:
     raise NotImplementedError
 
 
-def _crowd_step(t: float, h: float, lanes: np.ndarray) -> None:
+def _batch_step(t: float, h: float, lanes: np.ndarray) -> None:
     raise NotImplementedError

@@ -1,6 +1,6 @@
 """Dry friction: slip of the surfaces, the directions they slip in, and the events between slipping and sticking."""
 
-from templates.core.frame import BEFORE, DIRECTION, DRY, NA, RATE, RATES, SLIPS, _rate, _settle, inlined, internal
+from templates.core.frame import BEFORE, DIRECTION, SURFACES, NA, RATE, RATES, SLIP_MATRIX, _rate, _stick_or_slip, inlined, internal
 
 
 @inlined
@@ -8,28 +8,28 @@ def _slip(state, surface):
     """Slip speed of a surface."""
     speed = 0.0
     for k in range(NA):
-        speed += SLIPS[surface, k] * state[RATES[k]]
+        speed += SLIP_MATRIX[surface, k] * state[RATES[k]]
     return speed
 
 
 @inlined
-def _follow(state, dry):
-    """Let every surface slip the way it moves, into dry[DIRECTION]."""
-    for i in range(DRY):
+def _slip_directions(state, dry):
+    """Directions of slip by the sign of the slip speeds, into dry[DIRECTION]."""
+    for i in range(SURFACES):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
 @inlined
-def _keep(dry):
-    """Keep the accelerations dry[RATE] in dry[BEFORE]."""
+def _store_rate(dry):
+    """Copy the accelerations dry[RATE] to dry[BEFORE]."""
     for k in range(NA):
         dry[BEFORE, k] = dry[RATE, k]
 
 
 @internal
-def _settled_rate(t, state, voltage, parameters, dry):
-    """Accelerations once it is decided what sticks, into dry[RATE]."""
-    _settle(t, state, voltage, parameters, dry)
+def _stick_slip_rate(t, state, voltage, parameters, dry):
+    """Accelerations with the surfaces sticking or slipping as _stick_or_slip finds, into dry[RATE]."""
+    _stick_or_slip(t, state, voltage, parameters, dry)
     _rate(t, state, voltage, parameters, dry)
 
 
@@ -38,13 +38,13 @@ def _slip_rate(dry, row, surface):
     """Slip acceleration of a surface under the accelerations dry[row]."""
     total = 0.0
     for k in range(NA):
-        total += SLIPS[surface, k] * dry[row, k]
+        total += SLIP_MATRIX[surface, k] * dry[row, k]
     return total
 
 
 @internal
-def _landing(h, start, start_rate, end, end_rate):
-    """When a slip speed that changes its sign within h crosses zero, by bisection of its cubic interpolant."""
+def _zero_crossing(h, start, start_rate, end, end_rate):
+    """Time within h at which a slip speed crosses zero, by bisection of its cubic Hermite interpolant."""
     low, high = 0.0, 1.0
     for _ in range(50):
         u = 0.5 * (low + high)
@@ -62,14 +62,14 @@ def _landing(h, start, start_rate, end, end_rate):
 
 
 @internal
-def _jump(sens, dry, surface):
-    """Change the sensitivities at a stick-slip event, from dry[BEFORE] to dry[RATE]: its time depends on them (saltation)."""
+def _saltation(sens, dry, surface):
+    """Saltation of the sensitivities at a stick-slip event, from accelerations dry[BEFORE] to dry[RATE]."""
     approach = _slip_rate(dry, BEFORE, surface)
     if approach == 0.0:
         return
     for c in range(sens.shape[1]):
         slip = 0.0
         for k in range(NA):
-            slip += SLIPS[surface, k] * sens[RATES[k], c]
+            slip += SLIP_MATRIX[surface, k] * sens[RATES[k], c]
         for k in range(NA):
             sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach

@@ -3,7 +3,7 @@
 import numpy as np
 
 from templates.core.filters import _filter_sample
-from templates.core.frame import FEATURE, FEATURES, LINEAR, MIXING, NQ, SIGNALS, SUMS, WIDE, compiled, internal
+from templates.core.frame import FEATURE, FEATURES, LINEAR, MIXING, NQ, SIGNALS, PARTIAL_SUMS, BLOCK_SIZE, compiled, internal
 
 
 @compiled
@@ -14,11 +14,11 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     pieces that share one sample. The square root of the condition of the scaled gram is that of the regressor: above 1e5
     digits are lost that a QR decomposition would keep.
     """
-    products, weights = np.zeros((FEATURES, FEATURES, SUMS)), np.zeros(10)
-    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * WIDE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
-        for k in range(k, min(k + WIDE, t.size)):
+        for k in range(k, min(k + BLOCK_SIZE, t.size)):
             _filter_sample(
                 k, t, states, voltage, parameters, (tau1, tau2), first_order_hold, states[0], weights, memory, tau, phi
             )
@@ -27,12 +27,12 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
                     for b in range(len(LINEAR) + 1):
                         gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
-    _unmix(products, gram)
+    _add_feature_products(products, gram)
 
 
 @internal
-def _unmix(products, gram):
-    """Add the products of the features, lane by lane, to the gram of [φ τ]."""
+def _add_feature_products(products, gram):
+    """Add the products of the features, summed over their lanes, to the Gram matrix of [φ τ]."""
     for a in range(FEATURES):
         for b in range(a + 1):
             total = products[a, b].sum()

@@ -1,13 +1,13 @@
-"""What the steps of the integrator share: the method's weights and the scratch arrays."""
+"""The integrator's weights and scratch arrays."""
 
 import numpy as np
 
-from templates.core.frame import DRY, EXCESS, FITTED, GIVEN, LANES, MEMORY, NA, NS, REMEMBERED, inlined
+from templates.core.frame import SURFACES, EXCESS, FITTED, DERIVATIVE_ROWS, LANES, MEMORY, NA, NS, HYSTERESES, inlined
 
 
 @inlined
 def _weights(stage, h):
-    """How far ahead a stage's slope carries to the next stage, and its weight in the step."""
+    """Step from a Runge-Kutta stage to the next one, and the stage's weight in the whole step."""
     return (0.5 * h if stage < 2 else h), (h / 6.0 if stage in (0, 3) else h / 3.0)
 
 
@@ -19,6 +19,6 @@ def _workspace():
     last of the driven input; sensitivities side by side; rows for dry friction.
     """
     return (
-        np.zeros(NS), np.zeros((5, MEMORY + 2 * REMEMBERED)), np.zeros((5, GIVEN, FITTED + 1)),
-        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, DRY))),
+        np.zeros(NS), np.zeros((5, MEMORY + 2 * HYSTERESES)), np.zeros((5, DERIVATIVE_ROWS, FITTED + 1)),
+        np.zeros(EXCESS + LANES), np.zeros((6, max(NA, SURFACES))),
     )  # fmt: skip

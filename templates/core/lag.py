@@ -7,7 +7,7 @@ from templates.core.frame import inlined, internal
 
 @internal
 def _lag(h, time_constant):
-    """What exp(−s/T), the share of an old input that still acts, amounts to over h.
+    """Share exp(−s/T) of an old input that still acts, as a straight line in s over a step h.
 
     Returns begin and slope of the straight line in s that has its integral and its first moment, its value at h, and the
     derivatives of the three in T. The line serves the integrator, which a T far below h would leave unstable, and at

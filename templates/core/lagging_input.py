@@ -1,8 +1,8 @@
-"""The input that acts where the actuator lags: a state of its own, which follows from the commands before."""
+"""The input behind a first-order actuator lag: a state of its own, which follows from the commands before."""
 
 import numpy as np
 
-from templates.core.delays import _acting_at, _delay
+from templates.core.delays import _acting_sample, _input_delay
 from templates.core.frame import (
     DELAY,
     FITTED,
@@ -29,18 +29,18 @@ def _acting(t, h, state, voltage, parameters):
 
 
 @internal
-def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+def _initial_state(when, t, voltage, acting, start, parameters, columns, state, sens):
     """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
-    as one that has acted for long.
+    Added states stay as they are, or are given after those, and do not depend on them. A lagging input follows from the
+    commands before; the first command of a log, or the first after missing ones, counts as one that has acted for long.
     """
     for i in range(start.size):
         state[i] = start[i]
     for i in range(NV):
         for c in range(sens.shape[1] if i < NX else min(NX, sens.shape[1])):
             sens[i, c] = 1.0 if c == i else 0.0
-    time_constant, delay = parameters[LAG], _delay(parameters)
+    time_constant, delay = parameters[LAG], _input_delay(parameters)
     first = acting
     while first > 0 and when - t[first] - delay < LAG_MEMORY * time_constant and np.isfinite(voltage[first - 1]):
         first -= 1
@@ -70,6 +70,6 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _begin(t[k], t, voltage, _acting_at(t, k, t[k], parameters), start, parameters, columns, state, sens)
+        _initial_state(t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens)
         acting[k] = state[NV]
     return acting

@@ -10,11 +10,11 @@ def _acting(t, h, state, voltage, parameters):
 
 
 @internal
-def _begin(when, t, voltage, acting, start, parameters, columns, state, sens):
+def _initial_state(when, t, voltage, acting, start, parameters, columns, state, sens):
     """State (NS,) and sensitivities (NS, n) at a time when command ``acting`` acts, from coordinates and rates (NX,).
 
-    What effects add stays as it is, or is given after those, and does not depend on them. A lagging input follows from the commands before; the first command of a log, or the first after missing ones, counts
-    as one that has acted for long.
+    Added states stay as they are, or are given after those, and do not depend on them. A lagging input follows from the
+    commands before; the first command of a log, or the first after missing ones, counts as one that has acted for long.
     """
     for i in range(start.size):
         state[i] = start[i]

@@ -6,7 +6,7 @@ from templates.core.frame import NX, NY, inlined
 
 
 @inlined
-def _chain(sens, by_state, by_parameter, columns, rows):
+def _reading_jacobian(sens, by_state, by_parameter, columns, rows):
     """Derivatives of the readings, one row each, from those of the state."""
     for y in range(NY):
         for c in range(sens.shape[1]):

@@ -4,19 +4,19 @@ import math
 
 import numpy as np
 
-from templates.core.frame import FIRST, NV, NX, compiled, internal, shoot, simulate
+from templates.core.frame import FIRST_SAMPLE, NV, NX, compiled, internal, shoot, simulate
 
 
 @compiled
-def settle(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
-    """Fit the initial states (S, NX) of segments one after the other, each with what the one before hands on, in place.
+def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters, max_step, rounds, from_before):
+    """Fit the initial states (S, NX) of segments one after the other, in place; added states carry over from one to the next.
 
-    Only coordinates and rates are fitted, by Levenberg and Marquardt in at most so many rounds. Where asked to, a segment
-    is also begun at the state in which the one before ended, and keeps the better fit.
+    Coordinates and rates are fitted by Levenberg and Marquardt in at most ``rounds`` iterations; where ``from_before`` is
+    set also from the state in which the segment before ended, of which the better fit is kept.
     """
     residual, gram, trial_gram = np.empty(measured.shape), np.zeros((1, NX + 1, NX + 1)), np.zeros((1, NX + 1, NX + 1))
     normal, step = np.zeros((NX, NX)), np.zeros(NX)
-    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST - 1
+    start, other, arrived, ended = np.zeros((1, NV)), np.zeros((1, NV)), np.zeros(NV), FIRST_SAMPLE - 1
     for s in range(bounds.shape[0]):
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]

@@ -2,7 +2,7 @@
 
 import math
 
-from templates.core.frame import NEAR, ROUNDING, inlined
+from templates.core.frame import SERIES_RANGE, ROUNDING, inlined
 
 
 @inlined
@@ -37,7 +37,7 @@ def _sine_pair(x):
 
 @inlined
 def _series(x, square):
-    """sin x and 1 − cos x for |x| up to NEAR."""
+    """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
     sine = x + x * square * (
         (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
@@ -46,14 +46,14 @@ def _series(x, square):
 
 
 @inlined
-def _turned(angle, start, sine, cosine):
+def _rotated_sines(angle, start, sine, cosine):
     """Sine and cosine of an angle from those of one near it.
 
     A step takes one pair in full; its other stages turn that pair, which is faster and as accurate.
     """
     turn = angle - start
     square = turn * turn
-    if square > NEAR * NEAR:
+    if square > SERIES_RANGE * SERIES_RANGE:
         return math.sin(angle), math.cos(angle)
     along, short = _series(turn, square)
     return sine + (cosine * along - sine * short), cosine - (sine * along + cosine * short)

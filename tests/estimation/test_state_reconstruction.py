@@ -22,8 +22,8 @@ EVERY = [
 def test_states_come_back_from_ideal_readings(plant, assumptions):
     module = kernels.model_module(plant, assumptions, ())
     states = np.random.default_rng(3).normal(size=(8, module.NX))
-    values = states @ module.READS.T
-    slopes = states[:, module.NQ :] @ module.READS[:, : module.NQ].T
+    values = states @ module.OUTPUT_MATRIX.T
+    slopes = states[:, module.NQ :] @ module.OUTPUT_MATRIX[:, : module.NQ].T
     np.testing.assert_allclose(states_from(module, values, slopes), states, atol=1e-12)
 
 

@@ -9,7 +9,7 @@ from wheelpend.estimation import least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 
 PARAMETERS = np.array(list(X.values()))
-MACHINES = 70  # more than one crowd
+MACHINES = 70  # more than are advanced side by side
 
 
 def exact_steps(state, voltage, h):
@@ -52,7 +52,7 @@ def test_many_machines_side_by_side_go_as_each_alone(lean):
     rng = np.random.default_rng(3)
     parameters = PARAMETERS * (1.0 + 0.05 * rng.normal(size=(MACHINES, 7)))
     begin = rng.normal(size=(MACHINES, 4)) * [1.0, 0.05, 0.5, 0.1]
-    begin[5, 3] = 200.0  # one that turns fast takes the whole crowd the long way
+    begin[5, 3] = 200.0  # one that turns fast takes all beside it the long way
     gains = np.tile([-168.0, -800.0, -8.8], (MACHINES, 1)) * rng.uniform(0.9, 1.1, size=(MACHINES, 1))
     reference, rate = 0.05 * np.sin(3 * t), 0.15 * np.cos(3 * t)
     every, record, states = 50, np.zeros((7, 5, MACHINES)), begin.copy()

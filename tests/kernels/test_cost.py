@@ -34,7 +34,7 @@ def test_no_generated_name_has_two_meanings(lean, library):
 
 def test_a_step_takes_one_sine_pair_in_full_and_turns_it_three_times(lean):
     step = text_of(lean._plain_step)
-    assert step.count("_sine_pair(") == 1 and step.count("_turned(") == 3 and "math." not in step
+    assert step.count("_sine_pair(") == 1 and step.count("_rotated_sines(") == 3 and "math." not in step
     assert operations(lean._free_motion) <= 45 and operations(lean._residual_jacobian) <= 30
 
 
@@ -58,7 +58,7 @@ def test_machines_side_by_side_take_a_fraction_of_the_time_of_each_alone(lean):
 
     one(), crowd()
     assert quickest(crowd) < 2.0 * quickest(one)  # 64 against 16, so more than twice as fast each
-    assert "math." not in text_of(lean._crowd_step)
+    assert "math." not in text_of(lean._batch_step)
 
 
 def test_kernels_let_other_threads_run(lean, library):
@@ -109,6 +109,6 @@ def test_sensitivities_to_everything_cost_few_simulations(library):
 def test_a_library_without_friction_in_its_parameters_takes_the_way_without_events(library):
     values = dict(zip(library.PARAMETERS, library.ABSENT, strict=True)) | X
     parameters = np.array([values[n] for n in library.PARAMETERS])
-    assert library._smooth.py_func(parameters)
+    assert library._is_frictionless.py_func(parameters)
     parameters[library.PARAMETERS.index("load_friction.share")] = 0.1
-    assert not library._smooth.py_func(parameters)
+    assert not library._is_frictionless.py_func(parameters)

@@ -211,9 +211,9 @@ def error_at(problem: EstimationProblem, part: Segments, values: dict[str, float
 
 def is_out_of_range(module: ModuleType, part: Segments, residual: np.ndarray) -> bool:
     """Whether a prediction left the plant's range in some segment."""
-    if module.FALLS < 0:
+    if module.RANGE_OUTPUT < 0:
         return False
-    angle = part.log.measured[:, module.FALLS] - residual[:, module.FALLS] * part.sigma[module.FALLS]
+    angle = part.log.measured[:, module.RANGE_OUTPUT] - residual[:, module.RANGE_OUTPUT] * part.sigma[module.RANGE_OUTPUT]
     return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in part.bounds]))) > MAX_PREDICTED_ANGLE_RAD)
 
 
@@ -242,7 +242,7 @@ def replay_closed_loop(problem: EstimationProblem, part: Segments, values: dict[
         kernel_parameters(module, values, log), zeros, np.zeros(module.NY), problem.max_step,
     )  # fmt: skip
     diverged = not np.isfinite(outputs).all()
-    diverged |= module.FALLS >= 0 and bool(np.max(np.abs(outputs[:, module.FALLS])) > MAX_PREDICTED_ANGLE_RAD)
+    diverged |= module.RANGE_OUTPUT >= 0 and bool(np.max(np.abs(outputs[:, module.RANGE_OUTPUT])) > MAX_PREDICTED_ANGLE_RAD)
     difference = np.sqrt(np.nanmean((outputs - log.measured) ** 2, axis=0))
     return ClosedLoop(
         {} if diverged else dict(zip(log.channels, map(float, difference), strict=True)),

@@ -1,6 +1,6 @@
 """State reconstruction: coordinates and rates from the channels of the sensors.
 
-Every sensor reads a constant combination of coordinates, or of rates (READS of the generated module). A rate comes from
+Every sensor reads a constant combination of coordinates, or of rates (OUTPUT_MATRIX of the generated module). A rate comes from
 the rate sensors where these determine it, else from the slope of the position sensors' readings.
 """
 
@@ -29,7 +29,7 @@ def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> n
 
 def reconstruction_matrices(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Matrices (NX, NY) from readings, and from their slopes, to states, where only the known channels have a value."""
-    weights = np.where(known[:, None], module.READS, 0.0)
+    weights = np.where(known[:, None], module.OUTPUT_MATRIX, 0.0)
     positions, rates = weights[:, : module.NQ], weights[:, module.NQ :]
     from_rates = np.linalg.pinv(rates)
     unseen = null_space(rates) if rates.any() else np.eye(module.NQ)  # rates that no rate sensor determines
@@ -50,7 +50,7 @@ def measured_states(module: ModuleType, log: Log) -> np.ndarray:
     """
     filled = np.column_stack([fill_gaps(log.t, signal) for signal in log.measured.T])
     states = states_from(module, filled, np.gradient(filled, log.t, axis=0, edge_order=2))
-    for q in np.flatnonzero(~module.READS[:, : module.NQ].any(axis=0)):
+    for q in np.flatnonzero(~module.OUTPUT_MATRIX[:, : module.NQ].any(axis=0)):
         rate = states[:, module.NQ + q]
         states[1:, q] = np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.t))
     return states

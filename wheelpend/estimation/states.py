@@ -90,7 +90,7 @@ def sequential_states(
     log, found = segments.log, states.copy()
     weight, two_starts = 1.0 / segments.sigma, rounds > MAX_STATE_UPDATE_ROUNDS
     try:
-        module.settle(
+        module.fit_initial_states(
             log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, max_step, rounds, two_starts
         )
     except ZeroDivisionError:  # as in shoot

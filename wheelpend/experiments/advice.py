@@ -75,7 +75,7 @@ def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[Can
 
     ``others`` are the refits of other candidates, from which shapes and limits are taken.
     """
-    if problem.module.FALLS < 0 or len(problem.module.INPUTS) != 1:
+    if problem.module.RANGE_OUTPUT < 0 or len(problem.module.INPUTS) != 1:
         return _advice_without_simulation(problem, first)
     question = question_of_fit(problem, first, others)
     if settled := _already_separated_text(question, first, others):

@@ -113,4 +113,4 @@ def call_estimation_kernels(module: ModuleType, a: KernelArguments) -> None:
         np.array([[0, 9]]), MAX_STEP_S, np.zeros((1, size, size)), a.measured.copy(),
     )  # fmt: skip
     if module.NV > module.NX:  # something carries on from segment to segment
-        module.settle(a.t, a.voltage, a.measured, weight, bounds, first.copy(), a.parameters, MAX_STEP_S, 1, False)
+        module.fit_initial_states(a.t, a.voltage, a.measured, weight, bounds, first.copy(), a.parameters, MAX_STEP_S, 1, False)

@@ -55,7 +55,7 @@ def simulate(
     t = np.arange(round(duration / sample) + 1) * sample
     angle, rate = reference(command, t)
     begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
-    empty = Log("", t, t, begin[None, : module.NQ] @ module.READS[:, : module.NQ].T, tuple(module.OUTPUTS))
+    empty = Log("", t, t, begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS))
     parameters = kernel_parameters(module, machine, empty)
     step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
     normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
@@ -81,8 +81,8 @@ def simulate(
 def first_sample_out_of_range(module: ModuleType, states: np.ndarray) -> int | None:
     """The first sample at which a simulation (N, NX) has left the plant's range; None where it stays."""
     kept = np.isfinite(states).all(axis=1)
-    if module.FALLS >= 0:
-        kept &= np.abs(states @ module.READS[module.FALLS]) <= np.pi / 2
+    if module.RANGE_OUTPUT >= 0:
+        kept &= np.abs(states @ module.OUTPUT_MATRIX[module.RANGE_OUTPUT]) <= np.pi / 2
     return None if kept.all() else int(np.argmin(kept))
 
 
