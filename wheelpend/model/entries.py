@@ -12,7 +12,7 @@ Noise = float | Literal["auto"]
 
 @dataclass(frozen=True)
 class ParameterValue:
-    """A parameter: what it should be, and what the data said."""
+    """A parameter: its nominal value, and the estimate with its standard error."""
 
     nominal: float | None = None
     identified: float | None = None
@@ -26,7 +26,7 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class Sensors:
-    """What is known about the sensors."""
+    """Encoder, noise and quantisation of the sensors, as far as they are known."""
 
     encoder: Literal["absolute", "relative"] = "absolute"  # relative: theta_w is wheel minus body
     encoder_counts: float | None = None  # per revolution; 0 or nothing where unknown
@@ -48,7 +48,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Controller:
-    """The feedback law that made the voltage, where it is known."""
+    """The feedback law that computes the voltage."""
 
     kind: Literal["pid"]
     gains: tuple[float, float, float]  # on the pitch error, its integral and its rate [V/rad, V/(rad s), V s/rad]
@@ -56,7 +56,7 @@ class Controller:
 
 @dataclass(frozen=True)
 class Column:
-    """Where a log keeps a quantity."""
+    """The column of a log that holds a quantity, with its unit, sign and scale."""
 
     column: str
     unit: str = ""

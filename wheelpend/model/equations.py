@@ -1,4 +1,4 @@
-"""The derived equations as text or LaTeX, and what differs between two models, term by term."""
+"""The derived equations as text or LaTeX, and the difference of two models, term by term."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ REGRESSOR_TITLE = "Regressor: tau = phi X, phi = d²/dt² phi2 + d/dt phi1 + phi
 
 
 def derived_model(model: Model) -> derive.Model:
-    """The derived model behind a model file."""
+    """The derived model of a model file; raises Failure where a term cannot be expressed in its parameters."""
     try:
         return derive.compose(model.plant, model.assumptions, model.effects)
     except NotExpressibleError as error:
@@ -34,7 +34,7 @@ def equations_text(model: Model, latex: bool = False) -> str:
 
 
 def equation_sections(derived: derive.Model, write: Writer) -> dict[str, list[str]]:
-    """Everything that a model derives to, in lines: 'name = value', or a term of a sum with its sign."""
+    """Titled lines of all that a model derives to: 'name = value', or a term of a sum with its sign."""
     names = zip(derived.grouping.names, derived.grouping.definitions, strict=True)
     found = {
         "Assumptions": [f"{k} = {v}" for k, v in derived.assumptions.items()],
@@ -61,7 +61,7 @@ def signed_term_text(term: sp.Expr, write: Writer) -> str:
 
 
 def input_lines(derived: derive.Model, write: Writer) -> list[str]:
-    """What stands between the command and the voltage in the equations, where they do not show it."""
+    """Delay and lag between the command and the voltage, which the equations of motion do not show."""
     lines = [f"the command acts {derived.delay} later"] if derived.delay else []
     if derived.lag:
         lines.append(f"U instead of {derived.plant.input} above: {derived.lag} dU/dt = {write(derived.drive)} - U")
@@ -102,7 +102,7 @@ def other_model(model: Model, other: str) -> Model:
 
 
 def difference_text(one: Model, other: Model, latex: bool = False) -> str:
-    """What changes from one model to the other: definitions from and to, terms that go (-) and come (+)."""
+    """Difference of two models: definitions from and to, terms that go (-) and come (+)."""
     write: Writer = sp.latex if latex else str
     before, after = (equation_sections(derived_model(m), write) for m in (one, other))
     lines = changed_lines(*([f"effects = {', '.join(m.effects) or 'none'}"] for m in (one, other)))

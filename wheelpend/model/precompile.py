@@ -30,7 +30,9 @@ def compile_all(model: Model, progress: Callable[[str], None]) -> list[str]:
 
 def module_loaders(model: Model) -> dict[str, Callable[[], ModuleType]]:
     """Loaders of the modules that the tool uses of a model, by what they hold."""
-    releasing = sorted({e.releases: e.name for e in derive.effects.applicable_to(model.plant_signature) if e.releases}.items())
+    releasing = sorted(
+        {e.releases: e.name for e in derive.effects.applicable_to(model.plant_signature) if e.releases}.items()
+    )
     return {
         "library": partial(library_module_of, model),
         "plain plant": partial(model_module, model.plant, model.assumptions, ()),
@@ -113,4 +115,6 @@ def call_estimation_kernels(module: ModuleType, a: KernelArguments) -> None:
         np.array([[0, 9]]), MAX_STEP_S, np.zeros((1, size, size)), a.measured.copy(),
     )  # fmt: skip
     if module.NV > module.NX:  # something carries on from segment to segment
-        module.fit_initial_states(a.t, a.voltage, a.measured, weight, bounds, first.copy(), a.parameters, MAX_STEP_S, 1, False)
+        module.fit_initial_states(
+            a.t, a.voltage, a.measured, weight, bounds, first.copy(), a.parameters, MAX_STEP_S, 1, False
+        )

@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Iterable
 
 import tomlkit
-from derive.plant_signature import PlantSignature
 
 from derive import plants
+from derive.plant_signature import PlantSignature
 from derive.records import Assumption
 from wheelpend.kernels.plant_signature import plant_signature
 
@@ -75,7 +75,7 @@ def constant_lines(plant: str, built: PlantSignature) -> list[str]:
 
 
 def parameters_comment(plant: str) -> str:
-    """What the nominal values are."""
+    """Comment on the source of the nominal values."""
     source = "the paper's Table 1" if plant == PAPER_PLANT else "those of the plant's file"
     return f"nominal: {source}, a tenth too small; identification corrects it"
 
@@ -92,13 +92,13 @@ def noise_section(built: PlantSignature) -> str:
 
 
 def controller_lines(plant: str) -> list[str]:
-    """The PID that holds the plant, where its file gives one."""
+    """The PID gains that stabilise the plant, where its file gives some."""
     gains = plants.gains_of(plant)
     return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
 
 
 def columns_section(built: PlantSignature) -> str:
-    """How a log's columns are mapped."""
+    """An example of a mapped column, commented out."""
     last = built.channels[-1] if built.name != PAPER_PLANT else next(c for c in built.channels if c.name == "theta_p")
     unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
     comment = "only where a log names or measures things differently, for instance"
@@ -106,14 +106,14 @@ def columns_section(built: PlantSignature) -> str:
 
 
 def simulation_comment(plant: str) -> str:
-    """What the simulated machine is."""
+    """Comment on the source of the simulated machine's numbers."""
     return f"the machine that `wheelpend simulate` plays: the {'paper' if plant == PAPER_PLANT else 'plant'}'s" + (
         " Table 1" if plant == PAPER_PLANT else " numbers"
     )
 
 
 def simulation_lines(plant: str, built: PlantSignature) -> list[str]:
-    """True parameters, noises and where a machine that nothing holds begins."""
+    """True parameters, noises, and the initial state of a plant without a drive."""
     lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
     if plant == PAPER_PLANT:
         lines += ["pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]",

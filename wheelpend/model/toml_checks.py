@@ -1,7 +1,7 @@
 """Checks of what a TOML file holds: every key known, every value of its kind.
 
-A check takes a value and its place in the file, and returns the value as it is used; it raises Wrong where that cannot
-be.
+A check takes a value and its place in the file, and returns the value as it is used; it raises InvalidValue where the
+value is not of the kind.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ Check = Callable[[Any, str], Any]
 
 
 class InvalidValue(ValueError):
-    """What is wrong in a file: a phrase for each place."""
+    """Values that are not of their kind; the arguments are a phrase for each place."""
 
 
 def refuse(must: str, value: object, place: str) -> NoReturn:
-    """Raise Wrong: where, what must hold, what came."""
+    """Raise InvalidValue with the place, what must hold and what came."""
     raise InvalidValue(f"{place}: must be {must}, not {value!r:.60}")
 
 
@@ -54,7 +54,7 @@ def boolean(value: object, place: str) -> bool:
 
 
 def any_value(value: object, place: str) -> object:
-    """Whatever it is."""
+    """Any value, unchanged."""
     return value
 
 
@@ -136,8 +136,8 @@ def table(make: Callable[..., Any], **checks: Check) -> Check:
             raise InvalidValue((f"[{place}]: " if place else "") + str(failure).rstrip(".")) from None
         inside = f"{place}." if place else ""
         missing = [(_refuse_missing, None, inside + n) for n in needed if n not in value]
-        found = run_checks([*missing, *((checks[n], v, inside + n) for n, v in value.items())])
-        return make(**dict(zip(value, found, strict=True)))
+        results = run_checks([*missing, *((checks[n], v, inside + n) for n, v in value.items())])
+        return make(**dict(zip(value, results, strict=True)))
 
     return entries
 
@@ -158,17 +158,17 @@ def _refuse_missing(value: object, place: str) -> NoReturn:
 
 
 def run_checks(checks: Iterable[tuple[Check, object, str]]) -> list:
-    """What several checks return; raises Wrong with all that is wrong."""
-    found: list = []
+    """The results of several checks; raises InvalidValue with the phrases of all that fail."""
+    results: list = []
     phrases: list[str] = []
     for check, value, place in checks:
         try:
-            found.append(check(value, place))
+            results.append(check(value, place))
         except InvalidValue as wrong:
             phrases += wrong.args
     if phrases:
         raise InvalidValue(*phrases)
-    return found
+    return results
 
 
 def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:

@@ -1,4 +1,4 @@
-"""Reading a model.toml: the shape of its tables, and every name in it held against plant and library."""
+"""Reading a model.toml: its tables as records, every key known and every value of its kind."""
 
 from __future__ import annotations
 
@@ -20,6 +20,8 @@ from wheelpend.model.toml_checks import (
     table,
     text,
 )
+
+MODEL_FILE, USER_EFFECTS_FILE = "model.toml", "effects.toml"  # in a workspace
 
 VALUE_CHECK = table(ParameterValue, nominal=number, identified=number, sigma=nonnegative)
 NOISE_CHECK = keyword_or("auto", positive)
@@ -47,7 +49,7 @@ MODEL_FILE_CHECK = table(
 
 
 def parse_model_file(text: str) -> ModelFile:
-    """Parse and validate the shape of a model.toml."""
+    """The tables of a model.toml; raises Failure naming everything in them that is not as it must be."""
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

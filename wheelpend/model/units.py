@@ -1,4 +1,4 @@
-"""What a plant's states, channels and forces are called and measured in, for texts and pictures."""
+"""Units of a plant's states, channels and generalised forces, for texts and pictures."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 from dataclasses import dataclass
 
 from derive.plant_signature import PlantSignature
-
 from wheelpend.model.record import Model
 
 NAME_PATTERN = re.compile(r"[A-Za-z_]\w*")
@@ -14,7 +13,7 @@ NAME_PATTERN = re.compile(r"[A-Za-z_]\w*")
 
 @dataclass(frozen=True)
 class PlantUnits:
-    """Units of a plant, and what a volt of its input is worth where that is known."""
+    """Units of a plant, and the physical force per unit of its input where that is known."""
 
     units: dict[str, str]  # of time, input, coordinates, rates and channels, by name
     force: str  # unit of a generalised force, V for one in volt-equivalents
@@ -27,14 +26,14 @@ class PlantUnits:
         return self.units.get(first[0], "") if first else ""
 
     def in_physical(self, value: float, unit: str) -> tuple[float, str] | None:
-        """A coefficient in N m, or N, and its unit there; None where it is no force or the worth is not known."""
+        """A coefficient in N m, or N, with its unit; None where it is no force or the conversion is not known."""
         if self.worth is None or not re.match(rf"{re.escape(self.force)}(?!\w)", unit):
             return None
         return value * self.worth, self.physical + unit[len(self.force) :]
 
 
 def plant_units_of(model: Model) -> PlantUnits:
-    """Names and units of a model's plant, with the worth of its input as its constants say."""
+    """Units of a model's plant, with the physical force per unit of input that its constants give."""
     plant = model.plant_signature
     scale = plant.scale_constant
     worth = model.constants.get(scale.name) if scale else None
@@ -43,7 +42,7 @@ def plant_units_of(model: Model) -> PlantUnits:
 
 
 def units_of(plant: PlantSignature) -> dict[str, str]:
-    """Units of everything that varies in a plant and its logs."""
+    """Units of time, inputs, coordinates, rates, accelerations and channels of a plant, by name."""
     units = {"t": "s", **dict.fromkeys(plant.inputs, plant.input_unit)}
     for c in plant.coordinates:
         units |= {c.q: c.unit, c.dq: f"{c.unit}/s", c.ddq: f"{c.unit}/s²"}

@@ -19,22 +19,22 @@ from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
+from wheelpend.model.toml_file import USER_EFFECTS_FILE
 
-USER_EFFECTS_FILE = "effects.toml"
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
 MAX_EFFECTS_AND_PARAMETERS = 20  # effects in a file, and parameters of one
 
 
 @dataclass(frozen=True)
 class UserParameter:
-    """One number of an effect."""
+    """One parameter of an effect, as its table states it."""
 
     unit: str
     typical: float
     minimum: float | None = None
     maximum: float | None = None
     scope: str = "shared"
-    starts: tuple[float, ...] = ()  # of a shape: values to try
+    starts: tuple[float, ...] = ()  # of a profiled parameter: values to try
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ EFFECT_CHECK = table(
 
 
 def read_user_effects(workspace: Path, plant: PlantSignature) -> tuple[Effect, ...]:
-    """Rows of a workspace's effects.toml; none without one. Raises Failure saying what in it is wrong."""
+    """Effects of a workspace's effects.toml, none without one; raises Failure saying what in it is wrong."""
     path = workspace / USER_EFFECTS_FILE
     try:
         text = path.read_bytes().decode("utf-8-sig")
@@ -125,7 +125,7 @@ def effect_table_text(name: str, table: Mapping[str, Any]) -> str:
 
 
 def effects_from_text(text: str, plant: PlantSignature) -> tuple[Effect, ...]:
-    """Rows of the text of an effects.toml."""
+    """Effects of the text of an effects.toml; raises Failure saying what in it is wrong."""
     try:
         tables = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
@@ -136,19 +136,19 @@ def effects_from_text(text: str, plant: PlantSignature) -> tuple[Effect, ...]:
 
 
 def effect_from_table(name: str, given: object, plant: PlantSignature) -> Effect:
-    """One table as a row."""
+    """The effect of one table; raises Failure where the table does not state one."""
     if not NAME_PATTERN.fullmatch(name) or name in library.EFFECT_LIBRARY or name.startswith("missing"):
-        raise Failure(f"[{name}] must be a new name of small letters, digits and _. "
-                      f"{'That one is in the library. ' if name in library.EFFECT_LIBRARY else ''}Rename it.")  # fmt: skip
+        taken = "That one is in the library. " if name in library.EFFECT_LIBRARY else ""
+        raise Failure(f"[{name}] must be a new name of small letters, digits and _. {taken}Rename it.")
     try:
-        found = EFFECT_CHECK(given, name)
-        parameters = tuple(_effect_parameter(n, p) for n, p in found.parameters.items())
-        way = entry_from_text(found.on, found.law, parameters, plant)
+        stated: UserEffect = EFFECT_CHECK(given, name)
+        parameters = tuple(_effect_parameter(n, p) for n, p in stated.parameters.items())
+        way = entry_from_text(stated.on, stated.law, parameters, plant)
     except InvalidValue as wrong:
         raise Failure("; ".join(wrong.args) + ".") from None
     except GrammarError as error:
         raise Failure(f"[{name}]: {error}") from None
-    return Effect(name, found.family, found.sentence, found.law, parameters, way, found.dissipates, found.means)
+    return Effect(name, stated.family, stated.sentence, stated.law, parameters, way, stated.dissipates, stated.means)
 
 
 def _effect_parameter(name: str, given: UserParameter) -> EffectParameter:

@@ -57,7 +57,7 @@ def load_plant(path: Path) -> str:
 
 
 def plant_file(name: str) -> Path | None:
-    """The file that another process must load to know a plant too; None of a plant that it knows anyway."""
+    """The file that another process must load to know a plant too; None of a plant that comes with the package."""
     module = plants.find(name)
     return Path(str(module.__file__)) if module.__name__.startswith(PLANT_MODULE_PREFIX) else None
 
@@ -67,21 +67,13 @@ def check_plant(plant: object, name: str) -> None:
     if not isinstance(plant, Plant):
         raise Failure(f"build must return a Plant of derive.records, not {type(plant).__name__}.")
     if not NAME_PATTERN.fullmatch(name) or plant.name != name:
-        raise Failure(f"PLANT_NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'.")
-    for what, entries in (("coordinate", plant.coordinates), ("port", plant.ports), ("channel", plant.channels)):
+        raise Failure(
+            f"PLANT_NAME must be small letters, digits and _, and the Plant's name: '{name}', '{plant.name}'."
+        )
+    for kind, entries in (("coordinate", plant.coordinates), ("port", plant.ports), ("channel", plant.channels)):
         if not entries:
-            raise Failure(f"a plant must have at least one {what}.")
-    ports = [p.name for p in plant.ports]
-    for load in plant.loads:
-        if load.port not in ports:
-            raise Failure(f"the load '{load.name}' must act on one of the ports {', '.join(ports)}, not '{load.port}'.")
-    channels = [c.name for c in plant.channels]
-    for channel in (*plant.controlled, plant.range_channel):
-        if channel and channel not in channels:
-            raise Failure(f"controlled and range_channel must be channels ({', '.join(channels)}), but '{channel}' is none.")
-    if plant.reference and not plant.controlled[0]:
-        raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
-                      "channel, controlled = (CHANNEL, \"\").")  # fmt: skip
+            raise Failure(f"a plant must have at least one {kind}.")
+    check_ports_and_channels(plant)
     for sensor in plant.channels:
         check_linear(plant, f"channel {sensor.name}", sensor.reading)
     for port in plant.ports:
@@ -89,6 +81,23 @@ def check_plant(plant: object, name: str) -> None:
     for c in plant.coordinates:
         if c.unit not in ("rad", "m"):
             raise Failure(f"a coordinate must be in rad or m; {c.name} is in {c.unit}.")
+
+
+def check_ports_and_channels(plant: Plant) -> None:
+    """Raise Failure unless loads act on ports, and what is controlled, commanded or limited is a channel."""
+    ports = [p.name for p in plant.ports]
+    for load in plant.loads:
+        if load.port not in ports:
+            raise Failure(f"the load '{load.name}' must act on one of the ports {', '.join(ports)}, not '{load.port}'.")
+    channels = [c.name for c in plant.channels]
+    for channel in (*plant.controlled, plant.range_channel):
+        if channel and channel not in channels:
+            raise Failure(
+                f"controlled and range_channel must be channels ({', '.join(channels)}), but '{channel}' is none."
+            )
+    if plant.reference and not plant.controlled[0]:
+        raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
+                      "channel, controlled = (CHANNEL, \"\").")  # fmt: skip
 
 
 def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:

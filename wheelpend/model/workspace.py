@@ -1,4 +1,4 @@
-"""A workspace: model.toml, the code generated from it, and the history of what every change did to the error."""
+"""A workspace: model.toml, the code generated from it, and the history of its changes with their errors."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
+from wheelpend.model.toml_file import MODEL_FILE
 
 HISTORY_FILE = "history.json"
 
 
 def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
     """Start a workspace with a first model of a plant; raises Failure where there is one already."""
-    path = folder / "model.toml"
+    path = folder / MODEL_FILE
     if path.exists():
         raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
     model = Model.default(plant)
@@ -33,7 +34,7 @@ def write_generated_code(folder: Path, model: Model) -> None:
 
 
 def generated_code_diff(model: Model) -> str:
-    """What differs between the workspace's generated code and what its model derives to, as a unified diff."""
+    """Unified diff from the workspace's generated code to what its model derives to; empty where they agree."""
     files = model_kernels.derived_files(model)
     return derive.differences(model.workspace / "generated", files)
 

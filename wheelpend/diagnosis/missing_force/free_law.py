@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from wheelpend.errors import Failure
 from wheelpend.model.record import Model
-from wheelpend.model.user_effects import USER_EFFECTS_FILE
+from wheelpend.model.toml_file import USER_EFFECTS_FILE
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def check_law_name(model: Model, name: str | None) -> None:
     """Raise Failure where a law could not be accepted under this name; before the search, which takes a while."""
     if name is not None:
-        from wheelpend.model.user_effects import check_name_is_free
+        from wheelpend.model.user_effects import check_name_is_free  # imported late: it takes tomlkit
 
         check_name_is_free(name, model.own, model.workspace / USER_EFFECTS_FILE)
 
@@ -27,7 +27,7 @@ def accept_law(model: Model, law: FreeLaw | None, name: str) -> str:
     """
     if law is None:
         raise Failure(f"There must be a law to accept as {name}, but none was found. Nothing was written.")
-    from wheelpend.model.user_effects import write_user_effects
+    from wheelpend.model.user_effects import write_user_effects  # imported late: it takes tomlkit
 
     renamed = law.with_name(name)
     path = write_user_effects(model.workspace, renamed.tables(), model.plant_signature)

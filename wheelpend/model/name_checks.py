@@ -1,0 +1,107 @@
+"""Names in a model.toml, resolved against plant and library; an unknown one is refused with those that are known."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from derive import effects as library
+from derive import plants
+from derive.plant_signature import PlantSignature
+from wheelpend.errors import Failure
+from wheelpend.kernels.plant_signature import plant_signature
+from wheelpend.logs.columns import ColumnTable
+from wheelpend.model.entries import NOISE_KEYS, ModelFile
+from wheelpend.model.toml_checks import call_look_up, check_known
+from wheelpend.model.toml_file import USER_EFFECTS_FILE
+
+BASE_PARAMETER_PATTERN = re.compile(r"X[1-9]\d*")
+
+
+class ResolvedNames(NamedTuple):
+    """What the names in a model.toml stand for."""
+
+    assumptions: dict[str, Any]  # every one of the plant's, encoder included
+    effects: tuple[str, ...]  # those of the file, then those that assumptions imply
+    user_effects: tuple[str, ...]  # names that effects.toml adds to the library
+    table: ColumnTable  # columns that the plant's logs have
+
+
+def resolve_names(file: ModelFile, workspace: Path | None) -> ResolvedNames:
+    """Resolve plant, assumptions and effects, and check every other name; raises Failure at the first unknown one.
+
+    ``workspace`` is the folder of an effects.toml, whose effects are registered; None where there is no folder.
+    """
+    assumptions = settled_assumptions(file)
+    plant = plant_signature(file.plant, assumptions)
+    user_effects = user_effect_names(workspace, plant) if workspace is not None else ()
+    implied = plants.implied_effects(file.plant, assumptions)
+    effects = (*check_effects(file.effects, plant, user_effects), *(e for e in implied if e not in file.effects))
+    table = column_table(plant)
+    check_table_keys(file, plant, table)
+    return ResolvedNames(assumptions, effects, user_effects, table)
+
+
+def settled_assumptions(file: ModelFile) -> dict[str, Any]:
+    """Every assumption of the plant, with the encoder as [sensors] has it."""
+    known = [a.name for a in call_look_up(plants.assumptions_of, file.plant)]
+    encoder = {"encoder": file.sensors.encoder} if "encoder" in known else {}
+    check_known("assumption", file.assumptions, [k for k in known if k != "encoder"], " in [assumptions]")
+    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **encoder})
+
+
+def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]:
+    """Names of the effects that a workspace's effects.toml adds, which are known from then on."""
+    if not os.path.exists(workspace / USER_EFFECTS_FILE):
+        return ()
+    from wheelpend.model.user_effects import read_user_effects  # imported late: reading laws takes SymPy
+
+    return library.register(read_user_effects(workspace, plant))
+
+
+def check_effects(names: tuple[str, ...], plant: PlantSignature, own: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names; raises Failure when one is unknown, there twice, or acts on a part that the plant lacks."""
+    for k, name in enumerate(names):
+        check_known("effect", [name], sorted([*library.EFFECT_LIBRARY, *own]))
+        if name in names[:k]:
+            raise Failure(f"effects must name each effect once; {name} is there twice. Remove one.")
+        if not library.is_applicable(library.find(name), plant):
+            raise Failure(f"{name} acts on a part that {plant.name} does not have. Remove it from effects.")
+    return names
+
+
+def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable) -> None:
+    """Raise Failure unless every key is known in constants, columns, sensors, parameters, simulation and effects."""
+    check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
+    check_known("quantity", file.columns, table.names, " in [columns]")
+    for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
+        check_known("channel", stated, table.channels, f" in [sensors.{place}]")
+    check_base_parameters(file.parameters, "[parameters]")
+    further = (*NOISE_KEYS.values(), *(n for c in plant.coordinates for n in (c.q, c.dq)))
+    check_base_parameters([k for k in file.simulation or () if k not in further], "[simulation]", further)
+    for name, values in file.effect.items():
+        known = [p.name for p in call_look_up(library.find, name).parameters]
+        check_known("parameter", values, known, f" in [effect.{name}]")
+
+
+def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, ...] = ()) -> None:
+    """Raise Failure unless every name is X1, X2, ..."""
+    for name in names:
+        if not BASE_PARAMETER_PATTERN.fullmatch(name):
+            others = "".join(f", {f}" for f in further)
+            raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
+
+
+def column_table(plant: PlantSignature) -> ColumnTable:
+    """The columns that a log of this plant has."""
+    units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
+    if plant.driven:
+        units |= dict.fromkeys(plant.inputs, plant.input_unit)
+    if plant.reference:
+        units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
+    channels = tuple(c.name for c in plant.channels)
+    driven = plant.input if plant.driven else ""
+    return ColumnTable(driven, channels, units, plant.reference, plant.range_channel, plant.further)
