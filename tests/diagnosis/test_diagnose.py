@@ -82,7 +82,7 @@ def test_explaining_writes_nothing(tmp_path):
 
     model = workspace.create(tmp_path)
     before = {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
-    explain(model, [simulated(seed=3, duration=12.0, slope__angle=0.02)])
+    explain(model, [simulated(seed=3, duration=5.0, slope__angle=0.02)])
     assert before == {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()}
 
 
@@ -109,7 +109,7 @@ def test_what_an_effect_of_the_model_contains_is_not_missing():
 @pytest.fixture(scope="module")
 def late_sensor():
     """Dry friction, and a pitch sensor that is 15 ms late, which no effect of the library is."""
-    log = simulated(seed=5, duration=12.0, coulomb_drive__torque=0.3)
+    log = simulated(seed=5, duration=7.0, coulomb_drive__torque=0.3)
     late = log.measured.copy()
     late[15:, 1:] = log.measured[:-15, 1:]
     return replace(log, measured=late)
@@ -143,5 +143,5 @@ def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(
 
 def test_where_every_effect_is_left_out_the_rest_is_unexplained():
     every = [e.name for e in derive.effects.applicable_to(benchmark_plant())]
-    found = diagnose(Model.default(), [simulated(seed=3, duration=12.0, coulomb_drive__torque=0.3)], without=every)
+    found = diagnose(Model.default(), [simulated(seed=3, duration=5.0, coulomb_drive__torque=0.3)], without=every)
     assert found.verdict == "unexplained" and not found.candidates and set(found.not_judged) == set(every)

@@ -24,7 +24,15 @@ def with_gaps(log: Log, model: Model) -> Log:
                    reference=None if log.reference is None else log.reference[kept])  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", ["jittered clock", "pitch coloured, 10 ms", "gyro coloured, 5 ms", "outliers"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "jittered clock",
+        "pitch coloured, 10 ms",
+        pytest.param("gyro coloured, 5 ms", marks=pytest.mark.slow),
+        pytest.param("outliers", marks=pytest.mark.slow),
+    ],
+)
 def test_dry_friction_is_found_and_sized_though_clock_and_sensors_are_not_ideal(kind):
     model, log = complete_log(kind, 5, hide=HIDE)
     found = diagnose(model, [with_gaps(log, model)])

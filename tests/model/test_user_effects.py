@@ -53,6 +53,22 @@ def workspace(tmp_path):
     return Model.default().save(tmp_path)
 
 
+def test_an_effect_of_ones_own_is_found_on_a_carriage_with_its_inner_parameter(tmp_path):
+    text = (
+        broken('unit = "rad/s", minimum = 0.05', 'unit = "m/s", minimum = 0.005')
+        .replace("3.0", "0.1")
+        .replace("[1.0, 0.1, 8.0]", "[0.03, 0.1, 0.3]")
+    )
+    (tmp_path / "effects.toml").write_text(text, encoding="utf-8")
+    model = Model.default("slide").save(tmp_path)
+    hidden = {"worn_brushes.torque": 0.5, "worn_brushes.width": 0.1}
+    result = explain(model, [simulate(model, command="simple", hide=hidden, duration=8.0, seed=1)])
+    assert result.effects == ("worn_brushes",) and result.error < 1.05 * result.noise_floor
+    for name, truth in hidden.items():
+        assert result.parameters[name]["value"] == pytest.approx(truth, rel=0.05)
+
+
+@pytest.mark.slow
 def test_an_effect_of_ones_own_is_simulated_found_and_refitted_with_its_inner_parameter(workspace):
     hidden = {"worn_brushes.torque": 0.5, "worn_brushes.width": 3.0}
     log = simulate(workspace, hide=hidden, duration=12.0, seed=1)
