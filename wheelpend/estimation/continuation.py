@@ -138,9 +138,9 @@ def fit_model(
 ) -> Fit:
     """Fit the free parameters to the training segments, from short to long ones, given as shares of the horizon.
 
-    A fit that stops underway at the noise level or near it goes on with fresh states. One that ends far above it is
-    repeated from the fallback starts: a model that lacks an effect can be bent, on short segments, into one that cannot
-    be simulated over long ones. Raises Failure where no start leads to a model that can.
+    A fit that has not converged at the noise level or near it is resumed with fresh states. One that ends far above it
+    is repeated from the fallback starts: a model that lacks an effect can be bent, on short segments, into one that
+    cannot be simulated over long ones. Raises Failure where no start leads to a model that can.
     """
     steps = _Continuation(problem, free, horizons)
     first = steps.short_fits(start, start_per_log)

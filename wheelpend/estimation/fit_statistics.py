@@ -55,5 +55,5 @@ def _is_log_coloured(problem: ShootingProblem, segments: Segments, states: np.nd
     near = segments.bounds[:, 1] <= segments.bounds[0, 1] + MAX_COLOUR_TEST_SAMPLES
     bounds = segments.bounds[near][:MAX_COLOUR_TEST_SEGMENTS]
     head = replace(segments, log=segments.log.part(0, int(bounds[-1, 1])), bounds=bounds, weights=None)
-    shot = shoot(problem.module, head, states[: len(bounds)], parameters, max_step=problem.max_step)
-    return is_autocorrelated(shot.residual, bounds)
+    linearisation = shoot(problem.module, head, states[: len(bounds)], parameters, max_step=problem.max_step)
+    return is_autocorrelated(linearisation.residual, bounds)

@@ -23,7 +23,7 @@ MAX_UNDAMPED = 0.01  # damping below which the undamped step's prediction holds
 def fit(problem: ShootingProblem, *, states: Sequence[np.ndarray] | None = None, rounds: int = 40) -> Fit:
     """Fit θ and the initial states, from the problem's start and the given states (per log: (segments, NX)).
 
-    Stops when a step lowers the sum of squares by less than 0.01 and a millionth of it, promises no more, or can no
+    Stops when a step lowers the sum of squares by less than 0.01 and a millionth of it, is predicted to, or can no
     longer lower it.
     """
     theta = problem.space.start()

@@ -53,6 +53,10 @@ class EstimationProblem:
         """A row of the library as it reads on this plant."""
         return derive.effects.in_plant_units(derive.effects.find(name), self.plant)
 
+    def port_weights(self, port: str) -> np.ndarray:
+        """A port's coordinate as weights (NQ,) on the generalised coordinates."""
+        return np.array(self.plant.port(port).weights)
+
     @property
     def base(self) -> tuple[str, ...]:
         """Names of the model's own parameters."""

@@ -8,44 +8,42 @@ from dataclasses import replace
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation import least_squares
 from wheelpend.estimation.continuation import fit_segments, kernels_for
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.nonnegative import nonnegative_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
+from wheelpend.logs.log import Log
 
 MAX_START_SAMPLES = 200_000  # samples of a log that give a start
-START_TIME_CONSTANTS_S = (0.03, 0.14, 0.6, 2.5)  # filter time constants tried for a start without nominal values [s]
+START_TIME_CONSTANTS_S = (0.03, 0.14, 0.6, 2.5)  # s, of the filters behind which a start is estimated
+TIME_CONSTANT_RATIO = 1.3  # of the second filter's to the first's
+MAX_START_SEGMENTS = 40  # short segments of a log on which starts are compared
+START_SEGMENTS_PER_HORIZON = 5  # which are so much shorter than the horizon
+START_FIT_ROUNDS, START_STATE_ROUNDS = 8, 3  # of a fit to them, and of one of the initial states alone
+MAX_FITTED_STARTS = 3  # of the candidates, those with the least cost before any fit
 
 
 def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     """Possible starts for the base parameters: the model's values, and filtered regressions of the first log.
 
-    The parameters are sums of positive physical constants, so a regression that makes one negative is repeated with
-    non-negative least squares.
+    The parameters are sums of positive physical constants, so the regressions are nonnegative least squares. Raises
+    Failure where the model gives no values and the log is too short for the fastest filter.
     """
     complete = _complete_initial_values(problem)
-    known, found = complete or _initial_values(problem), [complete] if complete else []
-    plain = kernels.model_module(problem.model.plant, problem.model.assumptions, ())
+    known = complete or _initial_values(problem)
     log = problem.training[0].log
     log = log.part(0, min(len(log), MAX_START_SAMPLES))
-    for time in START_TIME_CONSTANTS_S:
-        if 4 * log.dt < time < log.duration / 4:
-            tau = (time, 1.3 * time)
-            found.append(
-                {
-                    **known,
-                    **least_squares.nonnegative_least_squares(plain, log, kernel_parameters(plain, known, log), tau),
-                }
-            )
+    found = [*([complete] if complete else []), *_regressed_starts(problem, log, known)]
     if not found:
         raise Failure(
             f"{log.name} must last at least {4 * START_TIME_CONSTANTS_S[0]} s to start without nominal values; "
@@ -54,59 +52,91 @@ def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     return found
 
 
-def _initial_values(problem: EstimationProblem) -> dict[str, float]:
-    """What the model says of its parameters, and what a log says of those that cannot start as absent."""
-    from wheelpend.estimation.profiled_starts import profiled_start_values  # imported late: it needs a study
+def start_time_constants(log: Log) -> list[tuple[float, float]]:
+    """Filter time constants [s] that lie between the sampling and the duration of a log, fast ones first."""
+    times = [t for t in START_TIME_CONSTANTS_S if 4 * log.dt < t < log.duration / 4]
+    return [(t, TIME_CONSTANT_RATIO * t) for t in times]
 
+
+def _regressed_starts(problem: EstimationProblem, log: Log, known: Mapping[str, float]) -> list[dict[str, float]]:
+    """Known values with the linear parameters estimated behind each pair of filters."""
+    plain = model_module(problem.model.plant, problem.model.assumptions, ())
+    return [
+        {**known, **nonnegative_least_squares(plain, log, kernel_parameters(plain, known, log), tau)}
+        for tau in start_time_constants(log)
+    ]
+
+
+def _initial_values(problem: EstimationProblem) -> dict[str, float]:
+    """Values that the model gives, and starts from a log for parameters that mean nothing at the effect's absence."""
     settings = profiled_start_values(problem) if problem.model.effects else {}
     return {**settings, **known_values(problem.model)}
 
 
 def _complete_initial_values(problem: EstimationProblem) -> dict[str, float] | None:
-    """The same where it says all; else None."""
+    """Initial values where the model gives all base parameters; else None."""
     known = _initial_values(problem)
     return known if all(n in known for n in problem.base) else None
 
 
 def best_start(problem: EstimationProblem) -> tuple[EstimationProblem, dict[str, float]]:
-    """The start from which short segments are fitted best, and the study with a step that suits it."""
-    parts = shortened_segments(problem, problem.horizon / 5, max_segments=40)
+    """The problem with its integration step and fallback starts, and the start with the best fit to short segments.
+
+    Raises Failure where the model cannot be simulated from any start.
+    """
+    segments = shortened_segments(
+        problem, problem.horizon / START_SEGMENTS_PER_HORIZON, max_segments=MAX_START_SEGMENTS
+    )
     known = _complete_initial_values(problem)
     if known is not None:
-        values, fitted = _short_fit(problem, parts, known)
-        if fitted.error < MAX_EXPLAINED_ERROR_RATIO * problem.floor:  # in the noise: there is none better
+        values, fitted = _short_fit(problem, segments, known)
+        if _is_at_noise_level(problem, fitted):  # no start can be better
             return replace(problem, max_step=_step_at(problem, values), fallback_starts=(known,)), values
-    found = start_candidates(problem)
-    ranked = sorted(found, key=lambda v: _start_cost(problem, parts[0], v))[:3]
-    best, lowest = None, np.inf
-    for start in ranked:
-        values, fitted = _short_fit(problem, parts, start)
-        if fitted.cost < lowest:
-            best, lowest = values, fitted.cost
-        if fitted.error < MAX_EXPLAINED_ERROR_RATIO * problem.floor:
-            break
+    candidates = start_candidates(problem)
+    best = _best_candidate(problem, segments, candidates)
     if best is None:
         raise Failure(f"{problem.training[0].log.name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
-    return replace(problem, max_step=_step_at(problem, best), fallback_starts=(found[0], *found[:0:-1][:2])), best
+    fallback_starts = (candidates[0], *candidates[:0:-1][:2])
+    return replace(problem, max_step=_step_at(problem, best), fallback_starts=fallback_starts), best
+
+
+def _best_candidate(
+    problem: EstimationProblem, segments: Sequence[Segments], candidates: Sequence[dict[str, float]]
+) -> dict[str, float] | None:
+    """Values of the best of the most promising candidates after a short fit; None where none can be simulated."""
+    ranked = sorted(candidates, key=lambda v: _start_error(problem, segments[0], v))[:MAX_FITTED_STARTS]
+    best, lowest = None, np.inf
+    for start in ranked:
+        values, fitted = _short_fit(problem, segments, start)
+        if fitted.cost < lowest:
+            best, lowest = values, fitted.cost
+        if _is_at_noise_level(problem, fitted):
+            break
+    return best
+
+
+def _is_at_noise_level(problem: EstimationProblem, fitted: Fit) -> bool:
+    return fitted.error < MAX_EXPLAINED_ERROR_RATIO * problem.floor
 
 
 def _short_fit(
-    problem: EstimationProblem, parts: Sequence[Segments], start: Mapping[str, float]
+    problem: EstimationProblem, segments: Sequence[Segments], start: Mapping[str, float]
 ) -> tuple[dict[str, float], Fit]:
-    """Values after a few rounds from a start, and their fit, with a step that suits the start."""
-    suited = replace(problem, max_step=_step_at(problem, start))
-    fitted = fit_segments(suited, parts, start, problem.base, rounds=8)
+    """Values after a few rounds from a start, and their fit, with an integration step for the start."""
+    stepped = replace(problem, max_step=_step_at(problem, start))
+    fitted = fit_segments(stepped, segments, start, problem.base, rounds=START_FIT_ROUNDS)
     return {**start, **fitted.values}, fitted
 
 
 def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
-    """A step that resolves the machine's fastest motion at some values [s]."""
+    """Integration step [s] that resolves the machine's fastest motion at some values."""
     return stable_step(problem.module, values, problem.training[0].log)
 
 
-def _start_cost(problem: EstimationProblem, part: Segments, values: Mapping[str, float]) -> float:
+def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:
+    """Error [σ] of a start on segments, with only the initial states fitted."""
     module = kernels_for(problem, (), values)
-    parameters = kernel_parameters(module, values, part.log)
-    shot = fit_states(module, part, initial_states(module, part), parameters, rounds=3, keep_residual=False)[1]
-    return segments_rms_error(part, shot)
+    first, parameters = initial_states(module, segments), kernel_parameters(module, values, segments.log)
+    linearisation = fit_states(module, segments, first, parameters, rounds=START_STATE_ROUNDS, keep_residual=False)[1]
+    return segments_rms_error(segments, linearisation)

@@ -1,7 +1,7 @@
 """State reconstruction: coordinates and rates from the channels of the sensors.
 
-Every sensor reads a constant combination of coordinates, or of rates (OUTPUT_MATRIX of the generated module). A rate comes from
-the rate sensors where these determine it, else from the slope of the position sensors' readings.
+Every sensor reads a constant combination of coordinates, or of rates (OUTPUT_MATRIX of the generated module). A rate
+comes from the rate sensors where these determine it, else from the slope of the position sensors' readings.
 """
 
 from __future__ import annotations

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from scipy import signal, special
 
-from wheelpend.estimation import profiled_starts
+from wheelpend.estimation import ripple_search
 
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_sums_of_exponentials(count):
-    assert profiled_starts.poisson_below(count, 3.3) == pytest.approx(special.gammaincc(count, 3.3), rel=1e-12)
+    assert ripple_search.poisson_below(count, 3.3) == pytest.approx(special.gammaincc(count, 3.3), rel=1e-12)
 
 
 def test_two_lags_in_a_row():
     wave = np.exp(1j * np.linspace(0.0, 90.0, 777))
-    response = profiled_starts.lag_frequency_response(777, 0.002, (0.01, 0.013))
+    response = ripple_search.lag_frequency_response(777, 0.002, (0.01, 0.013))
     found, expected = np.fft.ifft(np.fft.fft(wave, len(response)) * response)[:777], wave
     for tau in (0.01, 0.013):
         keep = math.exp(-0.002 / tau)
@@ -28,8 +28,8 @@ def test_two_lags_in_a_row():
 def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(samples, before):
     rng, dt, taus, blocks = np.random.default_rng(1), 0.01, (0.03, 0.05), 10
     angle = np.cumsum(rng.normal(size=before + samples))
-    record = profiled_starts.RippleResidual(
-        rng.normal(size=samples), angle, before, profiled_starts.lag_frequency_response(len(angle), dt, taus)
+    record = ripple_search.RippleResidual(
+        rng.normal(size=samples), angle, before, ripple_search.lag_frequency_response(len(angle), dt, taus)
     )
     wave, seen = np.exp(3j * angle), np.exp(3j * angle)
     for tau in taus:
@@ -42,7 +42,7 @@ def test_filters_turned_round_weigh_a_wave_as_the_filtered_wave_is_weighed(sampl
 
 
 def test_a_log_of_fewer_samples_than_blocks_weighs_nothing():
-    record = profiled_starts.RippleResidual(
-        np.ones(7), np.arange(7.0), 0, profiled_starts.lag_frequency_response(7, 0.01, (0.03, 0.05))
+    record = ripple_search.RippleResidual(
+        np.ones(7), np.arange(7.0), 0, ripple_search.lag_frequency_response(7, 0.01, (0.03, 0.05))
     )
     assert [len(w) for _, w in record.weights(10)] == [0] * 10

@@ -1,0 +1,98 @@
+"""Linear least squares: the solution of a regression with its standard errors, and the matrix factors for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+QR_BLOCK_ROWS = 8192  # rows of which a QR decomposition is taken at once
+MIN_SINGULAR_VALUE_RATIO = 1e-9  # of the scaled regressor, below which a direction is not identifiable
+MAX_UNIDENTIFIABLE_SHARE = 1e-3  # of a parameter's direction, from which its value means nothing
+
+
+@dataclass(frozen=True)
+class LinearFit:
+    """Parameters by linear least squares."""
+
+    names: tuple[str, ...]
+    estimate: np.ndarray  # (n,)
+    sigma: np.ndarray  # (n,) standard errors, as if the regressor were free of noise
+    condition: float  # of the column-scaled regressor, squared (of its Gram matrix)
+    rows: int
+    unidentifiable: tuple[str, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name."""
+        return dict(zip(self.names, map(float, self.estimate), strict=True))
+
+
+def solve_least_squares(
+    module: ModuleType, sides: np.ndarray, regressors: np.ndarray, nuisance: np.ndarray | None = None
+) -> LinearFit:
+    """Least squares by SVD of the column-scaled regressor (paper eq. 17); zero along unidentifiable directions.
+
+    sides are (N, rows), regressors (N, rows, n); nuisance (N, rows, m) is projected out of both first.
+    """
+    count = len(module.LINEAR)
+    matrix, right = regressors.reshape(-1, count), sides.ravel()
+    if nuisance is not None:
+        matrix, right = project_out(nuisance.reshape(len(right), -1), matrix, right)
+    scale = np.linalg.norm(matrix, axis=0)
+    silent = scale == 0.0
+    scale = np.where(silent, 1.0, scale)
+    u, s, v = np.linalg.svd(matrix / scale, full_matrices=False)
+    kept = s > MIN_SINGULAR_VALUE_RATIO * s[0]
+    estimate = (v[kept].T @ ((u[:, kept].T @ right) / s[kept])) / scale
+    residual = right - matrix @ estimate
+    variance = residual @ residual / max(right.size - count, 1)
+    sigma = np.sqrt(variance * ((v[kept] / s[kept, None]) ** 2).sum(axis=0)) / scale
+    condition = float((s[0] / max(s[-1], 1e-300)) ** 2)
+    unidentifiable = unidentifiable_names(module, silent, v[~kept])
+    return LinearFit(tuple(module.LINEAR), estimate, sigma, condition, right.size, unidentifiable)
+
+
+def unidentifiable_names(module: ModuleType, silent: np.ndarray, null_directions: np.ndarray) -> tuple[str, ...]:
+    """Linear parameters without influence, or with a share in the null directions (k, n) of the scaled regressor."""
+    lost = (null_directions**2).sum(axis=0)
+    rows = zip(module.LINEAR, silent, lost, strict=True)
+    return tuple(n for n, q, w in rows if q or w > MAX_UNIDENTIFIABLE_SHARE)
+
+
+def project_out(nuisance: np.ndarray, *arrays: np.ndarray) -> list[np.ndarray]:
+    """Residuals of arrays (rows, ...) after their regression on the columns of ``nuisance`` (rows, m)."""
+    basis = np.linalg.qr(nuisance)[0]
+    return [a - basis @ (basis.T @ a) for a in arrays]
+
+
+def _column_norms(gram: np.ndarray) -> np.ndarray:
+    """Norms of the columns of which this is the Gram matrix; 1 for one of zeros."""
+    squares = np.diag(gram)
+    return np.sqrt(np.where(squares > 0.0, squares, 1.0))
+
+
+def condition_of(gram: np.ndarray) -> float:
+    """Condition number of a Gram matrix, scaled to a unit diagonal."""
+    scale = _column_norms(gram)
+    values = np.linalg.eigvalsh(gram / np.outer(scale, scale))
+    return float(values[-1] / max(values[0], 1e-300))
+
+
+def gram_square_root(gram: np.ndarray) -> np.ndarray:
+    """Rows (n, n) whose Gram matrix is this one."""
+    scale = _column_norms(gram)
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
+
+
+def triangular_factor(rows: np.ndarray, root: np.ndarray | None = None) -> np.ndarray:
+    """Upper triangle R of the QR decomposition of rows (N, n), below those of an earlier R where one is given.
+
+    It is taken in blocks of rows, so that no second matrix of their size is needed.
+    """
+    root = np.zeros((0, rows.shape[1])) if root is None else root
+    for first in range(0, len(rows), QR_BLOCK_ROWS):
+        root = np.asarray(np.linalg.qr(np.vstack([root, rows[first : first + QR_BLOCK_ROWS]]), mode="r"))
+    return root

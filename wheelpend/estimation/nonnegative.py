@@ -1,0 +1,66 @@
+"""Filtered least squares with nonnegative parameters: a start for shooting, robust to effects missing in the model."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.estimation.linear_fit import triangular_factor
+from wheelpend.estimation.regressor import acting_input, free_decay
+from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.logs.log import Log
+
+SLIP_SMOOTHING_RATIO = 0.05  # of the slip's standard deviation, over which the sign of dry friction changes
+MIN_PARAMETER_RATIO = 1e-3  # of the largest share, given to a parameter that comes out at zero
+
+
+def nonnegative_least_squares(
+    module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]
+) -> dict[str, float]:
+    """Linear parameters by filtered least squares, none negative but the signed ones.
+
+    Nuisance parameters take up a slope, an offset or a sticking gearbox: a constant on each row and the filters' free
+    decay of either sign, and dry friction in the slip of the first port. A parameter that comes out at zero gets a
+    thousandth of the largest share.
+    """
+    from scipy.optimize import nnls  # imported late: it takes long to load, and known values need no such start
+
+    states, voltage = measured_states(module, log), acting_input(module, log, parameters)
+    sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
+    count, signed = len(module.LINEAR), np.isin(module.LINEAR, module.SIGNED)
+    decay, drags = free_decay(log.t, tau, module.NQ), np.zeros((*sides.shape, 0))
+    either_sign = [decay, regressors[:, :, signed]]
+    if module.INPUTS:
+        drags, constants = _input_nuisances(module, log, states, voltage, parameters, tau)
+        either_sign.append(constants)
+    both = np.concatenate(either_sign, axis=2)
+    nuisance = np.concatenate([drags, both, -both], axis=2)
+    matrix = np.concatenate([regressors, nuisance, sides[:, :, None]], axis=2)
+    root = triangular_factor(matrix.reshape(-1, matrix.shape[2]))
+    scale = np.linalg.norm(root[:, :-1], axis=0) + 1e-300
+    weights = nnls(root[:, :-1] / scale, root[:, -1])[0]
+    first = len(scale) - both.shape[2] + decay.shape[2]  # of the negated columns of signed parameters
+    estimate = weights[:count]
+    estimate[signed] -= weights[first : first + int(signed.sum())]
+    estimate = np.where(signed, estimate, np.maximum(estimate, MIN_PARAMETER_RATIO * estimate.max()))
+    return dict(zip(module.LINEAR, map(float, estimate / scale[:count]), strict=True))
+
+
+def _input_nuisances(
+    module: ModuleType,
+    log: Log,
+    states: np.ndarray,
+    voltage: np.ndarray,
+    parameters: np.ndarray,
+    tau: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces in the input's place, filtered: dry friction (N, rows, 1), and a constant on each row (N, rows, NQ)."""
+    slip = states[:, module.NQ :] @ np.array(next(iter(module.PORTS.values())))
+    sign = np.tanh(slip / (SLIP_SMOOTHING_RATIO * slip.std() + 1e-300))
+    dry, constant = (
+        module.filter_regressor(log.t, states, force, parameters, *tau, True, states[0])[0]
+        for force in ((np.ones_like(voltage).T * sign).T, np.ones_like(voltage))
+    )
+    constants = np.stack([constant * (np.arange(module.NQ) == k) for k in range(module.NQ)], axis=2)
+    return dry[:, :, None], constants
