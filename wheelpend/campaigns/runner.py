@@ -23,7 +23,7 @@ from wheelpend.campaigns.one_log import (
 )
 from wheelpend.campaigns.summary import Summary, summarise
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
-from wheelpend.identification.identify import METHOD_NAMES, check_tau
+from wheelpend.identification.method_options import METHOD_NAMES, check_tau
 from wheelpend.logs.log import Log
 from wheelpend.model import precompile
 from wheelpend.model.record import Model

@@ -1,8 +1,8 @@
-"""Is least squares biased on this log? A test in the manner of Durbin, Wu and Hausman.
+"""Test of least squares for bias on a log, in the manner of Durbin, Wu and Hausman.
 
-Least squares is efficient without noise in the regressor and wrong with it; a consistent estimate is less precise and
-right either way. Their difference tells. Filters colour the residual over seconds, so the classical variances do not
-hold: that of the difference comes from a rehearsal of the log, which also predicts the bias itself.
+Least squares is efficient without noise in the regressor and biased with it; a consistent estimate is less precise and
+unbiased either way. The test statistic is their difference. Filters colour the residual over seconds, so the classical
+variances do not hold: that of the difference comes from a parametric bootstrap, which also predicts the bias itself.
 """
 
 from __future__ import annotations
@@ -12,15 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wheelpend.estimation.least_squares import LinearFit
+from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
 
 BIAS_TEST_REPLICAS = 30
 P_VALUE_LEVEL = 0.01
-NEGLIGIBLE_RELATIVE_BIAS = (
-    1e-3  # of a parameter: a bias that interpolation between samples leaves even without noise is no finding
-)
+NEGLIGIBLE_RELATIVE_BIAS = 1e-3  # of a parameter: left by interpolation between samples even without noise
 
 
 @dataclass(frozen=True)
@@ -33,12 +31,12 @@ class BiasTest:
     difference_percent: dict[str, float]
     sigma_percent: dict[str, float]  # standard deviation of that difference by chance
     predicted_bias_percent: dict[str, float]  # mean of least squares on replicas
-    predicted_spread_percent: dict[str, float]  # its standard deviation
+    predicted_spread_percent: dict[str, float]  # standard deviation of least squares on replicas
     replicas: int
 
     @property
     def sentence(self) -> str:
-        """The finding in words."""
+        """The result of the test in words."""
         if not self.biased:
             return f"Least squares shows no bias on this log (p = {self.p_value:.2g}, against {self.against})."
         worst = max(
@@ -55,7 +53,7 @@ def hausman_test(
     estimator: Callable[[Log], LinearFit],
     replicas: int = BIAS_TEST_REPLICAS,
 ) -> BiasTest:
-    """Compare a fit of the log with the consistent estimate, and with what it makes of replicas."""
+    """Test a least-squares fit of the log against the consistent estimate; its estimator is applied to replicas."""
     pairs = [(estimator(log).estimate, _consistent_estimate(bootstrap, log)) for log in bootstrap.replicas(replicas)]
     least, consistent = (np.array(column) for column in zip(*pairs, strict=True))
     spread = np.atleast_2d(np.cov((least - consistent).T))
@@ -80,13 +78,13 @@ def _consistent_estimate(bootstrap: ParametricBootstrap, log: Log) -> np.ndarray
 
 
 def hotelling_p_value(difference: np.ndarray, covariance: np.ndarray, draws: int) -> float:
-    """Probability of a difference this large when its mean is zero; the covariance is from so many draws."""
+    """Probability of a difference (n,) this large when its mean is zero; covariance (n, n) estimated from draws."""
     from scipy.special import fdtrc  # imported late: SciPy takes longer to load than a warm command
 
-    moving = np.diag(covariance) > 0.0
-    scale = np.sqrt(np.diag(covariance)[moving])
-    scaled = difference[moving] / scale
-    square = float(scaled @ np.linalg.pinv(covariance[np.ix_(moving, moving)] / np.outer(scale, scale)) @ scaled)
+    varies = np.diag(covariance) > 0.0
+    scale = np.sqrt(np.diag(covariance)[varies])
+    scaled = difference[varies] / scale
+    square = float(scaled @ np.linalg.pinv(covariance[np.ix_(varies, varies)] / np.outer(scale, scale)) @ scaled)
     size = len(scale)
     return float(fdtrc(size, draws - size, square * (draws - size) / ((draws - 1) * size)))
 

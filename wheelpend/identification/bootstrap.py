@@ -1,6 +1,6 @@
-"""Rehearsal of a log: the model at a consistent estimate plays it again, with fresh sensor noise of the log's own size.
+"""Parametric bootstrap of a log: the model at a consistent estimate, simulated again with fresh sensor noise.
 
-What a method makes of such replicas shows its bias and its spread on this very log (parametric bootstrap).
+The estimates of a method from such replicas give its bias and its standard deviation on this very log.
 """
 
 from __future__ import annotations
@@ -29,30 +29,29 @@ from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise, rounding_sigma
 from wheelpend.model.record import Model
 
-INITIAL_STATE_FIT_DURATION_S = 0.5  # s of the log to which the rehearsal's first state is fitted
+INITIAL_STATE_FIT_DURATION_S = 0.5  # s of the log to which the first state of its replicas is fitted
+MIN_INITIAL_STATE_SAMPLES = 6  # and as many samples
 InputAndReadings = tuple[np.ndarray, np.ndarray]  # voltage (N,), measured (N, channels)
 
 
 @dataclass(frozen=True)
 class ParametricBootstrap:
-    """A log that can be played again at an estimate that noise does not bias."""
+    """A log that can be simulated again, at an estimate that noise does not bias."""
 
     log: Log
     against: str  # the method that gave the estimate: iv or shooting
-    parameters: np.ndarray  # (NP,) of the lean module, the estimate among them
+    parameters: np.ndarray  # (NP,) of the model's own kernels, the estimate among them
     estimate: np.ndarray  # (n,) of the linear parameters
     covariance: np.ndarray  # (n, n)
     noise: Noise
-    play: Callable[
-        [np.ndarray, np.ndarray], InputAndReadings | None
-    ]  # from noise (N, channels) and quanta; None: it falls
-    reestimate: Callable[[Log], np.ndarray] | None  # the same estimate from a replica, where that is cheap
+    play: Callable[[np.ndarray, np.ndarray], InputAndReadings | None]  # of noise (N, channels) and quanta (channels,);
+    # None where the robot falls
+    reestimate: Callable[[Log], np.ndarray] | None  # the same estimate (n,) from a replica, where that is cheap
 
     def replica(self, number: int) -> Log | None:
-        """The log as it might have been; None where the robot falls."""
-        white = np.sqrt(
-            np.maximum(self.noise.sigma**2 - np.array([rounding_sigma(q) for q in self.noise.quantum]) ** 2, 0.0)
-        )
+        """The log with another draw of its sensor noise; None where the robot falls."""
+        rounding = np.array([rounding_sigma(q) for q in self.noise.quantum])
+        white = np.sqrt(np.maximum(self.noise.sigma**2 - rounding**2, 0.0))
         draw = np.random.default_rng([number, len(self.log)]).normal(size=self.log.measured.shape)
         played = self.play(draw * white, self.noise.quantum)
         if played is None:
@@ -81,9 +80,9 @@ def parametric_bootstrap(
     parameters: np.ndarray,
     progress: Callable[[str], None] = lambda text: None,
 ) -> ParametricBootstrap:
-    """Make a log ready to be played again: in its closed loop where controller and reference are known.
+    """The bootstrap of a log: in its closed loop where controller and reference are known.
 
-    Else its own voltage is kept, and only the readings are drawn anew around the smoothed motion.
+    Else its own voltage is kept, and only the readings are drawn anew around the fitted motion.
     """
     progress("a consistent estimate")
     try:
@@ -97,35 +96,29 @@ def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameter
     found = instrumental.instrumental_estimate(model, module, log, parameters, instrumental.IV_TIME_CONSTANTS_S)
     centre = instrumental.with_linear_values(module, parameters, found.fit.estimate)
     loop = ClosedLoop.of(model, module, log)
-    head = Segments(
-        log, noise.sigma, np.array([[0, min(len(log), max(6, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))]])
-    )
+    samples = min(len(log), max(MIN_INITIAL_STATE_SAMPLES, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))
+    head = Segments(log, noise.sigma, np.array([[0, samples]]))
     loop = replace(loop, start=fit_states(module, head, loop.start[None], centre)[0][0])
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings | None:
         run = loop.run(centre, noise, quantum)
         return None if run is None else (run.voltage, run.measured)
 
-    def again(replica: Log) -> np.ndarray:
+    def reestimate(replica: Log) -> np.ndarray:
         equations = instrumental.filtered_equations(module, replica, centre, instrumental.IV_TIME_CONSTANTS_S)
         return instrumental.solve_instrumental(module, equations, found.columns).estimate
 
-    return ParametricBootstrap(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, again)
+    return ParametricBootstrap(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, reestimate)
 
 
 def _open_loop_bootstrap(
     model: Model, module: ModuleType, log: Log, progress: Callable[[str], None]
 ) -> ParametricBootstrap:
     problem, fitted = shooting_fit(model, [log], progress)
-    values, part = fitted.of_log(0), problem.training[0]
-    shot = shoot(
-        problem.module,
-        part,
-        fitted.states[0],
-        kernel_parameters(problem.module, values, log),
-        max_step=problem.max_step,
-    )
-    smooth = log.measured - np.nan_to_num(shot.residual) * part.sigma
+    values, segments = fitted.of_log(0), problem.training[0]
+    parameters = kernel_parameters(problem.module, values, log)
+    linearisation = shoot(problem.module, segments, fitted.states[0], parameters, max_step=problem.max_step)
+    smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
     keys = [fitted.free.index(n if n in fitted.free else f"{n}@0") for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)
 

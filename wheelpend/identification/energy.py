@@ -1,7 +1,7 @@
-"""The energy regressor: no derivative is formed, because power is integrated (the paper's references [22, 23]).
+"""The energy regressor: power is integrated instead of differentiating rates (the paper's references [22, 23]).
 
-Energy supplied since the start = (energy stored now − at the start + energy taken since) · X. Behind a low-pass filter
-of time constant τ, times τ, both sides tend to this as τ grows: integration is the limit.
+Energy supplied since the start = (energy stored now − at the start + energy dissipated since) · X. Behind a low-pass
+filter of time constant τ, times τ, both sides tend to this as τ grows: integration is the limit.
 """
 
 from __future__ import annotations
@@ -10,19 +10,20 @@ from types import ModuleType
 
 import numpy as np
 
-from wheelpend.estimation import least_squares
-from wheelpend.estimation.least_squares import LinearFit
+from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
+from wheelpend.estimation.regressor import acting_input
+from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.logs.log import Log
 
 
 def energy_least_squares(module: ModuleType, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
     """Least squares on the energy balance, integrated (τ infinite) or behind τ/(τs + 1).
 
-    The energy at the start, which depends on a single noisy reading, is fitted along and thrown away.
+    The energy at the start, which depends on a single noisy reading, is a nuisance parameter.
     """
     sides, regressors = energy_regressor(module, log, parameters, tau)
     decay = np.exp(-(log.t - log.t[0]) / tau)
-    return least_squares.solve_least_squares(module, sides, regressors, decay[:, None])
+    return solve_least_squares(module, sides, regressors, decay[:, None])
 
 
 def energy_limit(
@@ -34,22 +35,22 @@ def energy_limit(
 
 
 def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: float) -> tuple[np.ndarray, np.ndarray]:
-    """Energy supplied (N,) and regressor (N, n), both in V rad.
+    """Energy supplied (N,) [V rad] and regressor (N, n).
 
-    The supply is the held voltage times the increment of the angle, which is exact; the rest is taken as linear between
-    samples.
+    The supply is the held voltage times the increment of the angle, which is exact; all else is linear between samples.
     """
-    states, voltage = rates_by_spline(module, log), least_squares.acting_input(module, log, parameters)
-    stored, taken = np.zeros((2, len(log), len(module.LINEAR)))
+    states, voltage = rates_by_spline(module, log), acting_input(module, log, parameters)
+    stored, dissipated = np.zeros((2, len(log), len(module.LINEAR)))
     for k, (t, state, volts) in enumerate(zip(log.t, states, voltage, strict=True)):
-        stored[k], taken[k], _ = module.energy_parts(t, state, volts, parameters)
-    held = states_with_mean_rates(states, log.t, module.NQ)
-    power = np.array([module.energy_parts(*row, parameters)[2] for row in zip(log.t, held, voltage, strict=False)])
-    spent = filtered_integral(log.t, taken[:-1], taken[1:], tau)
-    gathered = stored - stored[0]
+        stored[k], dissipated[k], _ = module.energy_parts(t, state, volts, parameters)
+    mean_states = states_with_mean_rates(states, log.t, module.NQ)
+    rows = zip(log.t, mean_states, voltage, strict=False)
+    power = np.array([module.energy_parts(*row, parameters)[2] for row in rows])
+    loss = filtered_integral(log.t, dissipated[:-1], dissipated[1:], tau)
+    gain = stored - stored[0]
     if np.isfinite(tau):
-        gathered = gathered - filtered_integral(log.t, gathered[:-1], gathered[1:], tau) / tau
-    return filtered_integral(log.t, power[:, None], power[:, None], tau)[:, 0], gathered + spent
+        gain = gain - filtered_integral(log.t, gain[:-1], gain[1:], tau) / tau
+    return filtered_integral(log.t, power[:, None], power[:, None], tau)[:, 0], gain + loss
 
 
 def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
@@ -59,7 +60,7 @@ def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
     """
     from scipy.interpolate import CubicSpline  # imported late: it is slow to load, and only this method needs it
 
-    states = least_squares.measured_states(module, log)
+    states = measured_states(module, log)
     for x in module.UNMEASURED:
         states[:, x] = CubicSpline(log.t, states[:, x - module.NQ])(log.t, 1)
     return states
@@ -67,9 +68,9 @@ def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
 
 def states_with_mean_rates(states: np.ndarray, t: np.ndarray, count: int) -> np.ndarray:
     """States (N - 1, NX) whose rates are the angles' increments over each interval."""
-    held = states[:-1].copy()
-    held[:, count:] = np.diff(states[:, :count], axis=0) / np.diff(t)[:, None]
-    return held
+    mean_states = states[:-1].copy()
+    mean_states[:, count:] = np.diff(states[:, :count], axis=0) / np.diff(t)[:, None]
+    return mean_states
 
 
 def filtered_integral(t: np.ndarray, begin: np.ndarray, end: np.ndarray, tau: float) -> np.ndarray:
@@ -89,7 +90,7 @@ def filtered_integral(t: np.ndarray, begin: np.ndarray, end: np.ndarray, tau: fl
 
 
 def first_order_recurrence(gain: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """z[k] = gain[k] z[k-1] + value[k] by doubling strides, so that it needs no loop over samples."""
+    """z[k] = gain[k] z[k-1] + value[k] by doubling strides, without a loop over samples."""
     stride = 1
     while stride < len(value):
         late, early = slice(stride, None), slice(None, -stride)

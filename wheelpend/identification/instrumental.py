@@ -1,7 +1,7 @@
 """Instrumental variables: regression that noise in a closed loop does not bias.
 
 The instruments are what the filtered regressor would be without noise: the robot's closed loop, simulated with the same
-controller and reference. They go with the motion and not with the noise.
+controller and reference. They are correlated with the motion and not with the noise.
 """
 
 from __future__ import annotations
@@ -14,26 +14,25 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation import least_squares
 from wheelpend.estimation.data import noise_of
 from wheelpend.estimation.free_parameters import known_values
-from wheelpend.estimation.least_squares import LinearFit
+from wheelpend.estimation.linear_fit import MIN_SINGULAR_VALUE_RATIO, LinearFit, project_out, unidentifiable_names
+from wheelpend.estimation.nonnegative import nonnegative_least_squares
+from wheelpend.estimation.regressor import acting_input, free_decay
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.starts import START_TIME_CONSTANTS_S
+from wheelpend.estimation.starts import start_time_constants
+from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.estimation.states import initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.simulate import first_sample_out_of_range
 
-IV_TIME_CONSTANTS_S = (
-    0.5,
-    1.0,
-)  # s, where the error is least on the paper's log; anything from 0.4 to 2.5 is within a tenth of it
+IV_TIME_CONSTANTS_S = (0.5, 1.0)  # s, of least error on the paper's log; from 0.4 to 2.5 it is within a tenth of it
 MAX_IV_ITERATIONS = 30
 RELATIVE_CONVERGENCE_TOLERANCE = 1e-4  # relative change of the estimate at which it has converged
 MAX_STEP_HALVINGS = 6
-NOISE_DRAW_COUNT = 40  # of the sensor noise, for standard errors right within a tenth
+NOISE_DRAW_COUNT = 40  # draws of the sensor noise, for standard errors to within a tenth
 
 
 class ClosedLoopRun(NamedTuple):
@@ -55,7 +54,7 @@ class ClosedLoop:
 
     @classmethod
     def of(cls, model: Model, module: ModuleType, log: Log) -> ClosedLoop:
-        """Raise Failure where the controller or the reference is not known."""
+        """The loop of a log; raises Failure where the controller or the reference is not known."""
         if model.controller is None:
             raise Failure(f"{log.name}: the controller must be known to simulate the loop, but the model has no "
                           "[controller]. Give its kind and gains, or use `--method shooting`.")  # fmt: skip
@@ -73,7 +72,7 @@ class ClosedLoop:
     def run(
         self, parameters: np.ndarray, noise: np.ndarray | None = None, quantum: np.ndarray | None = None
     ) -> ClosedLoopRun | None:
-        """Play the loop, without noise unless some is given; None where the robot falls."""
+        """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None where the robot falls."""
         module, log, reference = self.module, self.log, self.log.reference
         assert reference is not None
         noise = np.zeros((len(log), module.NY)) if noise is None else noise
@@ -87,7 +86,7 @@ class ClosedLoop:
 
 
 class FilteredEquations(NamedTuple):
-    """Filtered equations right = matrix · X of a log, the filters' free decay taken out."""
+    """Filtered equations right = matrix · X of a log, the filters' free decay projected out."""
 
     right: np.ndarray  # (rows,)
     matrix: np.ndarray  # (rows, n)
@@ -97,7 +96,7 @@ class InstrumentalEstimate(NamedTuple):
     """A converged estimate with its instruments."""
 
     fit: LinearFit
-    columns: np.ndarray  # (rows, n) instruments
+    columns: np.ndarray  # (rows, n) the instruments
     covariance: np.ndarray  # (n, n)
 
 
@@ -110,9 +109,9 @@ def instrumental_estimate(
     *,
     errors: bool = True,
 ) -> InstrumentalEstimate:
-    """Estimate from the first start whose simulated loop stays up and settles; without ``errors`` they stay NaN.
+    """Estimate from the first start whose simulated loop stays up and converges; standard errors only with ``errors``.
 
-    Raises Failure where the loop cannot be simulated and where no start leads anywhere.
+    Raises Failure where the loop cannot be simulated and where no start converges.
     """
     loop = ClosedLoop.of(model, module, log)
     rows = filtered_equations(module, log, parameters, tau)
@@ -130,10 +129,8 @@ def start_candidates(model: Model, module: ModuleType, log: Log, parameters: np.
     known = known_values(model)
     if all(n in known for n in module.LINEAR):
         yield np.array([known[n] for n in module.LINEAR])
-    for time in reversed(START_TIME_CONSTANTS_S):
-        if 4 * log.dt < time < log.duration / 4:
-            values = least_squares.nonnegative_least_squares(module, log, parameters, (time, 1.3 * time))
-            yield np.array(list(values.values()))
+    for tau in reversed(start_time_constants(log)):
+        yield np.array(list(nonnegative_least_squares(module, log, parameters, tau).values()))
 
 
 def with_linear_values(module: ModuleType, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -151,18 +148,18 @@ def linear_values(module: ModuleType, parameters: np.ndarray) -> np.ndarray:
 def filtered_equations(
     module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]
 ) -> FilteredEquations:
-    """The paper's filtered equations of a measured log."""
-    states, voltage = least_squares.measured_states(module, log), least_squares.acting_input(module, log, parameters)
+    """The filtered equations of a measured log (paper eqs. 39-43)."""
+    states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     sides, regressors = module.filter_regressor(log.t, states, voltage, parameters, *tau, True, states[0])
-    decay = least_squares.free_decay(log.t, tau, module.NQ).reshape(sides.size, -1)
-    return FilteredEquations(*least_squares.project_out(decay, sides.ravel(), regressors.reshape(sides.size, -1)))
+    decay = free_decay(log.t, tau, module.NQ).reshape(sides.size, -1)
+    return FilteredEquations(*project_out(decay, sides.ravel(), regressors.reshape(sides.size, -1)))
 
 
 def simulated_instruments(
     module: ModuleType, log: Log, run: ClosedLoopRun, parameters: np.ndarray, tau: tuple[float, float]
 ) -> np.ndarray:
     """Instruments (rows, n): the filtered regressor of the simulated loop."""
-    voltage = least_squares.acting_input(module, replace(log, voltage=run.voltage), parameters)
+    voltage = acting_input(module, replace(log, voltage=run.voltage), parameters)
     regressors = module.filter_regressor(log.t, run.states, voltage, parameters, *tau, True, run.states[0])[1]
     return regressors.reshape(-1, regressors.shape[2])
 
@@ -170,16 +167,16 @@ def simulated_instruments(
 def _iterate(
     loop: ClosedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
 ) -> InstrumentalEstimate | None:
-    """Renew the instruments with each estimate until it settles; None where the robot falls or it does not."""
+    """Renew the instruments with each estimate until it converges; None where the robot falls or it does not."""
     module, run = loop.module, loop.run(parameters)
     for _ in range(MAX_IV_ITERATIONS):
         if run is None:
             return None
-        chosen = simulated_instruments(module, loop.log, run, parameters, tau)
-        fit = solve_instrumental(module, rows, chosen)
+        instruments = simulated_instruments(module, loop.log, run, parameters, tau)
+        fit = solve_instrumental(module, rows, instruments)
         change = fit.estimate - linear_values(module, parameters)
         if np.all(np.abs(change) <= RELATIVE_CONVERGENCE_TOLERANCE * np.abs(fit.estimate)):
-            return InstrumentalEstimate(fit, chosen, np.full((fit.estimate.size,) * 2, np.nan))
+            return InstrumentalEstimate(fit, instruments, np.full((fit.estimate.size,) * 2, np.nan))
         parameters, run = _halved_step(loop, parameters, change)
     return None
 
@@ -197,19 +194,18 @@ def _halved_step(
     return parameters, None
 
 
-def solve_instrumental(module: ModuleType, rows: FilteredEquations, instrument_columns: np.ndarray) -> LinearFit:
-    """X from chosenᵀ right = chosenᵀ matrix X, both scaled; flat directions stay at zero."""
-    scale, weight = (np.linalg.norm(a, axis=0) for a in (rows.matrix, instrument_columns))
+def solve_instrumental(module: ModuleType, rows: FilteredEquations, instruments: np.ndarray) -> LinearFit:
+    """X from Zᵀ right = Zᵀ matrix X for instruments Z (rows, n), both scaled; zero along unidentifiable directions."""
+    scale, weight = (np.linalg.norm(a, axis=0) for a in (rows.matrix, instruments))
     silent = (scale == 0.0) | (weight == 0.0)
     scale, weight = np.where(silent, 1.0, scale), np.where(silent, 1.0, weight)
-    u, s, v = np.linalg.svd((instrument_columns.T @ rows.matrix) / weight[:, None] / scale)
-    kept = s > 1e-9 * s[0]
-    estimate = v[kept].T @ (u[:, kept].T @ (instrument_columns.T @ rows.right / weight) / s[kept]) / scale
-    lost = (v[~kept] ** 2).sum(axis=0)
-    flat = tuple(n for n, q, w in zip(module.LINEAR, silent, lost, strict=True) if q or w > 1e-3)
+    u, s, v = np.linalg.svd((instruments.T @ rows.matrix) / weight[:, None] / scale)
+    kept = s > MIN_SINGULAR_VALUE_RATIO * s[0]
+    estimate = v[kept].T @ (u[:, kept].T @ (instruments.T @ rows.right / weight) / s[kept]) / scale
+    unidentifiable = unidentifiable_names(module, silent, v[~kept])
     condition = float(s[0] / max(s[-1], 1e-300))
     unknown = np.full(len(scale), np.nan)
-    return LinearFit(tuple(module.LINEAR), estimate, unknown, condition, rows.right.size, flat)
+    return LinearFit(tuple(module.LINEAR), estimate, unknown, condition, rows.right.size, unidentifiable)
 
 
 def with_standard_errors(
@@ -220,19 +216,16 @@ def with_standard_errors(
     parameters: np.ndarray,
     tau: tuple[float, float],
 ) -> InstrumentalEstimate:
-    """Standard errors from fresh sensor noise on the measured log, which colours the residual as the filters do.
+    """The estimate with standard errors from draws of the sensor noise, added to the measured log and filtered like it.
 
-    Where the residual is larger than that noise makes it, so are the errors.
+    They are scaled up where the residual is larger than such noise makes it.
     """
-    log, draws = (
-        loop.log,
-        np.random.default_rng(len(loop.log)).normal(size=(NOISE_DRAW_COUNT, *loop.log.measured.shape)),
-    )
-    own = noise_of(log, model).sigma
-    scores, power = [], 0.0
+    log, scores, power = loop.log, [], 0.0
+    draws = np.random.default_rng(len(log)).normal(size=(NOISE_DRAW_COUNT, *log.measured.shape))
+    sigma = noise_of(log, model).sigma
     for draw in draws:
-        other = filtered_equations(loop.module, replace(log, measured=log.measured + own * draw), parameters, tau)
-        added = other.right - rows.right - (other.matrix - rows.matrix) @ found.fit.estimate
+        noisier = filtered_equations(loop.module, replace(log, measured=log.measured + sigma * draw), parameters, tau)
+        added = noisier.right - rows.right - (noisier.matrix - rows.matrix) @ found.fit.estimate
         scores.append(found.columns.T @ added)
         power += float(added @ added) / NOISE_DRAW_COUNT
     residual = rows.right - rows.matrix @ found.fit.estimate

@@ -1,4 +1,4 @@
-"""Recursive least squares in constant memory: what a microcontroller would run beside its controller."""
+"""Recursive least squares in constant memory, as a microcontroller would run it beside its controller."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ from types import ModuleType
 
 import numpy as np
 
-from wheelpend.estimation import least_squares
-from wheelpend.estimation.least_squares import LinearFit
+from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
+from wheelpend.estimation.regressor import acting_input
+from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.logs.log import Log
 
-INITIAL_VARIANCE_RATIO = 1e12  # variance of a parameter before the first sample, against what the whole log would leave
-TRACK_POINT_COUNT = 20  # how often the estimate is noted
+INITIAL_VARIANCE_RATIO = 1e12  # variance of a parameter before the first sample, over that after the whole log
+TRACK_POINT_COUNT = 20  # times at which the estimate is noted
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class TrackPoint:
 
 @dataclass(frozen=True)
 class RecursiveFit:
-    """The final estimate and the way to it."""
+    """The final estimate, and the estimates on the way to it."""
 
     fit: LinearFit
     track: tuple[TrackPoint, ...]
@@ -45,21 +46,22 @@ def recursive_least_squares(
     With ``forgetting`` 1 it ends where least squares over the whole log from the same start of the filters does. Below
     1 the weight of a sample falls by that factor with every later one: the memory is dt/(1 - forgetting) seconds.
     """
-    states, voltage = least_squares.measured_states(module, log), least_squares.acting_input(module, log, parameters)
+    states, voltage = measured_states(module, log), acting_input(module, log, parameters)
     common = (log.t, states, voltage, parameters, *tau, first_order_hold, states[0])
     sides, regressors = module.filter_regressor(*common)
-    batch = least_squares.solve_least_squares(module, sides, regressors)
+    batch = solve_least_squares(module, sides, regressors)
     power = (regressors**2).sum(axis=(0, 1))
     power = np.where(power > 0.0, power, 1.0)
-    estimate, covariance, track = (
-        np.zeros(len(power)),
-        np.diag(INITIAL_VARIANCE_RATIO / power),
-        np.zeros((TRACK_POINT_COUNT, len(power))),
-    )
+    estimate, covariance = np.zeros(len(power)), np.diag(INITIAL_VARIANCE_RATIO / power)
+    track = np.zeros((TRACK_POINT_COUNT, len(power)))
     variance = module.recursive_identification(*common, 0, forgetting, estimate, covariance, track)
     sigma = np.sqrt(np.maximum(variance * np.diag(covariance), 0.0))
-    samples = -(-np.arange(1, TRACK_POINT_COUNT + 1) * len(log) // TRACK_POINT_COUNT) - 1
-    moments = tuple(TrackPoint(float(log.t[k]), dict(zip(module.LINEAR, map(float, x), strict=True)))
-                    for k, x in zip(samples, track, strict=True))  # fmt: skip
     fit = LinearFit(batch.names, estimate, sigma, batch.condition, batch.rows, batch.unidentifiable)
-    return RecursiveFit(fit, moments)
+    return RecursiveFit(fit, _track_points(module, log, track))
+
+
+def _track_points(module: ModuleType, log: Log, track: np.ndarray) -> tuple[TrackPoint, ...]:
+    """Estimates (points, n), noted at equal distances over a log, with their times."""
+    samples = -(-np.arange(1, TRACK_POINT_COUNT + 1) * len(log) // TRACK_POINT_COUNT) - 1
+    rows = zip(samples, track, strict=True)
+    return tuple(TrackPoint(float(log.t[k]), dict(zip(module.LINEAR, map(float, x), strict=True))) for k, x in rows)

@@ -1,4 +1,4 @@
-"""The filters' time constants: what each pair costs in bias and in spread on a given log, and which to take."""
+"""The filters' time constants: bias and standard deviation of the estimate with each pair, on replicas of a log."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
 
 Tau = tuple[float, float]
-TIME_CONSTANT_COUNT = 8  # time constants tried, spaced evenly in their logarithm
-TIME_CONSTANT_REPLICAS = 8  # spread right within a quarter
+TIME_CONSTANT_COUNT = 8  # spaced evenly in their logarithm
+TIME_CONSTANT_REPLICAS = 8  # for the spread to within a quarter
 MIN_TIME_CONSTANT_SAMPLES, MAX_TIME_CONSTANT_LOG_SHARE = 4.0, 1 / 3  # samples; share of the log
 
 
 @dataclass(frozen=True)
 class TimeConstantPair:
-    """What a pair of time constants does to this log, in percent of each parameter."""
+    """Bias and standard deviation of the estimate with a pair of time constants, in percent of each parameter."""
 
     tau1: float  # s
     tau2: float  # s
     bias_percent: dict[str, float]
     spread_percent: dict[str, float]
-    score: float  # root mean square over the parameters of their errors, none counted above 100 %
+    score: float  # capped root mean square [%] over the parameters of bias and spread together
 
     @property
     def bias(self) -> float:
-        """The bias of all parameters in one number, as the score sums it."""
+        """Capped root mean square [%] of the bias over the parameters."""
         return capped_rms_percent(np.array(list(self.bias_percent.values())))
 
     @property
     def spread(self) -> float:
-        """The spread of all parameters in one number."""
+        """Capped root mean square [%] of the standard deviation over the parameters."""
         return capped_rms_percent(np.array(list(self.spread_percent.values())))
 
 
@@ -48,7 +48,7 @@ class TimeConstantChoice:
     rows: tuple[TimeConstantPair, ...]
     chosen: Tau
     reason: str
-    against: str  # the method whose estimate was rehearsed
+    against: str  # the method of the consistent estimate: iv or shooting
     replicas: int
 
     def pair(self, tau: Tau) -> TimeConstantPair:
@@ -88,7 +88,7 @@ def choose_time_constants(
     names: tuple[str, ...],
     progress: Callable[[str], None] = lambda text: None,
 ) -> TimeConstantChoice:
-    """Rehearse the log with every pair; ``estimator`` gives for a pair what makes an estimate of a log."""
+    """The pair of least error on replicas of the log; ``estimator`` gives for a pair the estimator (n,) of a log."""
     pairs = time_constant_pairs(bootstrap.log)
     methods, found = [estimator(tau) for tau in pairs], []
     for number, log in enumerate(bootstrap.replicas(TIME_CONSTANT_REPLICAS), 1):
@@ -108,7 +108,7 @@ def _evaluated_pair(tau: Tau, names: tuple[str, ...], bias: np.ndarray, spread: 
 
 
 def choice_text(rows: tuple[TimeConstantPair, ...], best: TimeConstantPair) -> str:
-    """Why a pair was chosen, in two sentences."""
+    """Errors of the chosen pair, and for comparison of the smallest and largest time constants, in two sentences."""
     alike = [r for r in rows if r.tau1 == r.tau2]
     small, large = alike[0], alike[-1]
     return (f"With τ = {best.tau1:g}, {best.tau2:g} s the parameters are off by {best.bias:.2g} % through bias and "
@@ -118,8 +118,8 @@ def choice_text(rows: tuple[TimeConstantPair, ...], best: TimeConstantPair) -> s
 
 
 def save_error_maps(guide: TimeConstantChoice, path: Path) -> None:
-    """Write a picture of total error, bias and spread over both time constants, the chosen pair marked."""
-    from matplotlib.figure import Figure
+    """Write a picture of total error, bias and spread over both time constants; raises Failure where it cannot be."""
+    from matplotlib.figure import Figure  # imported late: it takes long to load
 
     figure = Figure(figsize=(13, 4.4), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)

@@ -1,0 +1,124 @@
+"""Identification of a single log by regression: each method, its time constants, and the test of its bias."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.estimation.data import read_logs
+from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.least_squares import differentiation_least_squares, filtered_least_squares
+from wheelpend.estimation.linear_fit import LinearFit
+from wheelpend.estimation.long_logs import CHUNK_SAMPLES
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.identification import instrumental
+from wheelpend.identification.bias_test import BiasTest, hausman_test
+from wheelpend.identification.bootstrap import ParametricBootstrap, parametric_bootstrap
+from wheelpend.identification.energy import energy_least_squares
+from wheelpend.identification.method_options import IS_FIRST_ORDER_HOLD, RegressionOptions
+from wheelpend.identification.recursive import TrackPoint, recursive_least_squares
+from wheelpend.identification.time_constants import Tau, TimeConstantChoice, choose_time_constants
+from wheelpend.kernels.load import model_module
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+
+
+@dataclass
+class RegressionProblem:
+    """A log, and the model whose linear parameters are regressed on it."""
+
+    model: Model
+    module: ModuleType
+    log: Log
+    parameters: np.ndarray  # (NP,) known values
+    progress: Callable[[str], None]
+
+    @cached_property
+    def bootstrap(self) -> ParametricBootstrap:
+        """The parametric bootstrap of the log; made once."""
+        return parametric_bootstrap(self.model, self.module, self.log, self.parameters, self.progress)
+
+
+def regression_problem(model: Model, logs: Sequence, method: str, progress: Callable[[str], None]) -> RegressionProblem:
+    """The regression on a log; raises Failure for more logs than one."""
+    loaded = read_logs(logs, model)
+    if len(loaded) != 1:
+        raise Failure(f"The method '{method}' takes one log, but {len(loaded)} were given. Use `--method shooting`.")
+    module = model_module(model.plant, model.assumptions, model.effects)
+    parameters = kernel_parameters(module, known_values(model), loaded[0])
+    return RegressionProblem(model, module, loaded[0], parameters, progress)
+
+
+def regression_fit(
+    regression: RegressionProblem, settings: RegressionOptions, log: Log
+) -> tuple[LinearFit, tuple[TrackPoint, ...]]:
+    """Estimate by the method of the settings from a log, and where it is recursive the estimates on the way."""
+    common, method = (regression.module, log, regression.parameters), settings.method
+    if method == "differentiation":
+        return differentiation_least_squares(*common), ()
+    if method == "energy":
+        return energy_least_squares(*common, settings.tau[0]), ()
+    if method == "inverse":
+        from wheelpend.identification.inverse_dynamics import inverse_dynamics  # late: it needs scipy.signal
+
+        return inverse_dynamics(*common), ()
+    tau, first_order_hold = (settings.tau[0], settings.tau[1]), IS_FIRST_ORDER_HOLD[settings.hold or "first"]
+    if method == "iv":
+        return instrumental.instrumental_estimate(regression.model, *common, tau).fit, ()
+    if method == "recursive":
+        found = recursive_least_squares(
+            *common, tau, first_order_hold=first_order_hold, forgetting=settings.forgetting
+        )  # fmt: skip
+        return found.fit, found.track
+    return filtered_least_squares(*common, tau, first_order_hold=first_order_hold), ()
+
+
+def choose_regression_time_constants(regression: RegressionProblem, settings: RegressionOptions) -> TimeConstantChoice:
+    """Time constants with the least error of the method on replicas of the log."""
+    estimator = partial(_replica_estimator, regression, settings)
+    return choose_time_constants(regression.bootstrap, estimator, regression.module.LINEAR, regression.progress)
+
+
+def _replica_estimator(
+    regression: RegressionProblem, settings: RegressionOptions, tau: Tau
+) -> Callable[[Log], np.ndarray]:
+    """Estimator of the linear parameters (n,) from a replica, with some time constants."""
+    if settings.method != "iv":
+        return lambda log: regression_fit(regression, settings._replace(tau=tau), log)[0].estimate
+    centre = regression.bootstrap.parameters
+    loop = instrumental.ClosedLoop.of(regression.model, regression.module, regression.log)
+    run = loop.run(centre)
+    if run is None:
+        raise Failure(
+            f"{regression.log.name}: the simulated robot must stay up to choose time constants, but it falls. "
+            "Give --tau T1,T2."
+        )
+    instruments = instrumental.simulated_instruments(regression.module, regression.log, run, centre, tau)
+    return partial(_estimate_with_instruments, regression, tau, instruments)
+
+
+def _estimate_with_instruments(
+    regression: RegressionProblem, tau: Tau, instruments: np.ndarray, log: Log
+) -> np.ndarray:
+    rows = instrumental.filtered_equations(regression.module, log, regression.parameters, tau)
+    return instrumental.solve_instrumental(regression.module, rows, instruments).estimate
+
+
+def bias_test_or_warning(
+    regression: RegressionProblem, settings: RegressionOptions, fitted: LinearFit
+) -> tuple[BiasTest | None, tuple[str, ...]]:
+    """The test of least squares for bias on the log, or a warning why it cannot be made; of a long log on its head."""
+    if len(regression.log) > CHUNK_SAMPLES:
+        regression = replace(regression, log=regression.log.part(0, CHUNK_SAMPLES))
+        fitted = regression_fit(regression, settings, regression.log)[0]
+    try:
+        bootstrap = regression.bootstrap
+        regression.progress("rehearsing the log")
+        return hausman_test(bootstrap, fitted, lambda log: regression_fit(regression, settings, log)[0]), ()
+    except Failure as failure:
+        return None, (f"Least squares was not tested for bias: {failure}",)
