@@ -1,4 +1,4 @@
-"""What SciPy has too, but it takes longer to import than a warm command takes in all."""
+"""Numerical functions that SciPy has too, written out because its import takes longer than a whole warm command."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import numpy as np
 
 
 def null_space(matrix: np.ndarray) -> np.ndarray:
-    """Orthonormal columns (n, k) that a matrix (rows, n) turns into zero."""
+    """Orthonormal basis (n, k) of the null space of a matrix (rows, n)."""
     _, sizes, rows = np.linalg.svd(matrix)
     rank = int((sizes > max(matrix.shape) * np.finfo(float).eps * sizes.max(initial=0.0)).sum())
     return rows[rank:].T
 
 
 def decimated(rows: np.ndarray, thin: int) -> np.ndarray:
-    """Every so-manieth row of signals (N, k), behind a low-pass without phase that keeps what is above from folding.
+    """Every thin-th row of signals (N, k), behind a zero-phase low-pass against aliasing.
 
-    A Chebyshev filter of 8th order forth and back, as in scipy.signal.decimate.
+    A Chebyshev filter of 8th order and 0.05 dB ripple, forward and backward, as in scipy.signal.decimate.
     """
     ends = (2.0 * rows[0] - rows[:0:-1], rows, 2.0 * rows[-1] - rows[-2::-1])
     whole = np.concatenate(ends)
     slope = np.tan(np.pi * np.fft.rfftfreq(len(whole))) / np.tan(0.4 * np.pi / thin)
     ripple = 10**0.005 - 1.0
-    kept = 1.0 / (1.0 + ripple * np.polynomial.chebyshev.chebval(slope, [0.0] * 8 + [1.0]) ** 2)
-    smooth = np.fft.irfft(np.fft.rfft(whole, axis=0) * kept[:, None], len(whole), axis=0)
+    gain = 1.0 / (1.0 + ripple * np.polynomial.chebyshev.chebval(slope, [0.0] * 8 + [1.0]) ** 2)
+    smooth = np.fft.irfft(np.fft.rfft(whole, axis=0) * gain[:, None], len(whole), axis=0)
     return smooth[len(rows) - 1 : 2 * len(rows) - 1 : thin]
 
 
 def gaussian_smoothed(signal: np.ndarray, width: float) -> np.ndarray:
-    """A signal (N,) behind a Gaussian whose standard deviation is so many samples; its ends go on as they are."""
+    """A signal (N,) behind a Gaussian kernel of standard deviation width [samples]; beyond its ends it is constant."""
     reach = int(4.0 * width + 0.5)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     return np.convolve(np.pad(signal, reach, mode="edge"), weights / weights.sum(), mode="valid")

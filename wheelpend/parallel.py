@@ -15,25 +15,25 @@ from typing import TypeVar
 
 T = TypeVar("T")
 BLAS_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-SINGLE_THREAD_VARIABLE = "WHEELPEND_THREADS"  # 1 where this process shall use no threads of its own
+SINGLE_THREAD_VARIABLE = "WHEELPEND_THREADS"  # 1 where this process may start no threads
 
 
 def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], None]) -> list[T]:
-    """Results of jobs that can be pickled, in order; ``progress`` gets how many are done and the seconds left."""
-    found: dict[int, T] = {}
+    """Results of picklable jobs, in their order; ``progress`` gets the number of finished ones and the seconds left."""
+    results: dict[int, T] = {}
     begin = monotonic()
     for number, result in results_as_completed(jobs):
-        found[number] = result
-        progress(len(found), (monotonic() - begin) / len(found) * (len(jobs) - len(found)))
-    return [found[number] for number in range(len(jobs))]
+        results[number] = result
+        progress(len(results), (monotonic() - begin) / len(results) * (len(jobs) - len(results)))
+    return [results[number] for number in range(len(jobs))]
 
 
 def results_as_completed(
     jobs: Sequence[Callable[[], T]], seconds: float = float("inf")
 ) -> Generator[tuple[int, T], None, None]:
-    """Number and result of each job as it ends; after so many seconds none begins, and those begun are waited for.
+    """Number and result of each job as it ends; after a time limit [s] none is started, and running ones are awaited.
 
-    Where the caller is interrupted or wants no more, the workers are ended at once.
+    Where the caller is interrupted or stops iterating, the workers are terminated at once.
     """
     workers, deadline, waiting = min(cores(), len(jobs)), monotonic() + seconds, iter(enumerate(jobs))
     if cores() == 1 or not jobs:
@@ -46,7 +46,7 @@ def results_as_completed(
             while running:
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
                     number = running.pop(future)
-                    if monotonic() < deadline:  # one at a time, so that none is begun that would be thrown away
+                    if monotonic() < deadline:  # one at a time, so that none is started whose result would be dropped
                         running.update(submit_jobs(pool, islice(waiting, 1)))
                     yield number, future.result()
         except BaseException:
@@ -56,18 +56,18 @@ def results_as_completed(
 
 
 def submit_jobs(pool: ProcessPoolExecutor, jobs: Iterable[tuple[int, Callable[[], T]]]) -> dict[Future[T], int]:
-    """Submit numbered jobs. A worker that starts meanwhile never hears Ctrl-C: who asked for it ends it."""
-    if current_thread() is not main_thread():  # where no signal arrives, nor may be set aside
+    """Submit numbered jobs. Workers that start meanwhile ignore Ctrl-C: the parent process terminates them."""
+    if current_thread() is not main_thread():  # only the main thread receives signals and may set handlers
         return {pool.submit(job): number for number, job in jobs}
-    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         return {pool.submit(job): number for number, job in jobs}
     finally:
-        signal.signal(signal.SIGINT, heard)
+        signal.signal(signal.SIGINT, handler)
 
 
 def end_with_parent() -> None:
-    """Let this worker end when the process that started it does, however that ends."""
+    """Make this worker process exit when its parent process does, however that ends."""
     parent = parent_process()
     assert parent is not None, "only a worker has a parent process"
 
@@ -79,24 +79,24 @@ def end_with_parent() -> None:
 
 
 def cores() -> int:
-    """How many processors this process may use."""
+    """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def threads() -> int:
-    """How many threads this process may use: one where every core has a process of its own."""
+    """Number of threads that this process may use: one where every core has a process of its own."""
     return 1 if os.environ.get(SINGLE_THREAD_VARIABLE) == "1" else cores()
 
 
 class ThreadBudget:
-    """Threads that each do a work of their own: the cores are theirs, and a work that is left alone gets them all."""
+    """The threads of this process, divided evenly among its running jobs; a single job gets all of them."""
 
     def __init__(self) -> None:
         self._running_jobs, self._lock = 0, Lock()
 
     @contextmanager
     def joined(self) -> Iterator[None]:
-        """Have a work of one's own while inside."""
+        """Count as a running job while inside."""
         self._change_running_jobs(1)
         try:
             yield
@@ -104,7 +104,7 @@ class ThreadBudget:
             self._change_running_jobs(-1)
 
     def share(self) -> int:
-        """Threads among which a work may be divided now."""
+        """Number of threads among which a job may divide its work now."""
         return max(1, threads() // max(1, self._running_jobs))
 
     def _change_running_jobs(self, by: int) -> None:
@@ -116,25 +116,25 @@ thread_budget = ThreadBudget()
 
 
 class KernelPool(ThreadPoolExecutor):
-    """Works in threads, as many as this process may use: the kernels release the interpreter's lock."""
+    """A pool of as many threads as this process may use: the kernels release the interpreter's lock."""
 
     def __init__(self) -> None:
         super().__init__(max_workers=threads())
 
-    def submit(self, work, /, *args, **kwargs):
-        """Begin a work as soon as a thread is free for it."""
-        return super().submit(run_in_thread_budget, work, *args, **kwargs)
+    def submit(self, job, /, *args, **kwargs):
+        """Run a job as soon as a thread is free for it."""
+        return super().submit(run_in_thread_budget, job, *args, **kwargs)
 
 
 def run_in_thread_budget(job: Callable[..., T], *args, **kwargs) -> T:
-    """Do a work as one of the company."""
+    """Run a job that shares the thread budget with the others."""
     with thread_budget.joined():
         return job(*args, **kwargs)
 
 
 @contextmanager
 def single_threaded() -> Iterator[None]:
-    """Processes started inside use one thread, for linear algebra too: the cores are taken by the jobs."""
+    """Processes started inside use one thread, for linear algebra too: the jobs occupy all cores."""
     before = {name: os.environ.get(name) for name in (*BLAS_THREAD_VARIABLES, SINGLE_THREAD_VARIABLE)}
     os.environ.update(dict.fromkeys(before, "1"))
     try:

@@ -1,4 +1,4 @@
-"""How often something is so, with what that says of how often it will be."""
+"""A proportion of trials with its confidence interval."""
 
 from __future__ import annotations
 
@@ -7,28 +7,30 @@ from typing import NamedTuple
 
 from scipy.stats import binomtest
 
+CONFIDENCE_LEVEL = 0.95
+
 
 class Proportion(NamedTuple):
-    """So many of so many."""
+    """Number of hits among trials."""
 
     hits: int
-    of: int
+    of: int  # trials
 
     @property
     def share(self) -> float:
-        """As a fraction; NaN of nothing."""
+        """Hits as a fraction of the trials; NaN without any."""
         return self.hits / self.of if self.of else float("nan")
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % confidence interval (Clopper and Pearson)."""
+        """95 % confidence interval (Clopper and Pearson) of the probability of a hit; NaN without trials."""
         if not self.of:
             return float("nan"), float("nan")
-        found = binomtest(self.hits, self.of).proportion_ci(0.95, method="exact")
-        return float(found.low), float(found.high)
+        interval = binomtest(self.hits, self.of).proportion_ci(CONFIDENCE_LEVEL, method="exact")
+        return float(interval.low), float(interval.high)
 
 
 def proportion_of(hits: Iterable[bool]) -> Proportion:
-    """Count."""
-    found = [bool(h) for h in hits]
-    return Proportion(sum(found), len(found))
+    """The proportion of trials that are hits."""
+    trials = [bool(h) for h in hits]
+    return Proportion(sum(trials), len(trials))

@@ -2,4 +2,8 @@
 
 In: a model with values, a reference trajectory, effects to hide. Out: a `Log` with sensor noise. Question: what would
 the sensors read?
+
+    simulate      the closed loop, with noise and quantisation
+    hidden        values of hidden effects, checked, and those of the machine they are put into
+    references    reference trajectories of the pitch: built-in ones and files
 """

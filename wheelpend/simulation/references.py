@@ -9,7 +9,8 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
-from wheelpend.logs import checks, log
+from wheelpend.logs.checks import check_time
+from wheelpend.logs.log import REFERENCE_COLUMN
 from wheelpend.logs.tables import check_length, open_table
 
 BUILT_IN_COMMANDS_DEG: dict[str, Callable[[np.ndarray], np.ndarray]] = {
@@ -41,16 +42,14 @@ def reference(command: str, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def command_duration(command: str) -> float:
-    """How long a command lasts [s]: a file as long as it is."""
-    return (
-        BUILT_IN_DURATION_S
-        if command in BUILT_IN_COMMANDS_DEG
-        else float(read_trajectory(command_file(command))[0][-1])
-    )
+    """Duration of a command [s]; a file's is that of its last row."""
+    if command in BUILT_IN_COMMANDS_DEG:
+        return BUILT_IN_DURATION_S
+    return float(read_trajectory(command_file(command))[0][-1])
 
 
 def command_file(command: str) -> Path:
-    """The file that a command names; raises Failure naming the built-in commands where it names none."""
+    """Path of a command file; raises Failure, listing the built-in commands, where the name has no such suffix."""
     path = Path(command)
     if path.suffix.lower() not in COMMAND_FILE_SUFFIXES:
         raise Failure(f"No command named '{command}'. Known commands: {', '.join(sorted(BUILT_IN_COMMANDS_DEG))}; "
@@ -61,32 +60,32 @@ def command_file(command: str) -> Path:
 def read_trajectory(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Times from the first row [s], pitch [rad] and its rate [rad/s] of a file, (N,) each."""
     file = open_table(path)
-    if absent := [n for n in ("t", log.REFERENCE_COLUMN) if n not in file.names]:
+    if absent := [n for n in ("t", REFERENCE_COLUMN) if n not in file.names]:
         raise Failure(f"{path.name}: a command needs the columns t and theta_ref, but {' and '.join(absent)} "
                       f"{'is' if len(absent) == 1 else 'are'} missing. `wheelpend design` writes one.")  # fmt: skip
-    numbers = file.read([n for n in file.names if n in ("t", log.REFERENCE_COLUMN, REFERENCE_RATE_COLUMN)])
+    numbers = file.read([n for n in file.names if n in ("t", REFERENCE_COLUMN, REFERENCE_RATE_COLUMN)])
     _check_trajectory(path.name, numbers)
     t = numbers["t"] - numbers["t"][0]
-    angle = numbers[log.REFERENCE_COLUMN]
+    angle = numbers[REFERENCE_COLUMN]
     return t, angle, numbers[REFERENCE_RATE_COLUMN] if REFERENCE_RATE_COLUMN in numbers else np.gradient(angle, t)
 
 
 def _check_trajectory(name: str, numbers: dict[str, np.ndarray]) -> None:
     check_length(name, len(numbers["t"]))
-    checks.check_time(name, numbers["t"])
+    check_time(name, numbers["t"])
     for column, values in numbers.items():
         unknown = np.flatnonzero(~np.isfinite(values))
         if len(unknown):
             raise Failure(f"{name}: a command must have a value in every row; row {unknown[0] + 1} of {column} has "
                           "none.")  # fmt: skip
-    if np.abs(numbers[log.REFERENCE_COLUMN]).max() > np.pi / 2:
+    if np.abs(numbers[REFERENCE_COLUMN]).max() > np.pi / 2:
         raise Failure(f"{name}: theta_ref is a pitch in rad and must stay within ±π/2, but it reaches "
-                      f"{np.abs(numbers[log.REFERENCE_COLUMN]).max():g}. Is it in degrees?")  # fmt: skip
+                      f"{np.abs(numbers[REFERENCE_COLUMN]).max():g}. Is it in degrees?")  # fmt: skip
 
 
 def save_trajectory(path: Path, t: np.ndarray, angle: np.ndarray, rate: np.ndarray) -> None:
     """Write a command as CSV, complete or not at all: times [s], pitch [rad], rate [rad/s], (N,) each."""
-    import polars as pl  # imported late: only this needs it
+    import polars as pl  # imported late: it is slow to load, and only this needs it
 
-    table = pl.DataFrame({"t": t, log.REFERENCE_COLUMN: angle, REFERENCE_RATE_COLUMN: rate})
+    table = pl.DataFrame({"t": t, REFERENCE_COLUMN: angle, REFERENCE_RATE_COLUMN: rate})
     write_text(path, table.write_csv(float_precision=9))

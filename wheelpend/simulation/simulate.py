@@ -11,14 +11,14 @@ from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.logs.log import Log
-from wheelpend.model import model_kernels
 from wheelpend.model.entries import NOISE_KEYS
+from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values, with_full_parameter_names
 from wheelpend.simulation.references import command_duration, reference
 
 PAPER_NOISE_SIGMA = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
-DEFAULT_NOISE_SIGMA = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # of sensors that nobody described
+DEFAULT_NOISE_SIGMA = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # by unit, of sensors without a description
 SAMPLE_INTERVAL_S = 0.001  # s (paper, section 4)
 
 
@@ -41,7 +41,30 @@ def simulate(
     values or controller, for a hidden effect that is none, and when the robot falls.
     """
     machine = machine_values(model, with_full_parameter_names(hide or {}))
-    module = model_kernels.library_module_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
+    module = _simulation_module(model, machine)
+    t = np.arange(round(_checked_duration(command, duration) / sample) + 1) * sample
+    angle, rate = reference(command, t)
+    begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
+    outputs, channels = begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS)
+    empty = Log("", t, t, outputs, channels)
+    parameters = kernel_parameters(module, machine, empty)
+    step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
+    gains = np.array(model.controller.gains if model.controller else (0.0, 0.0, 0.0), dtype=float)
+    errors, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
+    states, measured, voltage = module.closed_loop(t, angle, rate, gains, begin, parameters, errors, quantum, step)
+    if (lost := first_sample_out_of_range(module, states)) is not None:
+        raise OutOfRange(
+            f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
+        )
+    commanded = angle if model.table.reference else None
+    return Log(
+        f"simulated {command}", t, voltage, measured, channels, commanded, range_channel=model.table.range_channel
+    )
+
+
+def _simulation_module(model: Model, machine: Mapping[str, float]) -> ModuleType:
+    """Kernels with all effects of a machine; raises Failure where it cannot be simulated in a closed loop."""
+    module = library_module_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
     unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
@@ -49,41 +72,23 @@ def simulate(
         raise Failure(f"{model.plant} must say what is controlled to simulate a closed loop: controlled in its file.")
     if model.controller is None and model.table.input:
         raise Failure("A [controller] with kind and gains must be in the model to simulate a closed loop.")
+    return module
+
+
+def _checked_duration(command: str, duration: float | None) -> float:
+    """Duration of a simulation [s]: the command's where none is given; raises Failure unless positive and finite."""
     duration = command_duration(command) if duration is None else duration
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
-    t = np.arange(round(duration / sample) + 1) * sample
-    angle, rate = reference(command, t)
-    begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
-    empty = Log("", t, t, begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS))
-    parameters = kernel_parameters(module, machine, empty)
-    step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
-    normal, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
-    states, measured, voltage = module.closed_loop(
-        t,
-        angle,
-        rate,
-        np.array(model.controller.gains if model.controller else (0.0, 0.0, 0.0), dtype=float),
-        begin,
-        parameters,
-        normal,
-        quantum,
-        step,
-    )
-    if (lost := first_sample_out_of_range(module, states)) is not None:
-        raise OutOfRange(
-            f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
-        )
-    commanded = angle if model.table.reference else None
-    return Log(f"simulated {command}", t, voltage, measured, tuple(module.OUTPUTS), commanded, range_channel=model.table.range_channel)
+    return duration
 
 
 def first_sample_out_of_range(module: ModuleType, states: np.ndarray) -> int | None:
-    """The first sample at which a simulation (N, NX) has left the plant's range; None where it stays."""
-    kept = np.isfinite(states).all(axis=1)
+    """First sample at which a simulation (N, NX) has left the plant's range; None where it stays within."""
+    inside = np.isfinite(states).all(axis=1)
     if module.RANGE_OUTPUT >= 0:
-        kept &= np.abs(states @ module.OUTPUT_MATRIX[module.RANGE_OUTPUT]) <= np.pi / 2
-    return None if kept.all() else int(np.argmin(kept))
+        inside &= np.abs(states @ module.OUTPUT_MATRIX[module.RANGE_OUTPUT]) <= np.pi / 2
+    return None if inside.all() else int(np.argmin(inside))
 
 
 def sensor_errors(
@@ -97,15 +102,15 @@ def sensor_errors(
 
 
 def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
-    """Standard deviation of each channel's noise: [simulation], else [sensors], else the paper's."""
-    own = model.simulation or {}
+    """Standard deviation (channels,) of each channel's noise: [simulation], else [sensors], else the paper's."""
+    given, sensors = model.simulation or {}, model.sensors
     levels = [
-        own.get(NOISE_KEYS.get(n, "")) or model.sensors.noise_of(n) or PAPER_NOISE_SIGMA.get(n, default_noise(model, n))
+        given.get(NOISE_KEYS.get(n, "")) or sensors.noise_of(n) or PAPER_NOISE_SIGMA.get(n, default_noise(model, n))
         for n in outputs
     ]
     return np.array(levels, dtype=float)
 
 
 def default_noise(model: Model, channel: str) -> float:
-    """Noise of a channel of which nothing is known: none where it is quantised, else a small one for its unit."""
+    """Standard deviation of a channel without a description: 0 where it is quantised, else a small one for its unit."""
     return 0.0 if model.sensors.step_of(channel) else DEFAULT_NOISE_SIGMA.get(model.table.units[channel], 0.0)
