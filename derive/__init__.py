@@ -5,15 +5,16 @@ Each stage is a function from one frozen record to the next:
 1. ``plants.<name>.build``          assumptions  → Plant       geometry, loads, sensors as stated
 2. ``lagrange.derive_equations``    Plant        → Equations   Lagrangian, equations of motion
 3. ``grouping.group``               Equations    → Grouping    equivalent parameters X1, X2, ... and rows in them
-4. ``model.compose``                + effects    → Model       residual per row, dry surfaces, sensor readings
+4. ``model.compose``                + effects    → Model       residual per row, dry surfaces, sensor readings,
+                                                               by ``base_equations`` and ``effect_laws``
 5. ``regressor.derive_regressor``   Model        → Regressor   tau = phi X and the split without accelerations
 6. ``statespace.generate_code``     Model        → Code        kernels as strings, by ``kernels``: here SymPy ends
 7. ``emit.render``                  Code         → text        the templates format it
 
-Beside them, ``equivalence.relations`` finds what no data can tell apart: effects that are part of X1, X2, ..., twins,
-and effects that contain others.
+Beside them, ``equivalence.relations`` finds the effects that no log can distinguish: parts of X1, X2, ..., twins, and
+effects within others.
 
-``library.library_model`` is a plant with every effect that it may have.
+``library.library_model`` is a plant with every applicable effect.
 
 Nothing behind stage 1 knows a particular machine; a new machine is one file in ``plants``, a new effect one row in
 ``effects``.
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from derive.model import compose
     from derive.records import Model
 
-_HOMES = {
+_MODULE_BY_NAME = {
     "Model": "records",
     "compose": "model",
     "equations_text": "emit",
@@ -48,9 +49,9 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULE_BY_NAME:
         raise AttributeError(f"module 'derive' has no attribute '{name}'")
-    return getattr(import_module(f"derive.{_HOMES[name]}"), name)
+    return getattr(import_module(f"derive.{_MODULE_BY_NAME[name]}"), name)
 
 
 __all__ = [

@@ -1,7 +1,7 @@
 """Expanding, differentiating and comparing, term by term: what the derivation does most.
 
-Equations are sums of many terms of which a step touches few, and models of one plant share most of them. So what holds
-of a term is found once, and a derivative looks only at the terms that hold the symbol.
+Equations are sums of many terms of which a step touches few, and models of one plant share most of them. So
+results for a term are cached, and a derivative looks only at the terms that contain the symbol.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import lru_cache
 import sympy as sp
 from sympy.polys.matrices import DomainMatrix
 
-CACHED_TERM_COUNT = 1 << 16  # terms remembered: those of a library several times over
+CACHED_TERM_COUNT = 1 << 16  # those of a library several times over
 
 
 @lru_cache(CACHED_TERM_COUNT)
@@ -23,7 +23,7 @@ def symbols_in(expression: sp.Expr) -> frozenset[sp.Symbol]:
 
 @lru_cache(CACHED_TERM_COUNT)
 def expand(expression: sp.Expr) -> sp.Expr:
-    """The same as a sum of products."""
+    """Expand an expression into a sum of products."""
     if expression.is_Add:
         return sp.Add(*map(expand, expression.args))
     if expression.is_Mul and (factor := next((f for f in expression.args if f.is_Add), None)):
@@ -34,7 +34,7 @@ def expand(expression: sp.Expr) -> sp.Expr:
 
 @lru_cache(CACHED_TERM_COUNT)
 def is_product(expression: sp.Expr) -> bool:
-    """Whether an expression is a product of powers of symbols and of functions, so that nothing in it expands."""
+    """True for a product of powers of symbols and of functions, in which nothing expands."""
     if isinstance(expression, sp.sin | sp.cos):
         return all(is_product(term) for term in sp.Add.make_args(expression.args[0]))
     if isinstance(expression, sp.exp):
@@ -81,13 +81,13 @@ def adjugate_of(matrix: sp.Matrix) -> tuple[sp.Matrix, sp.Expr]:
 
 
 def terms_containing(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> sp.Expr:
-    """Those terms of a sum that hold one of these symbols."""
+    """The terms of a sum that contain one of these symbols."""
     wanted = frozenset(symbols)
     return sp.Add(*(t for t in sp.Add.make_args(expression) if not wanted.isdisjoint(symbols_in(t))))
 
 
 def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr:
-    """The same with values for symbols, all at once."""
+    """Substitute values for symbols, all at once."""
     if symbols_in(expression).isdisjoint(values):
         return expression
     if expression.is_Add:
@@ -96,7 +96,7 @@ def substitute(expression: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.E
 
 
 def collect_terms(expression: sp.Expr, variables: Set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
-    """A sum by what its terms hold of some variables: {function of these: constant}."""
+    """Coefficients of a sum by function of some variables: {function: constant}."""
     table: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(expand(expression)):
         constant, function = term.as_independent(*(variables & symbols_in(term)), as_Add=False)
@@ -105,7 +105,7 @@ def collect_terms(expression: sp.Expr, variables: Set[sp.Symbol]) -> dict[sp.Exp
 
 
 def linear_combination(columns: Sequence[Mapping], wanted: Mapping) -> tuple[sp.Expr, ...] | None:
-    """Weights with which the columns add up to the wanted one, those that are free at zero; None without any.
+    """Weights with which the columns add up to the wanted one, undetermined ones at zero; None where there are none.
 
     A column is a table of entries under any keys; keys that it lacks are zero.
     """
@@ -119,7 +119,7 @@ def linear_combination(columns: Sequence[Mapping], wanted: Mapping) -> tuple[sp.
 
 
 def reduce_modulo_span(known: Sequence[Mapping], tables: Sequence[Mapping]) -> list[dict[int, sp.Expr]]:
-    """What is left of each table up to combinations of the known ones, in the same coordinates for all."""
+    """Residue of each table modulo the span of the known ones, in coordinates common to all."""
     reduced, pivots = row_echelon_form((*known, *tables))
     rank = sum(p < len(known) for p in pivots)
     left = reduced[rank:, len(known) :].to_Matrix()
@@ -134,7 +134,7 @@ def row_echelon_form(columns: Sequence[Mapping]) -> tuple[DomainMatrix, tuple[in
 
 
 def are_proportional(one: sp.Expr, other: sp.Expr) -> bool:
-    """Whether one is a number times the other.
+    """True where one is a number times the other.
 
     Where their ratio differs between two points it is none, which saves most of the exact comparisons.
     """

@@ -22,11 +22,11 @@ from derive.records import Parameter, Plant
 
 
 class PlantConfiguration(NamedTuple):
-    """What the equations of a plant follow from, before any effect acts."""
+    """Key of a plant's equations before any effect acts: name, file, assumptions, released coordinates."""
 
     name: str
     fingerprint: str  # of its file
-    assumptions: tuple  # settled, as sorted pairs
+    assumptions: tuple  # complete, as sorted pairs
     free: tuple[str, ...] = ()
 
     @property
@@ -37,40 +37,42 @@ class PlantConfiguration(NamedTuple):
 
 def group_and_deform(plant: Plant, assumptions: dict, chosen: tuple[Effect, ...]) -> tuple[Grouping, tuple]:
     """Find the equivalent parameters on the undeformed, rigid plant, then write the rows with the deformations."""
-    form = PlantConfiguration(plant.name, plants.fingerprint(plant.name), tuple(sorted(assumptions.items())))
+    configuration = PlantConfiguration(plant.name, plants.fingerprint(plant.name), tuple(sorted(assumptions.items())))
     present = geometry_deviations(plant, chosen)
-    rows = deformed_rows(form._replace(free=plant.free), tuple(present))
-    return grouping_of(form), tuple(substitute(r, present) for r in rows)
+    rows = deformed_rows(configuration._replace(free=plant.free), tuple(present))
+    return grouping_of(configuration), tuple(substitute(r, present) for r in rows)
 
 
 @lru_cache(maxsize=64)
-def equations_of(form: PlantConfiguration) -> tuple[sp.Expr, ...]:
+def equations_of(configuration: PlantConfiguration) -> tuple[sp.Expr, ...]:
     """Scaled rows in physical symbols, with every deformation."""
-    plant = form.plant
+    plant = configuration.plant
     return scaled_rows(plant, derive_equations(plant))
 
 
 @lru_cache(maxsize=64)
-def grouping_of(form: PlantConfiguration) -> Grouping:
+def grouping_of(configuration: PlantConfiguration) -> Grouping:
     """Equivalent parameters of a rigid plant, undeformed; they keep the names they have by default."""
-    settled = tuple(sorted(plants.complete_assumptions(form.name, {}).items()))
-    usual = None if form.assumptions == settled else grouping_of(form._replace(assumptions=settled))
-    absent = dict.fromkeys(form.plant.geometry.values(), sp.Integer(0))
-    rows = tuple(substitute(r, absent) for r in equations_of(form))
-    return group_parameters(form.plant, rows, usual and regressor_columns(usual.rows, usual.names))
+    complete = tuple(sorted(plants.complete_assumptions(configuration.name, {}).items()))
+    default = (
+        None if configuration.assumptions == complete else grouping_of(configuration._replace(assumptions=complete))
+    )
+    absent = dict.fromkeys(configuration.plant.geometry.values(), sp.Integer(0))
+    rows = tuple(substitute(r, absent) for r in equations_of(configuration))
+    return group_parameters(configuration.plant, rows, default and regressor_columns(default.rows, default.names))
 
 
 @lru_cache(maxsize=256)
-def deformed_rows(form: PlantConfiguration, present: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
+def deformed_rows(configuration: PlantConfiguration, present: tuple[sp.Symbol, ...]) -> tuple[sp.Expr, ...]:
     """Rows in the equivalent parameters, with some of the deformations."""
-    grouping = grouping_of(form._replace(free=()))
-    absent = {s: sp.Integer(0) for s in form.plant.geometry.values() if s not in present}
-    rows = tuple(substitute(r, absent) for r in equations_of(form))
-    return rewrite(form.plant, rows, grouping.definitions, grouping.names)
+    grouping = grouping_of(configuration._replace(free=()))
+    absent = {s: sp.Integer(0) for s in configuration.plant.geometry.values() if s not in present}
+    rows = tuple(substitute(r, absent) for r in equations_of(configuration))
+    return rewrite(configuration.plant, rows, grouping.definitions, grouping.names)
 
 
 def geometry_deviations(plant: Plant, chosen: tuple[Effect, ...]) -> dict[sp.Symbol, sp.Expr]:
-    """What the effects make of the plant's geometry."""
+    """Deviation of each geometry symbol that the effects state: {symbol: expression}."""
     present: dict[sp.Symbol, sp.Expr] = {}
     for effect in chosen:
         if isinstance(effect.enters, Deformation):
@@ -86,7 +88,7 @@ def parameter_definitions(grouping: Grouping):
 
 
 def base_parameters(plant: Plant, grouping: Grouping) -> list[Parameter]:
-    """The plant's own parameters X1, X2, ..., each with what it is in physical symbols."""
+    """Base parameters X1, X2, ..., each with its definition in physical symbols."""
     return [Parameter(n, base_parameter_unit(plant, n, grouping), str(d)) for n, d in parameter_definitions(grouping)]
 
 

@@ -26,12 +26,12 @@ def input_map(plant: Plant, chosen: tuple[Effect, ...]) -> sp.Expr:
 
 
 def input_substitution(plant: Plant, acting: sp.Expr) -> dict[sp.Symbol, sp.Expr]:
-    """What acts for each input: the same for all that acts for the first."""
+    """Acting value of each input: the law that acts on the first, applied to every one."""
     return {u: acting.subs(plant.input, u) for u in plant.inputs}
 
 
 def motor_load_by_port(plant: Plant, grouping: Grouping, acting: sp.Expr) -> dict[str, sp.Expr]:
-    """What each port carries of the motor: the plant's own loads on it, in volt-equivalents, under the acting input."""
+    """Load of the motor on each port: the plant's own loads on it, in volt-equivalents, under the acting input."""
     carried = {p.name: [load.force for load in plant.loads if load.port == p.name] for p in plant.ports}
     scaled = [expand(sp.Add(*f).subs(plant.substitutions) / plant.scale) for f in carried.values()]
     return {
@@ -44,7 +44,7 @@ def motor_load_by_port(plant: Plant, grouping: Grouping, acting: sp.Expr) -> dic
 
 def generalised_forces(plant: Plant, chosen: tuple[Effect, ...]) -> list[sp.Expr]:
     """Generalised forces of the effects on each row, by virtual work on their ports."""
-    resistances = [(inner.q, internal_force_law(inner, name, chosen)) for name, inner in plant.internal.items()
+    resistances = [(internal.q, internal_force_law(internal, name, chosen)) for name, internal in plant.internal.items()
                    if name in plant.free]  # fmt: skip
     for effect in chosen:
         if isinstance(effect.enters, Force):
@@ -57,24 +57,24 @@ def generalised_forces(plant: Plant, chosen: tuple[Effect, ...]) -> list[sp.Expr
     ]
 
 
-def internal_force_law(inner: Coordinate, name: str, chosen: tuple[Effect, ...]) -> sp.Expr:
-    """What resists a give inside the machine: the effects' laws, outside of a play where there is one."""
+def internal_force_law(internal: Coordinate, name: str, chosen: tuple[Effect, ...]) -> sp.Expr:
+    """Resistance along an internal coordinate: the effects' laws, beyond the free play where there is one."""
     laws = [(e.enters.law, e.symbols) for e in chosen if isinstance(e.enters, InternalForce) and e.releases == name]
-    beyond = inner.q
+    beyond = internal.q
     for effect in chosen:
         if isinstance(effect.enters, InternalPlay) and effect.releases == name:
             laws = laws or [(effect.enters.contact, {})]
-            beyond = Sign(inner.q) * Ramp(Magnitude(inner.q) - effect.enters.width(**effect.symbols) / 2)
-    return sp.Add(*(law(beyond, inner.dq, **parameters) for law, parameters in laws))
+            beyond = Sign(internal.q) * Ramp(Magnitude(internal.q) - effect.enters.width(**effect.symbols) / 2)
+    return sp.Add(*(law(beyond, internal.dq, **parameters) for law, parameters in laws))
 
 
 def hysteresis_symbol(effect: Effect) -> sp.Symbol:
-    """Symbol of the force of an effect with a memory."""
+    """Symbol of an effect's hysteresis force, which is a state."""
     return symbol(f"{effect.name}_force")
 
 
 def hysteresis_forces(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[Hysteresis, ...]:
-    """The forces with a memory, each with its law along a path of slip."""
+    """The hysteresis forces, each with its law along a path of slip."""
     found = []
     for effect in chosen:
         if isinstance(effect.enters, HysteresisForce):
@@ -89,7 +89,7 @@ def dry_surfaces(
 ) -> tuple[DrySurface, ...]:
     """Ports with dry friction, each with the sum of the laws that act there.
 
-    A law may depend on what its port carries of the motor, which ``loads`` says; without them that is the input.
+    A law may depend on the motor's load on its port, given by ``loads``; without them that load is the input.
     """
     laws: dict[str, sp.Expr] = {}
     for effect in chosen:
@@ -121,7 +121,7 @@ def rate_of(angle: sp.Expr, plant: Plant) -> sp.Expr:
 
 
 def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]:
-    """What the sensors report, as the sensor effects make it from the true motion."""
+    """Readings of the sensors: the true motion through the sensor effects' maps, one after the other."""
     readings = {c.name: c.reading for c in plant.channels}
     for effect in chosen:
         if isinstance(effect.enters, SensorMap):

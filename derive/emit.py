@@ -1,4 +1,4 @@
-"""The templates make a module's text out of the pieces.
+"""Text of a generated module: strings of ``Code`` in the templates.
 
 A template formats strings of ``Code``. Functions that read the same in every module are no templates but Python files
 in ``templates/core``; ``{{ core("friction", "_slip") }}`` in a template puts them where they belong.
@@ -49,7 +49,7 @@ def module_template() -> jinja2.Template:
 
 
 def core(file: str, *names: str) -> str:
-    """Functions of a file in templates/core, letter for letter: those named, or all of it.
+    """Text of functions of a file in templates/core, verbatim: the named ones, or all.
 
     Raises KeyError, naming the known ones, for a function that is not there.
     """
@@ -73,7 +73,7 @@ def core_functions(file: str) -> dict[str, str]:
 
 
 def argument_lists(code: Code) -> dict[str, str]:
-    """What the functions of the integrator hand to each other: scalars, kept in registers, each under its own name."""
+    """Argument lists of the integrator's functions: scalars, kept in registers, each under its own name."""
     layout, friction, trig_arguments = code.layout, code.friction, code.layout.trig_arguments
     count, width = len(layout.accelerations), len(layout.variables) + (code.actuator.lag >= 0)
     lists = {

@@ -1,10 +1,9 @@
-"""What no data can tell apart, found from the equations: effects inside the model's own parameters, twins, and effects
-that contain others.
+"""Effects that no log can distinguish, by the equations: parts of base parameters, twins, and effects within others.
 
 To first order in its size an effect changes what the sensors read and adds a force to each row. Both together, as
 functions of the motion, are its *trace*. A shift or a scaling of the coordinates has a trace too, but changes no log.
 So traces count up to those of such changes and of the model's own parameters, with weights that are constant in time.
-Constants get generic values, so that a relation is one that holds whatever the machine's numbers are.
+Constants get generic values, so that a relation is valid for almost all numbers of the machine.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ TermTable = dict[tuple[int, sp.Expr], sp.Expr]  # (entry, function of the motion
 
 
 class PlantTraces(NamedTuple):
-    """What the traces of effects are compared with."""
+    """Traces of a plant's base parameters and coordinate changes, modulo which effects are compared."""
 
     plant: Plant
     rows: Trace  # of the plant without any effect
@@ -64,13 +63,13 @@ class PlantTraces(NamedTuple):
 
 
 def relations(plant: str, assumptions: dict, names: Sequence[str]) -> Relations:
-    """What the equations say about these effects on a plant."""
-    settled = plants.complete_assumptions(plant, assumptions)
+    """Relations among these effects on a plant: absorbed, twins and contained."""
+    complete = plants.complete_assumptions(plant, assumptions)
     chosen = [library.find(n) for n in names]
-    inside = {e.name: absorbed(plant, settled, e.name) for e in chosen}
+    inside = {e.name: absorbed(plant, complete, e.name) for e in chosen}
     weights = {f"{e}.{p}": w for e, found in inside.items() for p, w in found.items()}
     others = [e.name for e in chosen if not inside[e.name]]
-    return Relations(weights, twins(plant, settled, others), contained(plant, settled, others))
+    return Relations(weights, twins(plant, complete, others), contained(plant, complete, others))
 
 
 def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, float]]:
@@ -78,25 +77,25 @@ def absorbed(plant: str, assumptions: dict, effect: str) -> dict[str, dict[str, 
 
     A size s of the effect is the same as adding s times the weight to each parameter.
     """
-    row, ground = library.find(effect), plant_traces(plant, assumptions)
+    row, base = library.find(effect), plant_traces(plant, assumptions)
     found = traces(plant, assumptions, effect)
     if not found or any(p.scope != "shared" for p in row.linear) or len(row.linear) < len(row.parameters):
         return {}
     table = {}
     for parameter, trace in zip(row.linear, found, strict=True):
-        weights = linear_combination(at_generic_points(ground.parameters.values()), *at_generic_points([trace]))
+        weights = linear_combination(at_generic_points(base.parameters.values()), *at_generic_points([trace]))
         if weights is None or any(constant.free_symbols for constant in trace.values()):
             return {}  # it is not, or by weights that change with the machine
-        pairs = zip(ground.parameters, weights, strict=True)
+        pairs = zip(base.parameters, weights, strict=True)
         table[parameter.name] = {name: float(w) for name, w in pairs if w != 0}
     return table
 
 
 def twins(plant: str, assumptions: dict, names: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Effects whose traces are the same up to the model's own parameters and changes of coordinates."""
-    ground = plant_traces(plant, assumptions)
+    base = plant_traces(plant, assumptions)
     found = {n: t for n in names if (t := traces(plant, assumptions, n))}
-    known = [*ground.parameters.values(), *ground.changes]
+    known = [*base.parameters.values(), *base.changes]
     rest = iter(
         reduce_modulo_span(at_generic_points(known), at_generic_points([t for own in found.values() for t in own]))
     )
@@ -140,10 +139,10 @@ def _traces(plant_name: str, assumptions: tuple, effect: Effect) -> tuple[TermTa
             rows = group_and_deform(plant, dict(assumptions), (effect,))[1]
         except NotExpressibleError:
             return ()
-    whole = readings_and_rows(plant, rows, (effect,))
+    entries = readings_and_rows(plant, rows, (effect,))
     absent = {effect.symbols[p.name]: sp.nsimplify(p.absent) for p in effect.parameters}
     found = [
-        tuple(derivative(e, effect.symbols[p.name]).subs(absent) for e in whole) for p in effect.linear
+        tuple(derivative(e, effect.symbols[p.name]).subs(absent) for e in entries) for p in effect.linear
     ]  # fmt: skip
     return tuple(term_table(plant, trace) for trace in found)
 
@@ -155,12 +154,12 @@ def plant_traces(plant: str, assumptions: dict) -> PlantTraces:
 
 @lru_cache(maxsize=16)
 def _plant_traces(plant_name: str, assumptions: tuple) -> PlantTraces:
-    settled = dict(assumptions)
-    plant = plants.build(plant_name, settled)
-    grouping, rows = group_and_deform(plant, settled, ())
-    whole = readings_and_rows(plant, rows, ())
-    parameters = {n: term_table(plant, tuple(derivative(e, symbol(n)) for e in whole)) for n in grouping.names}
-    return PlantTraces(plant, rows, parameters, tuple(term_table(plant, t) for t in coordinate_changes(plant, whole)))
+    complete = dict(assumptions)
+    plant = plants.build(plant_name, complete)
+    grouping, rows = group_and_deform(plant, complete, ())
+    entries = readings_and_rows(plant, rows, ())
+    parameters = {n: term_table(plant, tuple(derivative(e, symbol(n)) for e in entries)) for n in grouping.names}
+    return PlantTraces(plant, rows, parameters, tuple(term_table(plant, t) for t in coordinate_changes(plant, entries)))
 
 
 def readings_and_rows(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> Trace:
@@ -177,12 +176,12 @@ def readings_and_rows(plant: Plant, rows: Trace, chosen: tuple[Effect, ...]) -> 
     return (*sensor_maps(plant, chosen), *total)
 
 
-def coordinate_changes(plant: Plant, whole: Trace) -> list[Trace]:
+def coordinate_changes(plant: Plant, entries: Trace) -> list[Trace]:
     """Traces of shifting a coordinate by a constant, or by a multiple of one, with rate and acceleration."""
     one = (sp.Integer(1), sp.Integer(0), sp.Integer(0))
     shifts = [one, *((c.q, c.dq, c.ddq) for c in plant.coordinates)]
     return [
-        tuple(derivative(e, c.q) * q + derivative(e, c.dq) * dq + derivative(e, c.ddq) * ddq for e in whole)
+        tuple(derivative(e, c.q) * q + derivative(e, c.dq) * dq + derivative(e, c.ddq) * ddq for e in entries)
         for c in plant.coordinates
         for q, dq, ddq in shifts
     ]
@@ -205,5 +204,5 @@ def at_generic_points(traces: Iterable[TermTable]) -> list[TermTable]:
 
 
 def in_span(known: Sequence[Mapping], wanted: Sequence[Mapping]) -> bool:
-    """Whether every wanted trace is a combination of the known ones."""
+    """True where every wanted trace is a linear combination of the known ones."""
     return all(linear_combination(known, w) is not None for w in wanted)

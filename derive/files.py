@@ -1,4 +1,4 @@
-"""Folders of generated files: compared with what they should hold, or replaced by it; and where the sources lie."""
+"""Folders of generated files: compared with their expected texts, or replaced by them; and the sources' folders."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sympy as sp
 
 TIME_SYMBOL = sp.Symbol("t", real=True)  # s from the log's first sample
-LOAD_SYMBOL = sp.Symbol("load", real=True)  # what a port carries of the motor, in volt-equivalents
+LOAD_SYMBOL = sp.Symbol("load", real=True)  # the motor's load on a port, in volt-equivalents
 
 
 class Step(sp.Function):

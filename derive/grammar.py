@@ -26,8 +26,8 @@ KNOWN_FUNCTIONS = {
     "sin": sp.sin, "cos": sp.cos, "tan": sp.tan, "exp": sp.exp, "log": sp.log, "sqrt": sp.sqrt, "tanh": sp.tanh,
     "atan": sp.atan, "abs": Magnitude, "sign": Sign, "positive": Ramp,
 }  # fmt: skip
-TOKEN_PATTERN = re.compile(r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
-                   r"|(?P<sign>\*\*|[-+*/^()]))")  # fmt: skip
+TOKEN_PATTERN = re.compile(r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)"
+                           r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<sign>\*\*|[-+*/^()]))")  # fmt: skip
 
 
 class GrammarError(ValueError):
@@ -43,7 +43,7 @@ class Token(NamedTuple):
 
 
 def parse(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
-    """The expression that a text stands for; ``names`` are the only symbols it may use. Raises GrammarError."""
+    """Parse a text into its expression; ``names`` are the only symbols it may use. Raises GrammarError."""
     if not isinstance(text, str) or len(text) > MAX_TEXT_LENGTH:
         raise GrammarError(f"An expression must be a text of at most {MAX_TEXT_LENGTH} characters.")
     parser = _Parser(text, names)

@@ -141,7 +141,7 @@ def group_parameters(
 
 
 def regressor_columns(rows: tuple[sp.Expr, ...], names: tuple[str, ...]) -> dict[str, sp.Matrix]:
-    """What multiplies each parameter in each row."""
+    """Regressor columns: the factor of each parameter in each row."""
     return {n: sp.Matrix([expand(r).coeff(symbol(n)) for r in rows]) for n in names}
 
 
@@ -174,7 +174,7 @@ def _has_acceleration(plant: Plant, basis: sp.Expr) -> bool:
 
 
 def _couples(plant: Plant, row: int, basis: sp.Expr) -> bool:
-    """Whether the term is a configuration-dependent inertia."""
+    """True for an inertia that depends on the configuration."""
     return _has_acceleration(plant, basis) and all(basis != c.ddq for c in plant.coordinates)
 
 
@@ -185,7 +185,7 @@ def _order(plant: Plant, term: Term) -> tuple:
 
 
 def _independent(candidates: list[sp.Expr], known: list[sp.Expr]) -> list[sp.Expr]:
-    """Those candidates that are neither numbers nor such a multiple of one that is known."""
+    """Candidates that are neither numbers nor multiples of a known one; of positive sign."""
     fresh: list[sp.Expr] = []
     for candidate in map(expand, candidates):
         if not candidate.free_symbols:

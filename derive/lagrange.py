@@ -71,7 +71,7 @@ def lateral_momentum(plant: Plant) -> sp.Expr:
 
 
 def heading_term(plant: Plant, sideways: sp.Expr, row: Coordinate) -> sp.Expr:
-    """What Lagrange's equation of one coordinate lacks because the frame turns (Boltzmann and Hamel).
+    """Term of one row in the Boltzmann-Hamel equations of a turning frame, beside Lagrange's.
 
     The speeds of rolling and of turning are not rates of coordinates of the plane. With the sideways momentum p and the
     forward speed v of the origin, p ψ̇ is missing forward and p v about the vertical.

@@ -1,4 +1,4 @@
-"""The library's model: a plant with every effect that it may have."""
+"""The library's model: a plant with every applicable effect."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from derive.records import Model
 def library_model(plant: str, assumptions: dict, own: Sequence[str] = (), free: Sequence[str] = ()) -> Model:
     """The model with every effect that the plant and its assumptions allow, and a missing force on each row.
 
-    ``own`` are names of a user's registered effects. Effects that free something inside the machine cannot be absent
-    while it is free: only those are in it that free what is named in ``free``.
+    ``own`` are names of a user's registered effects. Effects that release an internal coordinate cannot be
+    absent while it is released: only those are in it whose coordinate is named in ``free``.
 
     Effects that are part of the plant's own parameters are left out, and named among the relations.
     """
-    settled = plants.complete_assumptions(plant, assumptions)
-    fitting = effects.applicable_to(plants.build(plant, settled).plant_signature, own)
-    possible = [e for e in fitting if (not e.releases or e.releases in free) and is_derivable(plant, settled, e)]
-    found = relations(plant, settled, [e.name for e in possible])
+    complete = plants.complete_assumptions(plant, assumptions)
+    fitting = effects.applicable_to(plants.build(plant, complete).plant_signature, own)
+    possible = [e for e in fitting if (not e.releases or e.releases in free) and is_derivable(plant, complete, e)]
+    found = relations(plant, complete, [e.name for e in possible])
     chosen = [e.name for e in possible if e.full_names[0] not in found.absorbed]
-    return replace(compose(plant, settled, chosen, missing_force=True), relations=found)
+    return replace(compose(plant, complete, chosen, missing_force=True), relations=found)
 
 
 def is_derivable(plant: str, assumptions: dict, effect: effects.Effect) -> bool:
-    """Whether an effect can be written with the plant's parameters and constants under these assumptions."""
+    """True where an effect can be written with the plant's parameters and constants under these assumptions."""
     if not isinstance(effect.enters, Deformation | InternalForce | InternalPlay):
         return True
-    settled = plants.complete_assumptions(plant, assumptions)
-    machine = plants.build(plant, settled, released_coordinates((effect,)))
+    complete = plants.complete_assumptions(plant, assumptions)
+    machine = plants.build(plant, complete, released_coordinates((effect,)))
     try:
-        grouping, rows = group_and_deform(machine, settled, (effects.in_plant_units(effect, machine.plant_signature),))
+        grouping, rows = group_and_deform(machine, complete, (effects.in_plant_units(effect, machine.plant_signature),))
         motor_load_by_port(machine, grouping, machine.input)
     except NotExpressibleError:
         return False
-    return jacobian(rows, [c.ddq for c in machine.moving]).det() != 0  # a give without inertia is none
+    return jacobian(rows, [c.ddq for c in machine.moving]).det() != 0  # a coordinate without inertia is none

@@ -36,34 +36,34 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
 
     Raises KeyError for unknown names and NotExpressibleError when an effect needs constants that the plant lacks.
     """
-    settled = plants.complete_assumptions(plant_name, assumptions)
-    chosen = in_library_order((*effect_names, *plants.implied_effects(plant_name, settled)))
-    plant = plants.build(plant_name, settled, released_coordinates(chosen))
+    complete = plants.complete_assumptions(plant_name, assumptions)
+    chosen = in_library_order((*effect_names, *plants.implied_effects(plant_name, complete)))
+    plant = plants.build(plant_name, complete, released_coordinates(chosen))
     chosen = tuple(library.in_plant_units(e, plant.plant_signature) for e in chosen)
-    grouping, rows = group_and_deform(plant, settled, chosen)
+    grouping, rows = group_and_deform(plant, complete, chosen)
     lag, voltage = parameter_of_kind(InputLag, chosen), input_map(plant, chosen)
     acting = plant.input if lag else voltage  # a lagging input is a state of its own
     unknown = missing_forces(plant) if missing_force else []
     residual = residual_of(plant, chosen, rows, acting, unknown)
     fitted = (*base_parameters(plant, grouping), *effect_parameters(chosen), *unknown)
-    memories, readings = hysteresis_forces(plant, chosen), sensor_maps(plant, chosen)
+    hystereses, readings = hysteresis_forces(plant, chosen), sensor_maps(plant, chosen)
     surfaces = dry_surfaces(plant, chosen, motor_load_by_port(plant, grouping, acting))
     return Model(
         plant=plant,
-        assumptions=settled,
+        assumptions=complete,
         effects=chosen,
         grouping=grouping,
         residual=residual,
         surfaces=surfaces,
         readings=readings,
         fitted=fitted,
-        constants=constants_in(plant, (*residual, *readings, *(m.law for m in memories))),
+        constants=constants_in(plant, (*residual, *readings, *(m.law for m in hystereses))),
         delay=parameter_of_kind(InputDelay, chosen),
         lag=lag,
         drive=voltage,
-        regressor=regressor_of(plant, settled, residual, surfaces, memories, grouping, fitted),
+        regressor=regressor_of(plant, complete, residual, surfaces, hystereses, grouping, fitted),
         absent=absent_values(fitted, chosen),
-        memories=memories,
+        hystereses=hystereses,
         sensor_delay=parameter_of_kind(SensorDelay, chosen),
         delayed_channels=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
         event_times=tuple(f"{e.name}.{p.name}" for e in chosen for p in e.parameters if p.event_time),
@@ -105,12 +105,12 @@ def constants_in(plant: Plant, expressions: Sequence[sp.Expr]) -> tuple[Paramete
 
 
 def released_coordinates(chosen: tuple[Effect, ...]) -> tuple[str, ...]:
-    """What the effects free inside the machine, in a fixed order."""
+    """Names of the internal coordinates that the effects release, sorted."""
     return tuple(sorted({e.releases for e in chosen} - {""}))
 
 
 def divided_by_size(row: sp.Expr, chosen: tuple[Effect, ...]) -> sp.Expr:
-    """A row divided by the size that all of its terms share: what hangs in a machine moves, however light it is."""
+    """A row divided by an effect's size that is a factor of all its terms, as the mass of what hangs in the body is."""
     for size in (e.symbols[p.name] for e in chosen if e.releases for p in e.linear):
         if row != 0 and expand(row.subs(size, 0)) == 0:
             row = expand(expand(row) / size)
@@ -123,13 +123,13 @@ def origin_of(plant: Plant) -> Parameter:
     return Parameter(ORIGIN_CONSTANT, first.unit, f"{first.name} at the log's first sample")
 
 
-def regressor_of(plant: Plant, settled: dict, residual, surfaces, memories, grouping: Grouping, fitted) -> Regressor:
-    """The regressor, for which what moves inside the machine and what remembers stand still: no sensor reads them."""
-    inside = {s: sp.Integer(0) for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
-    inside |= {m.force: sp.Integer(0) for m in memories}
-    rows = tuple(substitute(r, inside) for r in residual[: len(plant.coordinates)])
-    rigid = plants.build(plant.name, settled)
-    flat = tuple(s._replace(slip=s.slip[: len(plant.coordinates)], law=substitute(s.law, inside)) for s in surfaces)
+def regressor_of(plant: Plant, complete: dict, residual, surfaces, hystereses, grouping: Grouping, fitted) -> Regressor:
+    """The regressor with added states at zero: no sensor reads internal coordinates and hysteresis forces."""
+    added = {s: sp.Integer(0) for c in plant.moving[len(plant.coordinates) :] for s in (c.q, c.dq, c.ddq)}
+    added |= {m.force: sp.Integer(0) for m in hystereses}
+    rows = tuple(substitute(r, added) for r in residual[: len(plant.coordinates)])
+    rigid = plants.build(plant.name, complete)
+    flat = tuple(s._replace(slip=s.slip[: len(plant.coordinates)], law=substitute(s.law, added)) for s in surfaces)
     return derive_regressor(rigid, rows, flat, grouping, fitted)
 
 

@@ -1,6 +1,6 @@
-"""What a plant has, in names, units and numbers.
+"""The signature of a plant: coordinates, ports, channels, inputs and constants in names, units and numbers.
 
-That is all of a plant that its users need once it has been derived. There are no expressions in it: it can be kept, and
+It is all that estimation and simulation need of a plant once its equations are derived; it holds no expressions and is
 read without SymPy.
 """
 
@@ -49,7 +49,7 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class PlantSignature:
-    """A plant under its assumptions, with nothing inside it free."""
+    """A plant under its assumptions, with no internal coordinate released."""
 
     name: str
     sentence: str
@@ -58,18 +58,18 @@ class PlantSignature:
     channels: tuple[ChannelSpec, ...]
     inputs: tuple[str, ...]  # in the order of their columns
     input_unit: str
-    driven: bool  # whether an input acts; a plant that swings freely has one in name only
+    driven: bool  # True where an input acts; a plant that swings freely has one in name only
     constants: tuple[Parameter, ...]
     scale: str  # the constant that turns volt-equivalents into N m or N, where it is one
     geometry: tuple[str, ...]  # deformations that effects may use
-    internal: tuple[str, ...]  # give inside the machine that effects may free
+    internal: tuple[str, ...]  # internal coordinates that effects may release
     controlled: tuple[str, str]
     reference: str
     range_channel: str
 
     @classmethod
     def from_json(cls, text: str) -> PlantSignature:
-        """The nameplate whose JSON this is."""
+        """The signature that ``to_json`` has written."""
         found: dict[str, Any] = {name: tuple(v) if isinstance(v, list) else v for name, v in json.loads(text).items()}
         for name, kind in (("coordinates", CoordinateSpec), ("channels", ChannelSpec), ("constants", Parameter)):
             found[name] = tuple(kind(*row) for row in found[name])
@@ -77,7 +77,7 @@ class PlantSignature:
         return cls(**found)
 
     def to_json(self) -> str:
-        """The nameplate as JSON."""
+        """The signature as JSON text."""
         return json.dumps(asdict(self), ensure_ascii=False, indent=1)
 
     @property

@@ -61,7 +61,7 @@ class Load(NamedTuple):
 
 
 class Channel(NamedTuple):
-    """What an ideal sensor reads."""
+    """Reading of an ideal sensor."""
 
     name: str  # column in a measurement file
     reading: sp.Expr
@@ -75,7 +75,7 @@ class Assumption(NamedTuple):
     default: object
     choices: tuple
     sentence: str
-    implies: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is nothing but an effect
+    implies: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is the presence of an effect
 
 
 class Heading(NamedTuple):
@@ -106,22 +106,22 @@ class Plant:
     substitutions: dict  # physical symbols rewritten so that the scale appears in them
     constants: tuple[Parameter, ...]  # known numbers, never identified
     geometry: dict[str, sp.Symbol] = field(default_factory=dict)  # deformations that effects may use, 0 when absent
-    internal: dict[str, Coordinate] = field(default_factory=dict)  # give inside the machine that effects may free
-    free: tuple[str, ...] = ()  # of these, those that are free; the others are rigid
+    internal: dict[str, Coordinate] = field(default_factory=dict)  # internal coordinates that effects may release
+    free: tuple[str, ...] = ()  # names of the released ones; the others are rigid
     controlled: tuple[str, str] = ("", "")  # channels of what is controlled and of its rate, where there are any
     reference: str = ""  # column of the commanded value of what is controlled
     further: tuple[sp.Symbol, ...] = ()  # inputs beside the first
-    heading: Heading | None = None  # where the machine turns about the vertical
+    heading: Heading | None = None  # None where the machine keeps its heading
     range_channel: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
 
     @property
     def moving(self) -> tuple[Coordinate, ...]:
-        """The coordinates, then those inside the machine that are free."""
+        """The coordinates, then the released internal ones."""
         return (*self.coordinates, *(self.internal[n] for n in self.free))
 
     @property
     def driven(self) -> bool:
-        """Whether an input acts on the machine; one that swings freely has none, and its logs need no column of it."""
+        """True where a load depends on an input; logs of a machine that swings freely need no input column."""
         return any(sp.sympify(load.force).has(*self.inputs) for load in self.loads)
 
     @property
@@ -131,7 +131,7 @@ class Plant:
 
     @cached_property
     def plant_signature(self) -> PlantSignature:
-        """What it has, in names, units and numbers; ports and channels are linear in the coordinates."""
+        """The plant in names, units and numbers; ports and channels are linear in the coordinates."""
         return PlantSignature(
             name=self.name,
             sentence=self.sentence,
@@ -182,7 +182,7 @@ class Grouping(NamedTuple):
     """Equivalent parameters found in the scaled equations."""
 
     names: tuple[str, ...]  # X1, X2, ...
-    definitions: tuple[sp.Expr, ...]  # what each is in physical symbols (paper eq. 18)
+    definitions: tuple[sp.Expr, ...]  # each in physical symbols (paper eq. 18)
     rows: tuple[sp.Expr, ...]  # inertia − force in volt-equivalents, in terms of the names (paper eqs. 19, 20)
 
 
@@ -207,7 +207,7 @@ class Regressor(NamedTuple):
 
 
 class Hysteresis(NamedTuple):
-    """A force on a port that follows from the path of slip and from itself before, whatever the speed."""
+    """A rate-independent hysteresis force on a port: a function of the path of slip and of the force at its start."""
 
     force: sp.Symbol  # [V], against the slip
     before: sp.Symbol  # the force where the path begins
@@ -217,7 +217,7 @@ class Hysteresis(NamedTuple):
 
 
 class Relations(NamedTuple):
-    """What no data can tell apart, from the equations alone."""
+    """Effects that no log can distinguish, by the equations alone."""
 
     absorbed: dict  # effect.parameter → {own parameter: weight}, of effects that are part of those
     twins: dict  # effect → effects that change every log in the same way
@@ -238,25 +238,25 @@ class Model:
     """A complete model: plant, assumptions and effects, ready to be turned into code.
 
     Each row reads ``residual = inertia − generalised force = 0`` in volt-equivalents and holds for the accelerations
-    among its symbols; the dry forces are kept apart in ``surfaces`` because they may have to hold instead of slip.
+    among its symbols; the dry forces are separate in ``surfaces`` because a surface may stick instead of slip.
     """
 
     plant: Plant
     assumptions: dict
     effects: tuple  # of derive.effects.Effect
     grouping: Grouping
-    residual: tuple[sp.Expr, ...]  # of the coordinates, then of those inside the machine that are free
+    residual: tuple[sp.Expr, ...]  # of the coordinates, then of the released internal ones
     surfaces: tuple[DrySurface, ...]
-    readings: tuple[sp.Expr, ...]  # what the sensors read, in the states
+    readings: tuple[sp.Expr, ...]  # of the sensors, in the states
     fitted: tuple[Parameter, ...]  # parameters that may be identified, base first
     constants: tuple[Parameter, ...]  # known numbers the equations use
     delay: str  # name of the parameter that delays the input, or ""
     lag: str  # name of the time constant of the input's first-order lag, or ""
-    drive: sp.Expr  # what the actuator makes of the commanded input; it lags where there is a lag
+    drive: sp.Expr  # the commanded input through the input maps, before the lag
     regressor: Regressor
     absent: tuple[float, ...]  # value of each fitted parameter while its effect is absent
     relations: Relations | None = None  # found for the library
-    memories: tuple[Hysteresis, ...] = ()
+    hystereses: tuple[Hysteresis, ...] = ()
     sensor_delay: str = ""  # name of the parameter that delays sensors, or ""
     delayed_channels: tuple[str, ...] = ()  # channels that it delays
     event_times: tuple[str, ...] = ()  # names of the parameters that are times at which something begins or ends
@@ -268,9 +268,9 @@ class Model:
 
     @property
     def added_states(self) -> tuple[sp.Symbol, ...]:
-        """What effects add to the state: coordinates inside the machine with their rates, then forces with a memory."""
+        """States beside coordinates and rates: internal coordinates with their rates, then hysteresis forces."""
         free = self.plant.moving[len(self.plant.coordinates) :]
-        return (*(s for c in free for s in (c.q, c.dq)), *(m.force for m in self.memories))
+        return (*(s for c in free for s in (c.q, c.dq)), *(m.force for m in self.hystereses))
 
     @property
     def parameters(self) -> tuple[str, ...]:

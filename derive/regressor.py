@@ -67,7 +67,7 @@ def stored_energy(plant: Plant, power: sp.Expr) -> sp.Expr:
 
 
 def has_potential(pull: sp.Expr, angle: sp.Symbol) -> bool:
-    """Whether a force's potential is one that kernels can evaluate: of sines and powers of its angle.
+    """True where a force's potential is one that kernels can evaluate: of sines and powers of its angle.
 
     The work of any other force is counted as power taken, which is as true.
     """
@@ -115,7 +115,7 @@ def row_signs(plant: Plant, grouping: Grouping) -> tuple[sp.Expr, ...]:
 
 
 def input_gain(plant: Plant, row: sp.Expr) -> sp.Expr:
-    """What all inputs together do to a row; where they cancel, what the last one does."""
+    """Gain of all inputs together in a row; where they cancel, that of the last one."""
     gains = [row.coeff(u) for u in plant.inputs]
     return sp.simplify(sp.Add(*gains)) or gains[-1]
 

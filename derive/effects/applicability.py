@@ -1,4 +1,4 @@
-"""Which effects a plant has parts for, and what their numbers are there: in its input's unit, along its lengths.
+"""Applicability of effects to a plant, and their numbers in its units: its input's, and its lengths.
 
 The rows of the library are written in V and rad. On a part that moves along a length, or in a machine whose input is
 not a voltage, the same law has other units, and starting values and bounds in rad become lengths.
@@ -33,7 +33,7 @@ EXPONENT_OF_SUPERSCRIPT = {"": 1, "²": 2, "³": 3}
 
 
 def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
-    """Whether a plant has the part that an effect acts on."""
+    """True where a plant has the port, geometry, coordinate, input or channel that an effect acts on."""
     match effect.enters:
         case DryForce(loaded=True) if not plant.driven:
             return False
@@ -56,17 +56,17 @@ def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
 
 def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
     """The row as it reads on a plant: units of its input and of the part's motion, numbers in those."""
-    unit, reach = motion_unit(effect, plant)
+    unit, length = motion_unit(effect, plant)
     force = (
         plant.force_unit(unit) if isinstance(effect.enters, Force | DryForce | HysteresisForce) else plant.input_unit
     )
-    if unit == "rad" and reach == 1.0 and force == "V":
+    if unit == "rad" and length == 1.0 and force == "V":
         return effect
-    return replace(effect, parameters=tuple(_parameter_in_units(p, unit, reach, force) for p in effect.parameters))
+    return replace(effect, parameters=tuple(_parameter_in_units(p, unit, length, force) for p in effect.parameters))
 
 
 def motion_unit(effect: Effect, plant: PlantSignature) -> tuple[str, float]:
-    """Unit of the motion that an effect's law depends on, and how much of it counts as one rad."""
+    """Unit of the motion in an effect's law, and the length per radian along it (1 for an angle)."""
     match effect.enters:
         case Force(port=name) | DryForce(port=name) | HysteresisForce(port=name):
             if is_applicable(effect, plant):
@@ -75,8 +75,8 @@ def motion_unit(effect: Effect, plant: PlantSignature) -> tuple[str, float]:
     return "rad", 1.0
 
 
-def _parameter_in_units(p: EffectParameter, unit: str, reach: float, force: str) -> EffectParameter:
-    factor = reach ** angle_exponent(p.unit)
+def _parameter_in_units(p: EffectParameter, unit: str, length: float, force: str) -> EffectParameter:
+    factor = length ** angle_exponent(p.unit)
     starts = Values(tuple(v * factor for v in p.starts.at)) if isinstance(p.starts, Values) else p.starts
     return p._replace(
         unit=plant_unit(p.unit, unit, force), minimum=p.minimum * factor, maximum=p.maximum * factor, starts=starts,

@@ -1,4 +1,4 @@
-"""What an effect is: a row of data that says how a piece of physics enters a model.
+"""The record of an effect: a row of data that states how a piece of physics enters a model.
 
 A row enters in one of eleven ways, each a small record below. Forces act on a port that the plant offers ("drive",
 "ground", ...), so the same row serves every plant that has such a port. Laws are written in volt-equivalents: a
@@ -14,9 +14,7 @@ from typing import NamedTuple
 
 from derive.lazy import sp, symbol
 
-DIRECTION_ARGUMENT = (
-    "direction"  # in laws: −1 or 1 while a port slips; one that holds it may also hold the port at rest
-)
+DIRECTION_ARGUMENT = "direction"  # in laws: −1 or 1 while a port slips; a law in it may also stick at rest
 INPUT_SIGNAL = "input"  # in Quantiles: the commanded input
 
 
@@ -57,8 +55,8 @@ class EffectParameter(NamedTuple):
     starts: Quantiles | Ripple | Values | Onset | None = (
         None  # starting values that only a log can tell; every shape has them
     )
-    bounded: bool = False  # whether the range is also what a simulation needs, so that no fit may leave it
-    event_time: bool = False  # whether it is a time at which something begins or ends
+    bounded: bool = False  # True where a simulation needs the range too, so that no fit may leave it
+    event_time: bool = False  # True for a time at which an event begins or ends
 
 
 class Force(NamedTuple):
@@ -69,9 +67,9 @@ class Force(NamedTuple):
 
 
 class DryForce(NamedTuple):
-    """Dry friction on a port: law(direction, port speed, parameters); it may also hold at standstill.
+    """Dry friction on a port: law(direction, port speed, parameters); it may also stick.
 
-    A ``loaded`` law depends on LOAD, what the port carries of the motor.
+    A ``loaded`` law depends on LOAD_SYMBOL, the motor's load on the port.
     """
 
     port: str
@@ -80,9 +78,9 @@ class DryForce(NamedTuple):
 
 
 class HysteresisForce(NamedTuple):
-    """A resistance on a port with a memory: law(before, path, parameters).
+    """A rate-independent hysteresis on a port: law(force before, path, parameters).
 
-    It follows from the path of slip and from what it was where the path began, whatever the speed.
+    The force follows from the path of slip and from the force where the path began, whatever the speed.
     """
 
     port: str
@@ -102,20 +100,20 @@ class Deformation(NamedTuple):
 
 
 class InternalForce(NamedTuple):
-    """A give inside the machine, free to move, and what resists it: law(coordinate, rate, parameters).
+    """A released internal coordinate and the resistance along it: law(coordinate, rate, parameters).
 
     ``geometry`` are deformations that come with it, each a function of the effect's parameters and the constants.
     """
 
-    coordinate: str  # of Plant.inner
+    coordinate: str  # of Plant.internal
     law: Callable[..., sp.Expr]
     geometry: tuple[tuple[str, Callable[..., sp.Expr]], ...] = ()
 
 
 class InternalPlay(NamedTuple):
-    """Free play at a give inside the machine: full width(parameters); what else resists it acts outside of the play."""
+    """Free play along an internal coordinate, of full width(parameters); other resistances act beyond the play."""
 
-    coordinate: str  # of Plant.inner
+    coordinate: str  # of Plant.internal
     width: Callable[..., sp.Expr]
     contact: Callable[..., sp.Expr]  # law(coordinate beyond the play, rate) where nothing else resists it
 
@@ -141,7 +139,7 @@ class SensorDelay(NamedTuple):
 
 
 class SensorMap(NamedTuple):
-    """What a sensor reports instead of the truth: law(reading, parameters)."""
+    """A sensor's reading in place of the true one: law(reading, parameters)."""
 
     channel: str
     law: Callable[..., sp.Expr]
@@ -157,11 +155,11 @@ class Effect:
     equation: str
     parameters: tuple[EffectParameter, ...]
     enters: (
-        Force | DryForce | HysteresisForce | Deformation | InternalForce | InternalPlay | InputMap | InputDelay | InputLag
-        | SensorMap | SensorDelay
+        Force | DryForce | HysteresisForce | Deformation | InternalForce | InternalPlay
+        | InputMap | InputDelay | InputLag | SensorMap | SensorDelay
     )  # fmt: skip
     dissipates: bool = False
-    means: str = ""  # what it means for the machine, in a sentence
+    means: str = ""  # consequence for the machine, in a sentence
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
     approaches: str = ""  # a simpler effect that it becomes at an end of its range, with parameters of the same names
@@ -178,7 +176,7 @@ class Effect:
         return tuple(f"{self.name}.{p.name}" for p in self.parameters)
 
     def scope_of(self, parameter: EffectParameter) -> str:
-        """Whose a parameter is, in words."""
+        """Scope of a parameter as text: shared, per log, or a shared amplitude with a phase per log."""
         return "amplitude shared, phase per log" if parameter.name in self.phased else parameter.scope
 
     @property
@@ -193,17 +191,17 @@ class Effect:
 
     @property
     def releases(self) -> str:
-        """The give inside the machine that it frees, or an empty string."""
+        """Name of the internal coordinate that it releases, or an empty string."""
         return self.enters.coordinate if isinstance(self.enters, InternalForce | InternalPlay) else ""
 
     @property
     def carries(self) -> bool:
-        """Whether it adds to the state something that carries on beyond a fitted segment."""
+        """True where it adds states, which carry over from one fitted segment to the next."""
         return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay)
 
     @property
     def event(self) -> bool:
-        """Whether it happens once, in one log."""
+        """True where it is an event in one log."""
         return any(p.scope == "event" for p in self.parameters)
 
     @property

@@ -40,7 +40,7 @@ class TextLaw:
 def entry_from_text(
     on: str, text: str, parameters: Sequence[EffectParameter], plant
 ) -> Force | DryForce | InputMap | SensorMap:
-    """How an effect enters that acts on a port, the input or a sensor's channel of a plant.
+    """Entry of an effect whose law is a text, on a port, the input or a sensor's channel of a plant.
 
     Raises GrammarError where the law cannot be read, does something while the effect is absent, or has no value at
     some motion.
@@ -61,7 +61,7 @@ def entry_from_text(
 IDENTITY_ARGUMENT: Mapping[type, str] = {
     InputMap: "v_in",
     SensorMap: "reading",
-}  # what a law is while its effect is absent
+}  # a law equals this argument while its effect is absent; 0 of a force
 
 
 def _parsed_law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> TextLaw:

@@ -1,4 +1,4 @@
-"""Where a kernel finds each symbol: entries of arrays, or scalars under their own names."""
+"""Sources of a kernel's symbols: entries of arrays, or scalars under their own names."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from derive.records import Model
 
 
 def variables_of(model: Model) -> tuple[str, ...]:
-    """Names of everything that varies in time: coordinates and rates, then what effects add."""
+    """Names of the time-varying quantities: coordinates and rates, then added states."""
     return tuple(s.name for s in (*model.states, *model.added_states))
 
 
 def sources(model: Model, **extra: str) -> dict[str, str]:
-    """Where a kernel finds each symbol among its arguments."""
+    """Source of each symbol among the arguments of a kernel of arrays: {symbol: expression}."""
     table = {"t": "t", **input_sources(model, "voltage")}
     table |= {name: f"state[{n}]" for n, name in enumerate(variables_of(model))}
     table |= {c.ddq.name: f"rate[{n}]" for n, c in enumerate(model.plant.moving)}
@@ -24,12 +24,12 @@ def sources(model: Model, **extra: str) -> dict[str, str]:
 
 
 def input_argument(model: Model) -> str:
-    """What the integrator's kernels call their input: its own name, or that of a row of several."""
+    """Name of the input argument in the integrator's kernels: the input's own, or that of a row of several."""
     return model.plant.input.name if len(model.plant.inputs) == 1 else "voltages"
 
 
 def input_sources(model: Model, argument: str) -> dict[str, str]:
-    """Where a kernel finds each input in an argument."""
+    """Source of each input in an argument."""
     inputs = model.plant.inputs
     if len(inputs) == 1:
         return {inputs[0].name: argument}
@@ -37,7 +37,7 @@ def input_sources(model: Model, argument: str) -> dict[str, str]:
 
 
 def scalar_sources(model: Model) -> dict[str, str]:
-    """The same for a kernel of the integrator, whose arguments are scalars under their own names."""
+    """Sources for a kernel of the integrator, whose arguments are scalars under their own names."""
     plant, surfaces = model.plant, model.surfaces
     accelerations = (c.ddq for c in plant.moving)
     scalars = (*model.states, *model.added_states, *accelerations, *(s.direction for s in surfaces))
@@ -45,7 +45,7 @@ def scalar_sources(model: Model) -> dict[str, str]:
 
 
 def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
-    """What the equations of motion take sines and cosines of and that changes with time: expression → name."""
+    """Time-varying arguments of the sines and cosines in the equations of motion: {expression: name}."""
     varying = {TIME_SYMBOL, *model.states, *model.added_states}
     found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
     ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
@@ -53,7 +53,7 @@ def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
 
 
 def with_trig_arguments(model: Model, targets: list[Target]) -> list[Target]:
-    """Targets whose sines and cosines of these are arguments of the kernel."""
+    """Targets with those sines and cosines as symbols, which are arguments of the kernel."""
     trig = trig_arguments_of(model).items()
     known = {f(a): symbol(f"{f.__name__}_{name}") for a, name in trig for f in (sp.sin, sp.cos)}
     return [Target(t.place, sp.sympify(t.value).xreplace(known)) for t in targets]

@@ -1,4 +1,4 @@
-"""Dry friction on surfaces, and forces with a memory of the path."""
+"""Dry friction on surfaces, and rate-independent hysteresis."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from derive.records import Hysteresis, Model
 
 
 class HysteresisCode(NamedTuple):
-    """A force with a memory: its name, its index among the variables, and its path by the moving coordinates."""
+    """A hysteresis force: its name, its index among the variables, and its path by the moving coordinates."""
 
     name: str
     variable_index: int
@@ -24,7 +24,7 @@ class HysteresisCode(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """Surfaces that stick or slip, and forces with a memory."""
+    """Surfaces that stick or slip, and hysteresis forces."""
 
     directions: tuple[str, ...]  # of the surfaces
     slip_matrix: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
@@ -33,17 +33,17 @@ class Friction(NamedTuple):
 
 
 def friction_of(model: Model) -> Friction:
-    """What the steps through sticking and slipping need to know."""
+    """Slip directions, slip matrix, sizes and hysteresis forces of a model."""
     return Friction(
         directions=tuple(s.direction.name for s in model.surfaces),
         slip_matrix=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
-        hysteresis=tuple(hysteresis_code(model, m) for m in model.memories),
+        hysteresis=tuple(hysteresis_code(model, m) for m in model.hystereses),
     )
 
 
 def hysteresis_code(model: Model, memory: Hysteresis) -> HysteresisCode:
-    """A force with a memory as text; its derivatives are by the force before, by the path, then by the parameters."""
+    """A hysteresis force as text, with derivatives in the force before, in the path, then in the parameters."""
     variables = variables_of(model)
     pairs = zip(memory.weights, model.plant.moving, strict=True)
     table = sources(model, **{s.name: s.name for s in (memory.before, memory.path)})

@@ -25,14 +25,14 @@ from derive.regressor import dry_forces
 
 
 class Layout(NamedTuple):
-    """What varies in time, and in which order it stands in arrays and arguments."""
+    """Order of the time-varying quantities in arrays and arguments."""
 
-    without_events: bool  # whether a step has neither events nor memory, so that many machines can take it side by side
+    without_events: bool  # True where a step has neither events nor hysteresis: many machines take it side by side
     trig_arguments: tuple[str, ...]  # names of the angles whose sines and cosines the equations of motion take
     rows: tuple[str, ...]  # equations of motion, one for each coordinate
     states: tuple[str, ...]  # coordinates and rates
-    variables: tuple[str, ...]  # the same, then what effects add
-    derivatives: tuple[str, ...]  # time derivative of each variable but the forces with a memory
+    variables: tuple[str, ...]  # the same, then added states
+    derivatives: tuple[str, ...]  # time derivative of each variable but the hysteresis forces
     rates: tuple[int, ...]  # index of the rate of each moving coordinate among the variables
     accelerations: tuple[str, ...]
     ports: dict[str, tuple[float, ...]]  # each port's coordinate as weights on the coordinates
@@ -74,7 +74,7 @@ def actuator_of(model: Model) -> Actuator:
 
 
 def motion_kernels(model: Model) -> dict[str, Kernel]:
-    """Accelerations and their derivatives, and what the actuator makes of its command."""
+    """Accelerations, the input map, and their derivatives."""
     return {
         "angles": angles_kernel(model),
         "free_motion": free_motion_kernel(model),
@@ -85,22 +85,20 @@ def motion_kernels(model: Model) -> dict[str, Kernel]:
 
 
 def is_without_events(model: Model) -> bool:
-    """Whether a step has neither events nor memory, of one input and a controller that reads angle and rate."""
-    remembers = model.surfaces or model.memories or model.event_times or model.lag or model.delay or model.sensor_delay
-    inner = len(model.plant.moving) > len(model.plant.coordinates)
-    return (
-        not (remembers or inner) and model.plant.driven and len(model.plant.inputs) == 1 and all(model.plant.controlled)
-    )
+    """True where a step has no events, hysteresis and delays, one input and a controller that reads angle and rate."""
+    plant, delays = model.plant, model.lag or model.delay or model.sensor_delay
+    events = model.surfaces or model.hystereses or model.event_times or len(plant.moving) > len(plant.coordinates)
+    return not (events or delays) and plant.driven and len(plant.inputs) == 1 and all(plant.controlled)
 
 
 def derivative_names(model: Model) -> tuple[str, ...]:
-    """Names of the time derivatives of the variables, those of forces with a memory apart."""
+    """Names of the variables' time derivatives, those of hysteresis forces left out."""
     slope = {c.q.name: c.dq.name for c in model.plant.moving} | {c.dq.name: c.ddq.name for c in model.plant.moving}
     return tuple(slope[name] for name in variables_of(model) if name in slope)
 
 
 def angles_kernel(model: Model) -> Kernel:
-    """Those expressions."""
+    """Arguments of the sines and cosines in the equations of motion."""
     return kernel([Target(f"angle_{name}", a) for a, name in trig_arguments_of(model).items()], scalar_sources(model))
 
 

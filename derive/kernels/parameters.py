@@ -30,7 +30,7 @@ class Parameters(NamedTuple):
 
 
 def parameters_of(model: Model) -> Parameters:
-    """What is known of the parameters."""
+    """Names, units, absent values, indices and relations of the model's parameters."""
     names = model.parameters
     absent = (*model.absent, *(1.0 for _ in model.constants))
     return Parameters(
@@ -48,12 +48,12 @@ def parameters_of(model: Model) -> Parameters:
 
 
 def is_positive(definition: sp.Expr) -> bool:
-    """Whether a parameter is a sum of products of physical constants, all of which are positive."""
+    """True where a parameter is a sum of products of physical constants, all of which are positive."""
     return all(term.is_positive for term in sp.Add.make_args(sp.expand(definition)))
 
 
 def needed_constants(model: Model) -> dict[str, tuple[str, ...]]:
-    """Constants in what multiplies each effect parameter alone, or what the effect frees, where there are any."""
+    """Known constants in the factors of each effect's parameters, or of the coordinate that it releases."""
     known = [c.name for c in model.constants if c.name != ORIGIN_CONSTANT]
     table: dict[str, tuple[str, ...]] = {}
     for effect in model.effects:

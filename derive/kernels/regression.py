@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import sympy as sp
@@ -18,7 +19,7 @@ class Signal(NamedTuple):
 
     value: sp.Expr
     derivatives: int  # 0, 1 or 2
-    held: bool  # whether it is constant between samples, as the input is
+    held: bool  # True where it is constant between samples, as the input is
 
 
 class FilteredRegression(NamedTuple):
@@ -34,7 +35,7 @@ class FilteredRegression(NamedTuple):
 
 
 class FilterPlan(NamedTuple):
-    """What is filtered, and what is made of it; numbers only."""
+    """Signals, features and their weights in the filtered regression; numbers only."""
 
     signals: tuple[tuple[int, bool], ...]  # derivatives, held
     shared: tuple[tuple[int, ...], ...]  # signals read from each filter, which differ in their derivatives alone
@@ -65,7 +66,7 @@ def regression_kernels(model: Model, filtered: FilteredRegression) -> dict[str, 
 
 
 def filtered_regression(model: Model) -> FilteredRegression:
-    """What the regression has to filter: each distinct term of its entries once, whatever its factor."""
+    """The filtered regression of a model: each distinct term of its entries is one signal, whatever its factor."""
     regressor, count = model.regressor, len(model.regressor.parameters)
     entries: dict[tuple[sp.Expr, int], dict[tuple[int, int], float]] = {}  # term and derivatives → weight in each entry
     pieces = enumerate((regressor.phi0, regressor.phi1, regressor.phi2))
@@ -150,15 +151,19 @@ def assembly_kernels(filtered: FilteredRegression) -> dict[str, Kernel]:
         [symbol(f"{kind}_{n}") for n in range(len(of))]
         for kind, of in (("signal", filtered.signals), ("feature", filtered.features))
     )
-    sums = [sp.Add(*(printed_weight(w) * signals[n] for w, n in feature)) for feature in filtered.features]
-    rows = sp.Matrix([[sp.Add(*(printed_weight(w) * f for w, f in zip(weights, features, strict=True))) for weights in row]
-                      for row in filtered.rows])  # fmt: skip
+    sums = [weighted_sum((w, signals[n]) for w, n in feature) for feature in filtered.features]
+    rows = sp.Matrix([[weighted_sum(zip(weights, features, strict=True)) for weights in row] for row in filtered.rows])
     names = {s.name: s.name for s in (*signals, *features)}
     left = [Target(f"tau[{n}]", v) for n, v in enumerate(rows[:, -1])]
     return {
         "features": kernel([Target(f.name, value) for f, value in zip(features, sums, strict=True)], names),
         "assemble": kernel(left + nonzero("phi", rows[:, :-1]), names),
     }
+
+
+def weighted_sum(terms: Iterable[tuple[float, sp.Symbol]]) -> sp.Expr:
+    """Sum of symbols with weights as they are printed."""
+    return sp.Add(*(printed_weight(w) * s for w, s in terms))
 
 
 def printed_weight(value: float) -> sp.Expr:

@@ -1,4 +1,4 @@
-"""What the sensors read, and what of it the controller sees."""
+"""Readings of the sensors and of the controller, and their derivatives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Sensors(NamedTuple):
     """The outputs, by their indices."""
 
     outputs: tuple[str, ...]
-    delayed: tuple[bool, ...]  # whether each is that of an earlier time
+    delayed: tuple[bool, ...]  # True for each that the sensor delay acts on
     delay: int  # index of that delay among the parameters, or -1
     controlled: tuple[int, int]  # outputs that the controller sees: value, rate; -1 for what no sensor reads
     output_matrix: tuple[
@@ -28,7 +28,7 @@ class Sensors(NamedTuple):
 
 
 def sensors_of(model: Model) -> Sensors:
-    """The outputs and who reads them."""
+    """Outputs, output matrix, and the indices that the controller reads."""
     plant = model.plant
     outputs = tuple(c.name for c in plant.channels)
     return Sensors(
@@ -53,7 +53,7 @@ def sensor_kernels(model: Model) -> dict[str, Kernel]:
 
 
 def ideal_output_matrix(model: Model) -> tuple[tuple[float, ...], ...]:
-    """What each output reads of the states while no effect touches the sensors, as constant weights."""
+    """Output matrix (NY, NX) while no effect acts on the sensors; raises ValueError where it is not constant."""
     readings = sp.Matrix([c.reading for c in model.plant.channels])
     weights = jacobian(readings, model.states)
     at_rest = readings.subs(dict.fromkeys(model.states, 0))
@@ -70,19 +70,19 @@ def unmeasured_rates(model: Model) -> tuple[int, ...]:
 
 
 def controlled_kernel(model: Model) -> Kernel:
-    """What the controller sees, in the states; nothing where it reads no rate."""
+    """Readings of the controller, in the states; no rate where it reads none."""
     outputs = [c.name for c in model.plant.channels]
     seen = zip(("angle", "rate"), model.plant.controlled, strict=True)
     return kernel([Target(n, model.readings[outputs.index(c)]) for n, c in seen if c], scalar_sources(model))
 
 
 def outputs_kernel(model: Model) -> Kernel:
-    """What the sensors read."""
+    """Readings as entries of output (NY,)."""
     return kernel([Target(f"output[{n}]", r) for n, r in enumerate(model.readings)], sources(model))
 
 
 def readings_kernel(model: Model) -> Kernel:
-    """The same as scalars."""
+    """Readings as scalars reading_0, reading_1, ..."""
     return kernel([Target(f"reading_{n}", r) for n, r in enumerate(model.readings)], scalar_sources(model))
 
 

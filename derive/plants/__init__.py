@@ -1,8 +1,8 @@
 """The plants: one file each, stating geometry, actuator, sensors and assumptions.
 
 A plant's file needs a PLANT_NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state
-PLANT_ASSUMPTIONS
-and numbers for a first model.toml: REFERENCE for X1, X2, ..., CONSTANTS, and the GAINS of a controller that holds it.
+PLANT_ASSUMPTIONS and numbers for a first model.toml: REFERENCE_PARAMETERS for X1, X2, ..., KNOWN_CONSTANTS, and the
+CONTROLLER_GAINS of a PID that stabilises it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in (wheel_pendulum,
 
 
 def register(module: ModuleType) -> str:
-    """Make a user's plant known under its PLANT_NAME, and return that; raises ValueError where it is no plant's file."""
+    """Make a user's plant known under its PLANT_NAME, which is returned; raises ValueError for any other file."""
     for needed in ("PLANT_NAME", "build"):
         if not hasattr(module, needed):
             raise ValueError(f"{module.__name__} must state {needed}")
@@ -39,23 +39,25 @@ def register(module: ModuleType) -> str:
 def find(name: str) -> ModuleType:
     """Return the plant's module; raises KeyError naming the known plants.
 
-    A plant that is not ours may come with an installed package, which names its module under the entry point GROUP.
+    A plant that is not ours may come with an installed package, which names its module in the group ENTRY_POINT_GROUP.
     """
     if name not in KNOWN_PLANTS:
-        from importlib.metadata import entry_points  # late: few look for a plant that is not ours
+        from importlib.metadata import (
+            entry_points,  # imported late: it is slow, and few look for a plant that is not ours
+        )
 
         for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
             register(entry.load())
     if name not in KNOWN_PLANTS:
         raise KeyError(
-            f"No plant named '{name}'. Known plants: {', '.join(sorted(KNOWN_PLANTS))}. One of your own is named on the "
-            "command line: --plant FILE.py"
+            f"No plant named '{name}'. Known plants: {', '.join(sorted(KNOWN_PLANTS))}. "
+            "One of your own is named on the command line: --plant FILE.py"
         )
     return KNOWN_PLANTS[name]
 
 
 def fingerprint(name: str) -> str:
-    """Hash of a plant's file: what decides what a user's plant derives to."""
+    """Hash of a plant's file (16 hex digits), on which the derivation of a user's plant depends."""
     file = find(name).__file__
     return _hash_of(file, os.stat(file).st_mtime_ns) if file else ""
 
@@ -86,7 +88,7 @@ def gains_of(name: str) -> tuple[float, float, float] | None:
 
 
 def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:
-    """The plant under settled assumptions, with what is free inside it."""
+    """The plant under complete assumptions, with the internal coordinates named in ``free`` released."""
     return _built(name, fingerprint(name), tuple(sorted(assumptions.items())), free)
 
 
@@ -96,13 +98,13 @@ def _built(name: str, fingerprint: str, assumptions: tuple, free: tuple[str, ...
 
 
 def implied_effects(name: str, assumptions: dict) -> tuple[str, ...]:
-    """Effects that settled assumptions stand for."""
+    """Effects that choices of the complete assumptions imply."""
     pairs = ((a.name, choice, effect) for a in assumptions_of(name) for choice, effect in a.implies)
     return tuple(effect for key, choice, effect in pairs if assumptions[key] == choice)
 
 
 def complete_assumptions(name: str, assumptions: Mapping) -> dict:
-    """Fill in the defaults of a plant's assumptions and check what was given."""
+    """Complete a plant's assumptions by their defaults; raises KeyError for unknown names and choices."""
     known = {a.name: a for a in assumptions_of(name)}
     for key, value in assumptions.items():
         if key not in known:

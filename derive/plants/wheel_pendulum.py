@@ -84,7 +84,7 @@ CONTROLLER_GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/
 
 
 def internal_coordinates() -> dict[str, Coordinate]:
-    """Give inside the machine that effects may free."""
+    """Internal coordinates that effects may release, by name."""
     return {
         "twist": coordinate("twist", "shaft"),  # of the motor's side of the drive against the wheel
         "creep": coordinate("creep", "contact"),  # of the wheel against the ground: it rolls, less this
@@ -114,7 +114,7 @@ class Motion(NamedTuple):
 
     @property
     def dlead(self) -> sp.Expr:
-        """By which the right wheel is faster than the mean of both, the left one slower."""
+        """Speed of the right wheel above the mean of both [rad/s], of the left one below it."""
         W, R = sp.symbols("W R", positive=True)
         return W / (2 * R) * self.dpsi
 
@@ -126,11 +126,11 @@ class Motion(NamedTuple):
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
-    """State geometry, actuator and sensors of the robot under the given assumptions; what is not free is rigid."""
+    """State geometry, actuator and sensors of the robot; internal coordinates that are not in ``free`` are rigid."""
     turns = not assumptions["planar"]
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
-    give = internal_coordinates()
-    moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in give.items()]
+    internal = internal_coordinates()
+    moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in internal.items()]
     (twist, dtwist), (creep, _), (slosh, dslosh) = moving
     psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
     motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, slosh, dslosh)
@@ -155,7 +155,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         substitutions={K_t: alpha * R_m / (2 * epsilon)},  # alpha = 2 ε K_t / R_m (paper eq. 12)
         constants=constants(turns),
         geometry=geometry_symbols(turns),
-        internal={} if turns else give,
+        internal={} if turns else internal,
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference="theta_ref",
@@ -202,7 +202,7 @@ def yawing_bodies(axle: sp.Matrix, pitch: sp.Symbol, rate: sp.Symbol, inertias: 
 
 
 def sloshing_body(assumptions: dict, motion: Motion) -> list[Body]:
-    """What hangs in the body and sloshes: a share of its mass on a rod, from a pivot above the axle."""
+    """Equivalent pendulum of the slosh: a share of the body's mass on a rod, from a pivot above the axle."""
     M = sp.Symbol("M", positive=True)
     hung, height, length = sp.symbols("slosh_mass slosh_height slosh_length", real=True)
     gamma = slope_of(assumptions)
@@ -243,14 +243,14 @@ def torque(assumptions: dict, V: sp.Symbol, slip: sp.Expr) -> sp.Expr:
 
 
 def slosh_damping(motion: Motion) -> list[Load]:
-    """What slows the sloshing."""
+    """Viscous damping of the slosh against the body."""
     M = sp.Symbol("M", positive=True)
     hung, length, decay = sp.symbols("slosh_mass slosh_length slosh_decay", real=True)
     return [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (motion.dslosh - motion.dtheta_p))]
 
 
 def ports(motion: Motion, turns: bool, sloshes: bool) -> tuple[Port, ...]:
-    """Where forces do work."""
+    """Ports on which forces do work."""
     theta_w, theta_p = motion.theta_w, motion.theta_p
     return (
         Port("drive", theta_w + motion.twist - theta_p, "between wheel and body, through motor and gearbox"),
@@ -264,7 +264,7 @@ def ports(motion: Motion, turns: bool, sloshes: bool) -> tuple[Port, ...]:
 
 
 def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
-    """What encoder and gyros read."""
+    """Ideal readings of encoder and gyros."""
     base = motion.theta_p if assumptions["encoder"] == "relative" else 0
     return (
         Channel("theta_w", motion.theta_w - base, "rad"),
@@ -288,7 +288,7 @@ def constants(turns: bool) -> tuple[Parameter, ...]:
 
 
 def geometry_symbols(turns: bool) -> dict[str, sp.Symbol]:
-    """Where the geometry may deviate, each zero unless an effect is there."""
+    """Symbols of the geometry's deviations, each zero unless an effect states it."""
     anywhere = ("com_angle", "payload")
     on_a_track = (
         "track_slope",

@@ -4,7 +4,18 @@ import math
 
 import numpy as np
 
-from templates.core.frame import BATCH_SIZE, BATCH_ROWS, GAINS, INTEGRAL, STATE_ROW, NP, NX, _control, _batch_step, compiled
+from templates.core.frame import (
+    BATCH_ROWS,
+    BATCH_SIZE,
+    GAINS,
+    INTEGRAL,
+    NP,
+    NX,
+    STATE_ROW,
+    _batch_step,
+    _control,
+    compiled,
+)
 
 
 @compiled

@@ -4,15 +4,15 @@ import numpy as np
 
 from templates.core.filters import _filter_sample, filter_weights
 from templates.core.frame import (
-    INTERVAL_TOLERANCE,
+    BLOCK_SIZE,
     FEATURE,
     FEATURES,
     FREE_DECAY,
+    INTERVAL_TOLERANCE,
     LINEAR,
     NQ,
-    SIGNALS,
     PARTIAL_SUMS,
-    BLOCK_SIZE,
+    SIGNALS,
     _filter_block,
     compiled,
     internal,

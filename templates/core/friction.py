@@ -1,6 +1,18 @@
 """Dry friction: slip of the surfaces, the directions they slip in, and the events between slipping and sticking."""
 
-from templates.core.frame import BEFORE, DIRECTION, SURFACES, NA, RATE, RATES, SLIP_MATRIX, _rate, _stick_or_slip, inlined, internal
+from templates.core.frame import (
+    BEFORE,
+    DIRECTION,
+    NA,
+    RATE,
+    RATES,
+    SLIP_MATRIX,
+    SURFACES,
+    _rate,
+    _stick_or_slip,
+    inlined,
+    internal,
+)
 
 
 @inlined

@@ -3,7 +3,18 @@
 import numpy as np
 
 from templates.core.filters import _filter_sample
-from templates.core.frame import FEATURE, FEATURES, LINEAR, MIXING, NQ, SIGNALS, PARTIAL_SUMS, BLOCK_SIZE, compiled, internal
+from templates.core.frame import (
+    BLOCK_SIZE,
+    FEATURE,
+    FEATURES,
+    LINEAR,
+    MIXING,
+    NQ,
+    PARTIAL_SUMS,
+    SIGNALS,
+    compiled,
+    internal,
+)
 
 
 @compiled

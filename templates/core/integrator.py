@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from templates.core.frame import SURFACES, EXCESS, FITTED, DERIVATIVE_ROWS, LANES, MEMORY, NA, NS, HYSTERESES, inlined
+from templates.core.frame import DERIVATIVE_ROWS, EXCESS, FITTED, HYSTERESES, LANES, MEMORY, NA, NS, SURFACES, inlined
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 import math
 
-from templates.core.frame import SERIES_RANGE, ROUNDING, inlined
+from templates.core.frame import ROUNDING, SERIES_RANGE, inlined
 
 
 @inlined
