@@ -4,7 +4,7 @@ Each stage is a function from one frozen record to the next:
 
 1. ``plants.<name>.build``          assumptions  → Plant       geometry, loads, sensors as stated
 2. ``lagrange.derive_equations``    Plant        → Equations   Lagrangian, equations of motion
-3. ``grouping.group``               Equations    → Grouping    equivalent parameters X1, X2, ... and rows in them
+3. ``grouping.group_parameters``    Equations    → Grouping    equivalent parameters X1, X2, ... and rows in them
 4. ``model.compose``                + effects    → Model       residual per row, dry surfaces, sensor readings,
                                                                by ``base_equations`` and ``effect_laws``
 5. ``regressor.derive_regressor``   Model        → Regressor   tau = phi X and the split without accelerations

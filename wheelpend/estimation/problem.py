@@ -99,7 +99,7 @@ class EstimationProblem:
             return "lowers the error, but not beside the effects that explain the rest"
         free = released_coordinates(self.model.effects)
         if effect.releases and free and effect.releases not in free:
-            return f"frees a second give inside the machine, beside {', '.join(free)}"
+            return f"releases a second internal coordinate, beside {', '.join(free)}"
         return why_not_testable(
             effect,
             self.model,
