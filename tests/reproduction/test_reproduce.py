@@ -12,7 +12,8 @@ from wheelpend.paper import numbers
 from wheelpend.reproduction import run
 from wheelpend.reproduction.estimators import METHOD_ESTIMATORS
 from wheelpend.reproduction.experiment import Setup, load_robot, play
-from wheelpend.reproduction.results_text import error_table, number_text
+from wheelpend.reproduction.number_text import number_text
+from wheelpend.reproduction.table_text import error_table
 from wheelpend.reproduction.tables import cells, prediction_errors, printed_error
 from wheelpend.reproduction.trials import PREDICTION_SETUP, Trial, run_trial
 from wheelpend.serialise import dumps, to_json

@@ -1,4 +1,4 @@
-"""What the paper leaves open, what was chosen, and how much each table would change with another choice.
+"""Choices that the paper leaves open, ours, and the change of each table with another choice.
 
 Every factor is computed: the numbers with the other choice divided by those with ours. None is chosen for its result.
 """
@@ -19,13 +19,7 @@ from wheelpend.reproduction.trials import PREDICTION_SETUP, Trial
 SHORT_DURATION_S, LONG_DURATION_S = 10.0, 30.0  # s
 VARIANT_SEED_COUNT = 20  # for the choices that need experiments of their own
 NOMINAL_ABOVE_SEED_COUNT = 4  # for the other start of multiple shooting
-COMPARED_PARAMETER_INDICES = (
-    0,
-    1,
-    2,
-    3,
-    4,
-)  # X1 to X5, which the factors are taken over: X6 and X7 are nearly exact in every method
+COMPARED_PARAMETER_INDICES = (0, 1, 2, 3, 4)  # X1 to X5; X6 and X7 are nearly exact in every method
 SETUP_VARIANTS = {
     f"{SHORT_DURATION_S:g} s": lambda c: Setup(c, duration=SHORT_DURATION_S),
     f"{LONG_DURATION_S:g} s": lambda c: Setup(c, duration=LONG_DURATION_S),
@@ -35,7 +29,7 @@ SETUP_VARIANTS = {
 
 @dataclass(frozen=True)
 class ChoiceEffect:
-    """What another choice does to a table: the range of the factors by which its numbers change."""
+    """Range of the factors by which the numbers of a table change with another choice."""
 
     table: str
     of: str  # case, command or output
@@ -49,8 +43,8 @@ class Choice:
     """Something that the paper leaves open."""
 
     name: str
-    open: str  # what the paper says or does not say
-    made: str
+    open: str  # statement of the paper, or its absence
+    made: str  # our choice
     effects: tuple[ChoiceEffect, ...]
 
 
@@ -64,7 +58,7 @@ def choice_effects(
             yield ChoiceEffect(table, key, alternative, float(np.min(ratio)), float(np.max(ratio)))
 
 
-# ---- what each table makes of an alternative
+# ---- effects on each table
 
 
 def table3_effects(robot: Robot) -> dict[str, tuple[ChoiceEffect, ...]]:

@@ -7,13 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation import least_squares
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
+from wheelpend.estimation.least_squares import differentiation_least_squares, filtered_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.identification import instrumental as instruments
+from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.identification.instrumental import IV_TIME_CONSTANTS_S, instrumental_estimate
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.logs.noise import sensor_noise
 from wheelpend.paper.numbers import TABLE_1_TAU
@@ -34,7 +35,7 @@ METHOD_LABELS = {
 
 def differentiation(robot: Robot, log: Log) -> np.ndarray:
     """Least squares with differentiated rates (paper eqs. 16, 17, 24)."""
-    return least_squares.differentiation_least_squares(robot.module, log, parameter_vector(robot, log)).estimate
+    return differentiation_least_squares(robot.module, log, parameter_vector(robot, log)).estimate
 
 
 def filtered(
@@ -46,9 +47,9 @@ def filtered(
     fit_start: bool = False,
     tau: tuple[float, float] = TABLE_1_TAU,
 ) -> np.ndarray:
-    """Filtered least squares, the filters started at a state, by default the one measured first."""
+    """Filtered least squares, the filters started at a state (NX,), by default the first measured one."""
     begin = None if fit_start else first_sample(robot, log) if start is None else start
-    return least_squares.filtered_least_squares(
+    return filtered_least_squares(
         robot.module, log, parameter_vector(robot, log), tau, first_order_hold=hold == "foh", start=begin
     ).estimate
 
@@ -56,8 +57,8 @@ def filtered(
 def instrumental(robot: Robot, log: Log) -> np.ndarray:
     """Instruments from the simulated closed loop, started at the model's nominal values; NaN where that fails."""
     try:
-        found = instruments.instrumental_estimate(
-            robot.model, robot.module, log, parameter_vector(robot, log), instruments.IV_TIME_CONSTANTS_S, errors=False
+        found = instrumental_estimate(
+            robot.model, robot.module, log, parameter_vector(robot, log), IV_TIME_CONSTANTS_S, errors=False
         )
     except Failure:
         return np.full(len(robot.names), np.nan)
@@ -81,13 +82,13 @@ def cramer_rao(robot: Robot, log: Log) -> np.ndarray:
 
 
 def parameter_vector(robot: Robot, log: Log) -> np.ndarray:
-    """The known constants as the kernels want them; the regressions do not look at the values that they identify."""
+    """Parameter vector of the kernels at the true values; the regressions do not use those that they identify."""
     return kernel_parameters(robot.module, robot.values, log)
 
 
 def first_sample(robot: Robot, log: Log) -> np.ndarray:
     """The first measured state; the wheel's speed, which no sensor gives, from the first two angles."""
-    first, second = least_squares.measured_states(robot.module, log)[:2]
+    first, second = measured_states(robot.module, log)[:2]
     rate = robot.module.NQ
     return np.concatenate([first[:rate], [(second[0] - first[0]) / log.dt], first[rate + 1 :]])
 
@@ -100,18 +101,18 @@ def wheel_at_rest(robot: Robot, log: Log) -> np.ndarray:
 
 
 def estimation_problem(robot: Robot, log: Log) -> EstimationProblem:
-    """A log made ready for shooting, with the noise that its sensors are known to have."""
+    """Estimation problem of a log, with the known standard deviations of its sensors."""
     given = {n: s or None for n, s in zip(log.channels, noise_levels(robot.model, log.channels), strict=True)}
     counts = robot.model.sensors.encoder_counts
     noise = sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
-    part = Segments(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, DEFAULT_HORIZON_S), dtype=np.int64))
-    return EstimationProblem(robot.model, robot.module, (part,), (), (noise,), DEFAULT_HORIZON_S, log.dt, ())
+    segments = Segments(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, DEFAULT_HORIZON_S), dtype=np.int64))
+    return EstimationProblem(robot.model, robot.module, (segments,), (), (noise,), DEFAULT_HORIZON_S, log.dt, ())
 
 
 def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:
     """Condition number of ΦᵀΦ per method, as it stands and with the columns of Φ scaled to unit length."""
     module = robot.module
-    known, states = parameter_vector(robot, log), least_squares.measured_states(robot.module, log)
+    known, states = parameter_vector(robot, log), measured_states(robot.module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
     rows = [
         module.regressor(t, s, a, v, known)[1] for t, s, a, v in zip(log.t, states, rates, log.voltage, strict=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation.parameters import kernel_parameters
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import machine_values
@@ -29,19 +29,19 @@ class Setup:
 
     command: str = "aggressive"
     duration: float = EXPERIMENT_DURATION_S  # s
-    rate_error: bool = True  # whether the D-term sees reference rate − measured rate, or −measured rate alone
+    rate_error: bool = True  # the D-term acts on reference rate − measured rate; False: on −measured rate alone
     tilt: float = 0.0  # rad, true pitch at the beginning
 
 
 class Run(NamedTuple):
-    """An experiment that was played."""
+    """The record of one experiment."""
 
     states: np.ndarray  # (N, 4) true θw, θp [rad], θ̇w, θ̇p [rad/s]
-    log: Log  # what the sensors and the controller gave
+    log: Log  # sensor readings and controller output
 
     @property
     def is_upright(self) -> bool:
-        """Whether the robot stayed up."""
+        """True if the states stay finite and the pitch within 90°."""
         return bool(np.isfinite(self.states).all() and np.abs(self.states[:, 1]).max() < np.pi / 2)
 
 
@@ -54,7 +54,7 @@ class Robot(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The parameters that are identified, X1, X2, ..."""
+        """Names of the identified parameters, X1, X2, ..."""
         return tuple(self.module.LINEAR)
 
     @property
@@ -78,7 +78,7 @@ def load_robot(text: str) -> Robot:
     if model.controller is None:
         raise Failure("The model must have a [controller] with kind and gains to play the paper's closed loop, but has "
                       "none. Add the paper's, -168, -800 and -8.8.")  # fmt: skip
-    return Robot(model, kernels.model_module(model.plant, model.assumptions, ()), machine_values(model, {}))
+    return Robot(model, model_module(model.plant, model.assumptions, ()), machine_values(model, {}))
 
 
 def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[str, float] | None = None) -> Run:
@@ -101,7 +101,7 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
 
 
 def unstable_pole(robot: Robot) -> float:
-    """Real part of the fastest growing motion near the upright robot without its controller [1/s]."""
+    """Largest real part of the eigenvalues of the upright robot without its controller [1/s]."""
     module, small = robot.module, 1e-5
     parameters = kernel_parameters(module, robot.values, Log("", np.zeros(1), np.zeros(1), np.zeros((1, 3)), ()))
     matrix = np.zeros((4, 4))

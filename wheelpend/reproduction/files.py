@@ -1,4 +1,4 @@
-"""Everything that a reproduction leaves on disk, written beside its place and then renamed."""
+"""The files of a reproduction: tables, figures and page, written beside its place and then renamed."""
 
 from __future__ import annotations
 

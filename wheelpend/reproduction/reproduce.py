@@ -1,4 +1,4 @@
-"""From what is asked for to numbers and files."""
+"""Runs a reproduction: plans the seeds, computes on all cores, assembles the tables and writes the files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ CONDITION_SEED_COUNT = 20  # seeds of which condition numbers and bounds are com
 
 
 class Noiseless(NamedTuple):
-    """What needs no seeds."""
+    """Results that need no seeds."""
 
     table3: tuple[Deviation, ...]
     effects: tuple[dict[str, tuple[ChoiceEffect, ...]], ...]  # by choice
@@ -48,6 +48,7 @@ def run(
     processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``. Raises Failure
     for an unknown part, fewer than one seed, and where the files cannot be written.
     """
+    # Late: the page loads jinja2, which a wrong argument should not wait for.
     from wheelpend.reproduction.files import make_writable_folder, write_all
 
     if what not in REPRODUCTION_PARTS:
@@ -71,7 +72,7 @@ def run(
 def compute(
     text: str, wanted: list[str], seeds: int, progress: Callable[[str], None]
 ) -> tuple[Noiseless, tuple[Trial, ...]]:
-    """Everything that takes time, on all cores."""
+    """Noiseless results and the trials of all seeds, on all cores."""
     tasks = plan_tasks(text, wanted, seeds)
     jobs: list[Callable[[], Any]] = [partial(compute_noiseless, text, wanted), *(partial(run_task, t) for t in tasks)]
 
@@ -85,7 +86,7 @@ def compute(
 
 
 def compute_noiseless(text: str, wanted: list[str]) -> Noiseless:
-    """Table 3, and what depends on no noise among the choices."""
+    """Table 3, and the effects of the choices that need no noise."""
     robot = load_robot(text)
     parts = [choices.table3_effects(robot)] if "table3" in wanted else []
     parts += [choices.figure_effects(robot)] if "figures" in wanted else []
@@ -93,7 +94,7 @@ def compute_noiseless(text: str, wanted: list[str]) -> Noiseless:
 
 
 def plan_tasks(text: str, wanted: list[str], seeds: int) -> list[Task]:
-    """What is to be computed on each seed."""
+    """One task per seed, with its experiments and methods."""
     if wanted == ["table3"]:
         return []
     return [Task(text, seed, tuple(_work(wanted, seed))) for seed in range(seeds)]
@@ -119,7 +120,7 @@ def commands_of(wanted: list[str]) -> tuple[str, ...]:
 
 
 def assemble(result: Reproduction, wanted: list[str], noiseless: Noiseless) -> Reproduction:
-    """Fill in the tables that are wanted."""
+    """The result with the wanted tables and the choices that matter to them."""
     robot, trials, parts = result.robot, result.trials, list(noiseless.effects)
     assert robot is not None
     result = replace(result, table3=noiseless.table3)

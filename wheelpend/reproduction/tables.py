@@ -14,7 +14,7 @@ from wheelpend.reproduction.experiment import COMMAND_NAMES, EXPERIMENT_DURATION
 from wheelpend.reproduction.trials import PREDICTION_SETUP, STATE_NAMES, Trial, prediction_rmse
 
 HOLD_NAMES = ("zoh", "foh")
-DURATION_CHOICES_S = (10.0, 15.0, 20.0, 25.0, 30.0)  # s, tried in place of the one that the paper does not give
+DURATION_CHOICES_S = (10.0, 15.0, 20.0, 25.0, 30.0)  # of Table 3, whose duration the paper does not give
 PITCH_DEVIATION_RAD = float(np.radians(0.5))  # of the initial pitch in Table 3
 PRINTED_COLUMNS = {
     ("simple", "differentiation"): numbers.SIMPLE_DIFFERENTIATION,
@@ -82,7 +82,7 @@ class Prediction:
     median: float
     p10: float
     p90: float
-    fallen: int  # seeds in which the predicted robot falls
+    fallen: int  # number of seeds in which the predicted robot falls
 
 
 # ---- Tables 1 and 2
@@ -126,6 +126,13 @@ def spread(values: np.ndarray) -> tuple[float, float, float]:
 def median(values: np.ndarray) -> float:
     """Median, NaN of nothing."""
     return spread(values)[0]
+
+
+def by_method(cells: Sequence[Cell]) -> dict[str, dict[str, Cell]]:
+    """Cells by method and parameter, in their order."""
+    return {
+        m: {c.parameter: c for c in cells if c.method == m} for m in dict.fromkeys(c.method for c in cells)
+    }  # fmt: skip
 
 
 def conditions(trials: Sequence[Trial]) -> tuple[Condition, ...]:
@@ -197,7 +204,7 @@ def _deviations(
 
 
 def printed_error(name: str, estimate: float, error: float) -> float:
-    """The printed error, or that of the printed estimate where the two are an order of magnitude apart (a misprint)."""
+    """The printed error, or that of the printed estimate where they differ by an order of magnitude (a misprint)."""
     implied = 100.0 * abs(estimate / numbers.REFERENCE_PARAMETERS[name] - 1.0)
     return implied if implied > 10.0 * error else error
 
@@ -239,7 +246,7 @@ def prediction_errors(robot: Robot, setup: Setup) -> dict[str, np.ndarray]:
 def table3_errors(
     robot: Robot, run: Run, *, hold: str = "foh", deviation: float = PITCH_DEVIATION_RAD, tau_ratio: float = 1.0
 ) -> dict[str, np.ndarray]:
-    """Signed errors of Table 3 per case [%] from one run; ``apart`` is the ratio of the second to the first τ."""
+    """Signed errors of Table 3 per case [%] from one run; ``tau_ratio`` is the second τ over the first."""
     found = {}
     for case, (tau, off, _) in numbers.TABLE_3.items():
         start = state_with_pitch(robot, deviation * off)

@@ -16,11 +16,11 @@ PREDICTION_SETUP = Setup("aggressive")  # the closed loop whose outputs Figures 
 
 
 class Task(NamedTuple):
-    """What one process does at a time: one seed."""
+    """The work of one process at a time: one seed."""
 
     text: str  # of the model.toml
     seed: int
-    work: tuple[tuple[Setup, tuple[str, ...]], ...]  # experiments, and what to compute on each
+    work: tuple[tuple[Setup, tuple[str, ...]], ...]  # experiments, and the methods on each
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def run_task(task: Task) -> list[Trial]:
 
 
 def run_trial(robot: Robot, setup: Setup, seed: int, wanted: Sequence[str]) -> Trial:
-    """Play one experiment and let the wanted methods identify its log."""
+    """Run one experiment and identify its log by the wanted methods."""
     log = play(robot, setup, seed).log
     estimates = {name: METHOD_ESTIMATORS[name](robot, log) for name in wanted if name in METHOD_ESTIMATORS}
     return Trial(
