@@ -1,4 +1,4 @@
-"""Findings on clocks: sensors that are late against each other or against the input."""
+"""Delays between input, encoder, pitch and gyro, and the findings on them."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ MAX_PHYSICAL_DELAY_S = 0.006  # s; a delay that physics may have and the diagnos
 
 
 def imu_time_shift(signals: Signals) -> TimeShift:
-    """By how much pitch and gyro come after the encoder, from the sum of both rows, where the voltage cancels."""
+    """Delay of pitch and gyro against the encoder, from the sum of both rows, where the voltage cancels."""
     rows = signals.rows
     wheel, ones = signals.smooth("theta_w", 2)[rows], np.ones(len(rows))
-    sine, bend = np.sin(signals.smooth("theta_p")), signals.smooth("dtheta_p", 1)
+    sine, body_acceleration = np.sin(signals.smooth("theta_p")), signals.smooth("dtheta_p", 1)
     return scan_time_shifts(
-        lambda k: least_squares_residual(np.column_stack((wheel, bend[rows + k], ones)), sine[rows + k])
+        lambda k: least_squares_residual(np.column_stack((wheel, body_acceleration[rows + k], ones)), sine[rows + k])
     )
 
 
 def with_imu_advanced(signals: Signals, samples: float) -> Signals:
     """The signals with pitch and gyro moved to earlier times."""
-    places = np.arange(len(signals.voltage), dtype=float)
-    moved = {c: np.interp(places + samples, places, signals.channels[c]) for c in ("theta_p", "dtheta_p")}
-    return signals._replace(channels={**signals.channels, **moved})
+    indices = np.arange(len(signals.voltage), dtype=float)
+    advanced = {c: np.interp(indices + samples, indices, signals.channels[c]) for c in ("theta_p", "dtheta_p")}
+    return signals._replace(channels={**signals.channels, **advanced})
 
 
-def clock_findings(late_imu: float, voltage: TimeShift | None, dt: float, cures: LogCorrections) -> list[Finding]:
-    """Say which of input, encoder, pitch and gyro has a clock of its own.
+def clock_findings(late_imu: float, voltage: TimeShift | None, dt: float, corrections: LogCorrections) -> list[Finding]:
+    """Findings on the clocks of input, encoder, pitch and gyro.
 
     ``late_imu`` [samples] is against the encoder, with the gyro at the pitch's time; ``voltage`` is against both.
     """
     late_voltage = voltage.samples if voltage and voltage.is_significant(1.3) else 0.0
-    gyro, found = cures.gyro_delay_samples, []
+    gyro, found = corrections.gyro_delay_samples, []
     if late_imu and abs(late_voltage - late_imu) < MIN_SHIFT_SAMPLES:
         return [
             *gyro_or_pitch_shift_findings("dtheta_p", gyro, dt),
@@ -52,7 +52,7 @@ def clock_findings(late_imu: float, voltage: TimeShift | None, dt: float, cures:
 
 
 def gyro_or_pitch_shift_findings(name: str, samples: float, dt: float) -> list[Finding]:
-    """Say that one of pitch and gyro is late or early against the other, if it is."""
+    """The finding that one of pitch and gyro is late (samples > 0) or early against the other; none at 0 samples."""
     if not samples:
         return []
     other = {"theta_p": "dtheta_p", "dtheta_p": "theta_p"}[name]
@@ -63,7 +63,7 @@ def gyro_or_pitch_shift_findings(name: str, samples: float, dt: float) -> list[F
 
 
 def time_shift_finding(name: str, samples: float, dt: float) -> Finding:
-    """Say that a channel is late (samples > 0) or early against the others."""
+    """The finding that a channel is late (samples > 0) or early against the others."""
     amount = f"{1e3 * abs(samples) * dt:.3g} ms ({abs(samples):.1f} samples)"
     if name == INPUT_COLUMN and samples < 0:
         why = "a delay in the actuator (effect actuator_delay) or a clock offset"

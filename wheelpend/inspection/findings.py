@@ -1,4 +1,4 @@
-"""What an inspection finds in a log, and the lines of a model.toml that cure it."""
+"""Findings of an inspection, and the lines of a model.toml that cure them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
 
 
 class Finding(NamedTuple):
-    """Something about a log that should be cured before a model is fitted to it.
+    """A fault of a log that should be cured before a model is fitted to it.
 
     ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
     wrapped_angle, gap or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input
@@ -27,7 +27,7 @@ class Finding(NamedTuple):
 
 @dataclass
 class LogCorrections:
-    """What would cure a log: where each quantity is found, its unit and sign, and the encoder."""
+    """Corrections that would cure a log: column, unit and sign of each quantity, and the encoder's reference."""
 
     known: Mapping[str, ColumnMap]  # with which the log was read
     table: ColumnTable = WHEEL_PENDULUM  # of the plant
@@ -36,14 +36,12 @@ class LogCorrections:
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
     encoder: str = ""  # absolute or relative, where the declared one is wrong
-    gyro_delay_samples: float = (
-        0.0  # samples by which the gyro comes after the pitch; no line of a model file cures that
-    )
+    gyro_delay_samples: float = 0.0  # samples by which the gyro lags the pitch; no line of a model file cures that
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
-        cured = {*self.guessed, *self.source, *self.unit, *(c for c, sign in self.sign.items() if sign < 0)}
-        names = [c for c in self.table.names if c in cured]
+        corrected = {*self.guessed, *self.source, *self.unit, *(c for c, sign in self.sign.items() if sign < 0)}
+        names = [c for c in self.table.names if c in corrected]
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)
         lines += ["[sensors]", f'encoder = "{self.encoder}"'] if self.encoder else []
@@ -51,9 +49,9 @@ class LogCorrections:
 
     def column(self, name: str) -> str:
         """Entry of [columns] for a quantity, on top of how it was read."""
-        held = self.source.get(name, name)
-        known = self.known.get(held, ColumnMap(held))
-        unit = self.unit.get(name, known.unit if held == name else "")
+        source = self.source.get(name, name)
+        known = self.known.get(source, ColumnMap(source))
+        unit = self.unit.get(name, known.unit if source == name else "")
         sign = known.sign * self.sign.get(name, 1)
         parts = [
             f'column = "{known.column}"',

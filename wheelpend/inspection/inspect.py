@@ -1,4 +1,4 @@
-"""Looks a log over before any physics is blamed: clock, gaps, ranges, noise, standstill, and faults of its wiring."""
+"""Inspection of a log: clock, gaps, ranges, noise, standstill, and faults of its wiring."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ import numpy as np
 
 from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections
-from wheelpend.inspection.standstill import _finite_or_none, constant_signal_times, find_gaps, standstills
+from wheelpend.inspection.standstill import constant_signal_times, find_gaps, standstills
 from wheelpend.inspection.wiring import find_faults
-from wheelpend.logs import noise as sensors
 from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
 from wheelpend.logs.guess import guess_column_maps
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, WHEEL_PENDULUM_CHANNELS, Log
+from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
 from wheelpend.logs.read import load_log
 from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.record import Model
 
-MAX_QUANTUM_SAMPLES = 40_000  # samples in which a step of the input is looked for
+MAX_QUANTUM_SAMPLES = 40_000  # samples from which the input's step is found
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a log is like, and what is wrong with it."""
+    """Statistics of a log, its findings, and the lines of a model.toml that follow from them."""
 
     samples: int
     duration_s: float
@@ -48,36 +48,41 @@ class Inspection:
             "rate_hz": self.rate_hz,
             "jitter": self.jitter,
             "gaps": dict(self.gaps),
-            "channels": {c: {k: _finite_or_none(v) for k, v in row.items()} for c, row in self.channels.items()},
-            "findings": [{**f._asdict(), "size": _finite_or_none(f.size)} for f in self.findings],
+            "channels": {c: {k: finite_or_none(v) for k, v in row.items()} for c, row in self.channels.items()},
+            "findings": [{**f._asdict(), "size": finite_or_none(f.size)} for f in self.findings],
             "proposal": self.proposal,
             "sensors": self.sensors,
             "stand_still": {c: [list(pair) for pair in times] for c, times in self.stand_still.items()},
         }
 
 
+def finite_or_none(value: float | None) -> float | None:
+    """The value, or None where it is no finite number."""
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
 def inspect_log(
     log: Log,
     *,
     relative: bool = False,
-    noise: sensors.Noise | None = None,
+    noise: Noise | None = None,
     columns: Mapping[str, ColumnMap] | None = None,
     guessed: Collection[str] = (),
     table: ColumnTable = WHEEL_PENDULUM,
 ) -> Inspection:
-    """Look a log over before a model is fitted to it.
+    """Inspect a log before a model is fitted to it.
 
     ``relative`` says that theta_w is measured against the body; ``columns`` are those with which the log was read, for
     the proposal, ``guessed`` those of them that nobody stated, ``table`` the plant's. Nothing is concluded on signs,
     units and clocks from a log that moves too little, nor from that of another plant than the wheel-driven pendulum.
     """
-    noise = noise or sensors.sensor_noise(log, {}, {})
+    noise = noise or sensor_noise(log, {}, {})
     interval = np.diff(log.t)
     gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
-    cures = LogCorrections(columns or {}, table, guessed)
+    corrections = LogCorrections(columns or {}, table, guessed)
     findings = [*find_gaps(log), *standstill_findings(log, constant_signal_times(log, noise, table))]
     if set(WHEEL_PENDULUM_CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
-        findings += find_faults(log, relative, cures)
+        findings += find_faults(log, relative, corrections)
     return Inspection(
         samples=len(log),
         duration_s=log.duration,
@@ -86,14 +91,14 @@ def inspect_log(
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
         channels=channel_statistics(log, noise, table),
         findings=tuple(findings),
-        proposal=cures.text(),
+        proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table),
         stand_still=standstills(log, noise.sigma, table),
     )
 
 
 def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] | None = None) -> Inspection:
-    """Look over a log as a model's plant and sensors have it; ``guessed`` are columns that the model does not map."""
+    """Inspect a log of a model's plant and sensors; ``guessed`` are columns that the model does not map."""
     return inspect_log(
         log,
         relative=model.assumptions.get("encoder") == "relative",
@@ -105,16 +110,16 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
 
 
 def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
-    """Read a log and look it over; columns that the model does not map are guessed where they can be."""
+    """Read and inspect a log; columns that the model does not map are guessed where possible."""
     guessed = guess_column_maps(path, model.columns, model.table)
     log = load_log(path, {**model.columns, **guessed}, model.table)
     return log, inspect_for_model(model, log, guessed)
 
 
-def channel_statistics(log: Log, noise: sensors.Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
+def channel_statistics(log: Log, noise: Noise, table: ColumnTable) -> dict[str, dict[str, float]]:
     """Range, noise, step and share of missing samples of the input and of every channel."""
     inputs = zip(table.inputs, log.inputs, strict=False)
-    rows = [(name, values, 0.0, sensors.find_quantum(values[:MAX_QUANTUM_SAMPLES])) for name, values in inputs]
+    rows = [(name, values, 0.0, find_quantum(values[:MAX_QUANTUM_SAMPLES])) for name, values in inputs]
     rows += [(c, log.measured[:, k], noise.sigma[k], noise.quantum[k]) for k, c in enumerate(log.channels)]
     return {
         name: {
@@ -128,7 +133,7 @@ def channel_statistics(log: Log, noise: sensors.Noise, table: ColumnTable) -> di
     }
 
 
-def sensors_section_text(log: Log, noise: sensors.Noise, table: ColumnTable) -> str:
+def sensors_section_text(log: Log, noise: Noise, table: ColumnTable) -> str:
     """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps."""
     levels: dict[str, float] = {}
     steps: dict[str, float] = {}
@@ -146,12 +151,12 @@ def sensors_section_text(log: Log, noise: sensors.Noise, table: ColumnTable) -> 
 
 
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
-    """What stands still, and for how long."""
+    """A finding on each channel that is constant at times, with the total and the longest time."""
     found = []
     for name, times in still.items():
         total, (begin, end) = sum(b - a for a, b in times), max(times, key=lambda pair: pair[1] - pair[0])
-        what = "The wheel stands still" if name == "theta_w" else f"{name} repeats one value"
-        sentence = f"{what} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
+        event = "The wheel stands still" if name == "theta_w" else f"{name} repeats one value"
+        sentence = f"{event} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
         cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
         found.append(Finding("stand_still", name, sentence, cure, total))
     return found

@@ -12,16 +12,14 @@ import numpy as np
 from wheelpend.logs.log import Log, gapless_ranges
 from wheelpend.numerics import gaussian_smoothed
 
-MAX_ANALYSED_SAMPLES = 40_000  # samples looked at for signs and clocks; a longer log is represented by its middle
+MAX_ANALYSED_SAMPLES = 40_000  # samples analysed for signs and clocks; of a longer log, those in its middle
 MIN_ANALYSED_SAMPLES = 400  # samples, below which nothing is concluded on signs and clocks
 MAX_SHIFT_SAMPLES = 30  # samples, the largest time shift looked for
 MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
-JACKKNIFE_BLOCKS = 8  # of a log, whose disagreement gives an estimate its standard error
+JACKKNIFE_BLOCKS = 8  # blocks of a log, of which the jackknife makes a standard error
 MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
-SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # smoothing tried, against the finest, until noise no longer matters
-MAX_SWAPPED_MISFIT_SHARE = (
-    0.05  # share that an angle's derivative may leave of a signal that counts as its rate under another name
-)
+SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # widths against the finest, increased until noise no longer matters
+MAX_SWAPPED_MISFIT_SHARE = 0.05  # share of its power that an angle's derivative leaves of a signal that is its rate
 DEGREES_PER_RADIAN = 180 / math.pi
 INPUT_COLUMN = "v_in"
 PLANT_NAME = "wheel_pendulum"
@@ -56,7 +54,7 @@ class Signals(NamedTuple):
 
 
 class TimeShift(NamedTuple):
-    """Where a scan over time shifts has its optimum."""
+    """The optimum of a scan over time shifts."""
 
     samples: float  # by which the shifted signal is late
     sigma: float  # standard error [samples]
@@ -65,15 +63,15 @@ class TimeShift(NamedTuple):
     blocks: np.ndarray  # (JACKKNIFE_BLOCKS,) that share, block by block
 
     def is_significant(self, gain: float) -> bool:
-        """Whether the shift is there beyond doubt: large, certain, inside the range scanned, and worth it."""
+        """True of a shift that is large, five standard errors from 0, inside the range scanned, and of enough gain."""
         inside = MIN_SHIFT_SAMPLES <= abs(self.samples) < MAX_SHIFT_SAMPLES - 0.5
         return inside and abs(self.samples) > 5 * self.sigma and self.gain > gain
 
 
 def uniform_signals(log: Log, upright: bool) -> Signals | None:
-    """The log's longest gapless stretch on a uniform grid, at most LONGEST samples of it; None where it is too short.
+    """The log's longest gapless stretch on a uniform grid, at most MAX_ANALYSED_SAMPLES; None where it is too short.
 
-    ``upright`` leaves out a robot that fell.
+    ``upright`` leaves out samples with the body beyond ±π/2.
     """
     runs = gapless_ranges(log if upright else replace(log, channels=("",) * len(log.channels)), 0, len(log))
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
@@ -108,24 +106,26 @@ def channel_values(log: Log, name: str) -> np.ndarray:
 
 
 def block_sums(squares: np.ndarray) -> np.ndarray:
-    """Sums (BLOCKS,) over consecutive blocks."""
-    return np.array([part.sum() for part in np.array_split(squares, JACKKNIFE_BLOCKS)])
+    """Sums (JACKKNIFE_BLOCKS,) over consecutive blocks."""
+    return np.array([block.sum() for block in np.array_split(squares, JACKKNIFE_BLOCKS)])
 
 
 def scan_time_shifts(residual: Callable[[int], tuple[np.ndarray, float]]) -> TimeShift:
-    """Optimal time shift; ``residual`` gives what stays unexplained at a shift of some samples, and the total power."""
+    """Time shift of least squares; ``residual`` gives residuals and total power of a fit at a shift [samples].
+
+    The standard error is that of the jackknife over JACKKNIFE_BLOCKS.
+    """
     shares = []
     for k in range(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1):
         rest, power = residual(k)
         shares.append(block_sums(rest**2) / power)
     table = np.array(shares)  # (shifts, blocks)
-    others = [parabolic_minimum(table.sum(axis=1) - table[:, b]) for b in range(JACKKNIFE_BLOCKS)]
-    whole = table.sum(axis=1)
-    best = int(np.argmin(whole))
-    sigma = math.sqrt((JACKKNIFE_BLOCKS - 1) * float(np.var(others)))  # jackknife
-    return TimeShift(
-        parabolic_minimum(whole), sigma, float(whole[MAX_SHIFT_SAMPLES] / whole[best]), float(whole[best]), table[best]
-    )
+    total = table.sum(axis=1)
+    replicates = [parabolic_minimum(total - table[:, b]) for b in range(JACKKNIFE_BLOCKS)]
+    sigma = math.sqrt((JACKKNIFE_BLOCKS - 1) * float(np.var(replicates)))
+    best = int(np.argmin(total))
+    gain = float(total[MAX_SHIFT_SAMPLES] / total[best])
+    return TimeShift(parabolic_minimum(total), sigma, gain, float(total[best]), table[best])
 
 
 def parabolic_minimum(costs: np.ndarray) -> float:
@@ -133,5 +133,5 @@ def parabolic_minimum(costs: np.ndarray) -> float:
     k = int(np.argmin(costs))
     if k in (0, len(costs) - 1):
         return float(k - MAX_SHIFT_SAMPLES)
-    bend = costs[k - 1] - 2 * costs[k] + costs[k + 1]
-    return k - MAX_SHIFT_SAMPLES + (float(0.5 * (costs[k - 1] - costs[k + 1]) / bend) if bend > 0 else 0.0)
+    curvature = costs[k - 1] - 2 * costs[k] + costs[k + 1]
+    return k - MAX_SHIFT_SAMPLES + (float(0.5 * (costs[k - 1] - costs[k + 1]) / curvature) if curvature > 0 else 0.0)

@@ -1,4 +1,4 @@
-"""Faults of wiring and signs that only the equations of motion show: input, encoder, pitch."""
+"""Faults of wiring and signs that only the equations of motion show: of input, encoder and pitch."""
 
 from __future__ import annotations
 
@@ -27,26 +27,23 @@ from wheelpend.inspection.signals import (
     scan_time_shifts,
     uniform_signals,
 )
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 
-MAX_UNEXPLAINED_SHARE = (
-    0.3  # share of the voltage that may stay unexplained before nothing is concluded from the equations
-)
-MAX_DAMPING_RATIO_DEVIATION = 0.6  # X7/X6 further than this from 1 raises doubts about theta_w
+MAX_UNEXPLAINED_SHARE = 0.3  # share of the voltage's power; with more left nothing is concluded from the equations
+MAX_DAMPING_RATIO_DEVIATION = 0.6  # of X7/X6 from 1, beyond which other readings of theta_w are evaluated
+NONNEGATIVE_COLUMNS = 6  # of VoltageRegression.constrained, the first ones
 
 
 class VoltageRegression(NamedTuple):
     """The plant's equations with unknown parameters, smoothed: voltage = matrix · parameters."""
 
-    matrix: np.ndarray  # (rows, columns) as in COLUMNS
-    constrained: (
-        np.ndarray
-    )  # (rows, columns) the same space, for coefficients that a machine has positive, then free ones
+    matrix: np.ndarray  # (rows, 10) X1 ... X7, a constant in each row, dry friction
+    constrained: np.ndarray  # (rows, 10) the same space, first for coefficients that a machine has positive, then free
 
 
 class EncoderHypothesis(NamedTuple):
-    """A way to read theta_w, and how well the equations then explain the voltage."""
+    """A reading of theta_w, and the fit of the equations to the voltage under it."""
 
     relative: bool  # measured against the body
     unit: float  # units in a rad
@@ -54,36 +51,37 @@ class EncoderHypothesis(NamedTuple):
     ratio: float  # X7/X6, the drive's damping on the body over that on the wheel: near 1 on a machine
 
 
-def find_faults(log: Log, relative: bool, cures: LogCorrections) -> list[Finding]:
+def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[Finding]:
     """Faults of wiring, units, signs and clocks; each is cured in a copy before the next is looked for."""
     findings = []
     for check in (find_wrapped_angles, find_swapped_columns, find_pitch_in_degrees, find_gyro_faults):
-        found, log = check(log, cures)
+        found, log = check(log, corrections)
         findings += found
     signals = uniform_signals(log, upright=True)
     if signals is None or not gyro_matches_pitch(signals):
-        return findings + gyro_or_pitch_shift_findings("dtheta_p", cures.gyro_delay_samples, log.dt)
-    conflict = cures.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
-    found, signals = find_flipped_signs(signals, conflict, cures)
+        return findings + gyro_or_pitch_shift_findings("dtheta_p", corrections.gyro_delay_samples, log.dt)
+    conflict = corrections.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
+    found, signals = find_flipped_signs(signals, conflict, corrections)
     findings += found
-    return findings + find_clocks_and_encoder(signals, relative, cures)
+    return findings + find_clocks_and_encoder(signals, relative, corrections)
 
 
 def voltage_regression(signals: Signals, relative: bool) -> VoltageRegression:
-    """Put smoothed signals into the regressor, with constant forces and dry friction of the drive beside it.
+    """The regressor at smoothed signals, with constant forces and dry friction of the drive beside it.
 
     Columns: X1 ... X7, a constant in each row, dry friction.
     """
-    module, rows = kernels.model_module(PLANT_NAME, {}, ()), signals.rows
-    pitch, rate, bend = (
-        s[rows] for s in (signals.smooth("theta_p"), signals.smooth("dtheta_p"), signals.smooth("dtheta_p", 1))
-    )
-    wheel, wheel_bend = signals.smooth("theta_w", 1)[rows], signals.smooth("theta_w", 2)[rows]
+    module, rows = model_module(PLANT_NAME, {}, ()), signals.rows
+    pitch, ddp = signals.smooth("theta_p")[rows], signals.smooth("dtheta_p", 1)[rows]
+    rate, wheel = signals.smooth("dtheta_p")[rows], signals.smooth("theta_w", 1)[rows]
+    ddw = signals.smooth("theta_w", 2)[rows]
     if relative:  # the gyro is less noisy than the derivative of the pitch
-        wheel, wheel_bend = wheel + rate, wheel_bend + bend
+        wheel, ddw = wheel + rate, ddw + ddp
     states = np.column_stack((np.zeros(len(rows)), pitch, wheel, rate))
-    bends, parameters = np.column_stack((wheel_bend, bend)), np.zeros(module.NP)
-    phi = np.concatenate([module.regressor(0.0, x, a, 0.0, parameters)[1] for x, a in zip(states, bends, strict=True)])
+    accelerations, parameters = np.column_stack((ddw, ddp)), np.zeros(module.NP)
+    phi = np.concatenate(
+        [module.regressor(0.0, x, a, 0.0, parameters)[1] for x, a in zip(states, accelerations, strict=True)]
+    )
     slip = np.repeat(wheel - rate, 2)
     dry = np.tanh(slip / (0.05 * np.std(slip) + 1e-300))  # a sign, softened as much as the smoothing softens it
     first = np.arange(len(slip)) % 2 == 0
@@ -101,12 +99,9 @@ def sign_constrained_columns(phi: np.ndarray, first: np.ndarray, dry: np.ndarray
     return np.column_stack((*positive, x2 - x1, x3, first, ~first))
 
 
-NONNEGATIVE_COLUMNS = 6  # columns of Equations.limited
-
-
 def voltage_residual(system: VoltageRegression, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
-    """What the equations, with parameters that a machine can have, leave of the voltage shifted by some samples."""
-    from scipy.optimize import nnls  # imported late: it takes long to load
+    """Residual and total power of the voltage, shifted by some samples, in least squares with positive coefficients."""
+    from scipy.optimize import nnls  # imported late: it is slow to load
 
     matrix = system.constrained / (np.linalg.norm(system.constrained, axis=0) + 1e-300)
     q, r = np.linalg.qr(matrix)
@@ -123,12 +118,12 @@ def voltage_residual(system: VoltageRegression, signals: Signals) -> Callable[[i
 
 
 def unexplained_voltage_share(signals: Signals, relative: bool) -> float:
-    """Share of the voltage that the equations leave, at the best time shift."""
+    """Share of the voltage's power that the equations leave unexplained, at the best time shift."""
     return scan_time_shifts(voltage_residual(voltage_regression(signals, relative), signals)).share
 
 
-def find_flipped_signs(signals: Signals, conflict: bool, cures: LogCorrections) -> tuple[list[Finding], Signals]:
-    """Signs between input, encoder and IMU; the smallest set of flips, as all together change nothing.
+def find_flipped_signs(signals: Signals, conflict: bool, corrections: LogCorrections) -> tuple[list[Finding], Signals]:
+    """Find wrong signs of input, encoder and IMU: the smallest set of flips, as all together change nothing.
 
     ``conflict`` says that gyro and pitch disagreed and that the gyro was turned round.
     """
@@ -144,13 +139,13 @@ def find_flipped_signs(signals: Signals, conflict: bool, cures: LogCorrections) 
     flips = {"theta_w"} if imu and voltage else {"theta_p", "dtheta_p"} if imu else {INPUT_COLUMN} if voltage else set()
     signals = with_signs_flipped(signals, flips)
     flips ^= {"dtheta_p"} if conflict else set()
-    cures.sign.clear()
-    cures.sign.update(dict.fromkeys(sorted(flips), -1))
+    corrections.sign.clear()
+    corrections.sign.update(dict.fromkeys(sorted(flips), -1))
     return [flip_finding(n, conflict and n in ("theta_p", "dtheta_p")) for n in sorted(flips)], signals
 
 
 def flip_finding(name: str, kinematic: bool) -> Finding:
-    """Say that a channel counts the other way."""
+    """The finding that a channel counts the other way."""
     why = (
         "it is opposite to the other of pitch and gyro"
         if kinematic
@@ -184,26 +179,26 @@ def pitch_sign_against_wheel(signals: Signals) -> int:
     return 0 if abs(slopes[0]) < 5 * sigma else int(np.sign(slopes[0]))
 
 
-def find_clocks_and_encoder(signals: Signals, relative: bool, cures: LogCorrections) -> list[Finding]:
-    """Clocks of input, encoder and IMU against each other, what the encoder measures against and in which unit."""
+def find_clocks_and_encoder(signals: Signals, relative: bool, corrections: LogCorrections) -> list[Finding]:
+    """Find delays between input, encoder and IMU, and a wrong reference or unit of the encoder."""
     imu = imu_time_shift(signals)
     moved = imu.is_significant(1.3)
     aligned = with_imu_advanced(signals, imu.samples) if moved else signals
     best = declared = evaluate_encoder(aligned, relative, 1.0)
     if abs(declared.ratio - 1) > MAX_DAMPING_RATIO_DEVIATION:
         others = [evaluate_encoder(aligned, not relative, 1.0)]
-        if (
-            0.3 < declared.ratio / DEGREES_PER_RADIAN < 3.0
-        ):  # the drive cannot damp the body so much more than the wheel
+        if 0.3 < declared.ratio / DEGREES_PER_RADIAN < 3.0:  # no drive damps the body so much more than the wheel
             others.append(evaluate_encoder(aligned, relative, DEGREES_PER_RADIAN))
         best = min([o for o in others if is_better(o, declared)], key=lambda o: o.shift.share, default=declared)
-    found = encoder_findings(best, declared, cures)
+    found = encoder_findings(best, declared, corrections)
     explained = best.shift.share < MAX_UNEXPLAINED_SHARE
-    return found + clock_findings(imu.samples if moved else 0.0, best.shift if explained else None, signals.dt, cures)
+    return found + clock_findings(
+        imu.samples if moved else 0.0, best.shift if explained else None, signals.dt, corrections
+    )
 
 
 def evaluate_encoder(signals: Signals, relative: bool, unit: float) -> EncoderHypothesis:
-    """Judge a reading of theta_w: its reference, and how many of its units make a rad."""
+    """Fit the equations under a reading of theta_w: its reference, and the number of its units in a rad."""
     wheel = signals.channels["theta_w"] / unit
     scaled = signals._replace(channels={**signals.channels, "theta_w": wheel})
     system = voltage_regression(scaled, relative)
@@ -219,22 +214,24 @@ def body_to_wheel_damping_ratio(system: VoltageRegression, signals: Signals, shi
 
 
 def is_better(other: EncoderHypothesis, declared: EncoderHypothesis) -> bool:
-    """Whether another reading of theta_w is right beyond doubt: a sane machine, clearly better nearly everywhere."""
+    """True of another reading that gives a plausible machine and a clearly better fit in all blocks but one."""
     wins = int(np.sum(other.shift.blocks < declared.shift.blocks))
     sane = abs(other.ratio - 1) < 0.5 * MAX_DAMPING_RATIO_DEVIATION and other.shift.share < MAX_UNEXPLAINED_SHARE
     return sane and declared.shift.share > 1.5 * other.shift.share and wins >= JACKKNIFE_BLOCKS - 1
 
 
-def encoder_findings(best: EncoderHypothesis, declared: EncoderHypothesis, cures: LogCorrections) -> list[Finding]:
-    """Say what of the declared reading of theta_w is wrong."""
+def encoder_findings(
+    best: EncoderHypothesis, declared: EncoderHypothesis, corrections: LogCorrections
+) -> list[Finding]:
+    """The finding on the declared reading of theta_w where another one fits better; none where it is the best."""
     gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
     if best.unit != declared.unit:
-        cures.unit["theta_w"] = "deg"
+        corrections.unit["theta_w"] = "deg"
         cure = 'Map theta_w in [columns] with unit = "deg".'
         return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES_PER_RADIAN)]
     if best.relative != declared.relative:
-        cures.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
+        corrections.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
         sentence = f"theta_w is measured against {against}: {gain}."
-        cure = f'Set encoder = "{cures.encoder}" in [sensors].'
-        return [Finding(f"{cures.encoder}_encoder", "theta_w", sentence, cure, None)]
+        cure = f'Set encoder = "{corrections.encoder}" in [sensors].'
+        return [Finding(f"{corrections.encoder}_encoder", "theta_w", sentence, cure, None)]
     return []
