@@ -127,35 +127,35 @@ class Motion(NamedTuple):
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensors of the robot; internal coordinates that are not in ``free`` are rigid."""
-    turns = not assumptions["planar"]
+    yaws = not assumptions["planar"]
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
     internal = internal_coordinates()
     moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in internal.items()]
     (twist, dtwist), (creep, _), (slosh, dslosh) = moving
-    psi, dpsi = (yaw.q, yaw.dq) if turns else (sp.Integer(0), sp.Integer(0))
+    psi, dpsi = (yaw.q, yaw.dq) if yaws else (sp.Integer(0), sp.Integer(0))
     motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, slosh, dslosh)
-    names = ("v_left", "v_right") if turns else ("v_in", "v_in")
+    names = ("v_left", "v_right") if yaws else ("v_in", "v_in")
     V_left, V_right = (sp.Symbol(name, real=True) for name in names)
     g, alpha, epsilon, K_t, R_m = sp.symbols("g alpha epsilon K_t R_m", positive=True)
     gamma = slope_of(assumptions)
     return Plant(
         name=PLANT_NAME,
         sentence="A body balancing on two coaxial wheels that it drives itself.",
-        coordinates=(wheel, pitch, yaw) if turns else (wheel, pitch),
+        coordinates=(wheel, pitch, yaw) if yaws else (wheel, pitch),
         bodies=(*bodies(assumptions, motion), *(sloshing_body(assumptions, motion) if "slosh_angle" in free else [])),
         gravity=-g * sp.Matrix([sp.sin(gamma), 0, sp.cos(gamma)]),
         loads=(*loads(assumptions, motion, V_left, V_right), *(slosh_damping(motion) if "slosh_angle" in free else [])),
-        ports=ports(motion, turns, "slosh_angle" in free),
+        ports=ports(motion, yaws, "slosh_angle" in free),
         channels=channels(assumptions, motion),
         input=V_left,
-        further=(V_right,) if turns else (),
-        heading=Heading(yaw, motion.axle) if turns else None,
+        further=(V_right,) if yaws else (),
+        heading=Heading(yaw, motion.axle) if yaws else None,
         input_unit="V",
         scale=alpha,
         substitutions={K_t: alpha * R_m / (2 * epsilon)},  # alpha = 2 ε K_t / R_m (paper eq. 12)
-        constants=constants(turns),
-        geometry=geometry_symbols(turns),
-        internal={} if turns else internal,
+        constants=constants(yaws),
+        geometry=geometry_symbols(yaws),
+        internal={} if yaws else internal,
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference="theta_ref",
@@ -249,7 +249,7 @@ def slosh_damping(motion: Motion) -> list[Load]:
     return [Load("pendulum", "pendulum", -decay * hung * M * length**2 * (motion.dslosh - motion.dtheta_p))]
 
 
-def ports(motion: Motion, turns: bool, sloshes: bool) -> tuple[Port, ...]:
+def ports(motion: Motion, yaws: bool, sloshes: bool) -> tuple[Port, ...]:
     """Ports on which forces do work."""
     theta_w, theta_p = motion.theta_w, motion.theta_p
     return (
@@ -258,7 +258,7 @@ def ports(motion: Motion, turns: bool, sloshes: bool) -> tuple[Port, ...]:
         Port("ground", theta_w, "between wheel and ground"),
         Port("body", theta_p, "between body and the world"),
         Port("outside", theta_w, "between the robot and what pushes or pulls it from outside"),
-        *([Port("turn", motion.psi, "between the robot and the ground, about the vertical")] if turns else []),
+        *([Port("turn", motion.psi, "between the robot and the ground, about the vertical")] if yaws else []),
         *([Port("pendulum", motion.slosh - theta_p, "between the body and what hangs in it")] if sloshes else []),
     )
 
@@ -274,7 +274,7 @@ def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
     )
 
 
-def constants(turns: bool) -> tuple[Parameter, ...]:
+def constants(yaws: bool) -> tuple[Parameter, ...]:
     """Numbers that are measured by themselves, never identified."""
     return (
         Parameter("R", "m", "wheel radius"),
@@ -283,11 +283,11 @@ def constants(turns: bool) -> tuple[Parameter, ...]:
         Parameter("J_w", "kg m²", "inertia of one wheel about its axle"),
         Parameter("L", "m", "height of the body's centre of mass above the axle"),
         Parameter("epsilon", "1", "gear ratio"),
-        *([Parameter("W", "m", "distance of the wheels")] if turns else []),
+        *([Parameter("W", "m", "distance of the wheels")] if yaws else []),
     )
 
 
-def geometry_symbols(turns: bool) -> dict[str, sp.Symbol]:
+def geometry_symbols(yaws: bool) -> dict[str, sp.Symbol]:
     """Symbols of the geometry's deviations, each zero unless an effect states it."""
     anywhere = ("com_angle", "payload")
     on_a_track = (
@@ -297,4 +297,4 @@ def geometry_symbols(turns: bool) -> dict[str, sp.Symbol]:
         "slosh_length",
         "slosh_decay",
     )  # of a robot that keeps its heading
-    return {name: sp.Symbol(name, real=True) for name in (*anywhere, *(() if turns else on_a_track))}
+    return {name: sp.Symbol(name, real=True) for name in (*anywhere, *(() if yaws else on_a_track))}
