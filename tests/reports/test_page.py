@@ -24,11 +24,11 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.reports.numbers import typeset_estimate_text, typeset_number_text, typeset_p_value_text
 from wheelpend.reports.page.equations import equation_terms
 from wheelpend.reports.page.figures import residual_comparisons, thinned_samples
 from wheelpend.reports.page.force_figures import bin_means, law_over_state, missing_force_if_true, quantile_bins
 from wheelpend.reports.page.page import write_report
-from wheelpend.reports.page.sentences import estimate_text, number_text, p_value_text
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 DEGREE = np.pi / 180
@@ -199,6 +199,14 @@ def test_a_sensor_effect_and_a_delay_show_in_the_equations():
 
 
 def test_numbers_are_written_for_people():
-    assert (number_text(-0.000012345), number_text(None), number_text(float("inf"))) == ("−1.234×10⁻⁵", "–", "–")
-    assert estimate_text(0.30012, 0.00043) == "0.30012 ± 0.00043"
-    assert (p_value_text(0.0), p_value_text(3e-5), p_value_text(None)) == ("< 10⁻¹²", "3×10⁻⁵", "–")
+    assert (typeset_number_text(-0.000012345), typeset_number_text(None), typeset_number_text(float("inf"))) == (
+        "−1.234×10⁻⁵",
+        "–",
+        "–",
+    )
+    assert typeset_estimate_text(0.30012, 0.00043) == "0.30012 ± 0.00043"
+    assert (typeset_p_value_text(0.0), typeset_p_value_text(3e-5), typeset_p_value_text(None)) == (
+        "< 10⁻¹²",
+        "3×10⁻⁵",
+        "–",
+    )

@@ -1,22 +1,23 @@
-"""What `wheelpend campaign` does around a campaign: files, and an interruption."""
+"""`wheelpend campaign` around a campaign: its files, and an interruption."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import typer
 
 from wheelpend.campaigns.runner import Campaign, campaign
+from wheelpend.campaigns.table import csv_text, is_campaign_table
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.record import Model
-from wheelpend.reports.console import err, print_result, print_warnings, progress
-from wheelpend.reports.text.campaign import csv_text, is_campaign_table, print_campaign
+from wheelpend.reports.console import err, print_result, print_text, print_warnings, progress
+from wheelpend.reports.text.campaign import campaign_text
 from wheelpend.simulation.hidden import parse_hidden
 
-INTERRUPTED_EXIT_CODE = 130  # exit code, as of a program that Ctrl-C ends
+INTERRUPTED_EXIT_CODE = 130  # as of a program that Ctrl-C ends
 
 
 class SimulationRequest(NamedTuple):
@@ -28,34 +29,49 @@ class SimulationRequest(NamedTuple):
     hide: list[str]
 
 
-def run_campaign(
-    model: Model,
-    source: SimulationRequest | Sequence[Path],
-    do: str,
-    method: str,
-    tau: Any,
-    out: Path,
-    json: str | None,
-) -> None:
+class CampaignRequest(NamedTuple):
+    """A campaign, as the command line has it."""
+
+    source: SimulationRequest | Sequence[Path]
+    do: str
+    method: str
+    tau: tuple[float, ...] | Literal["auto"] | None  # s
+    out: Path
+
+    @property
+    def journal(self) -> Path:
+        """File of the answers so far."""
+        return self.out.with_name(f"{self.out.name}.partial")
+
+
+def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> None:
     """Run a campaign, or go on with one, write its table and print its summary."""
-    keep = out.with_name(f"{out.name}.partial")
-    question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": keep}
+    out, journal = request.out, request.journal
     try:
         with progress("reading") as update:
-            if isinstance(source, SimulationRequest):
-                hidden = parse_hidden(source.hide)
-                question |= {"command": source.command, "duration": source.duration, "hide": hidden}
-                result = campaign(model, seeds=range(source.seeds), progress=update, **question)
-            else:
-                result = campaign(model, measured_logs(source, out), progress=update, **question)
+            result = campaign_result(model, request, update)
     except KeyboardInterrupt:
-        kept = f" What came so far is in {keep}: the same command goes on from there." if keep.exists() else ""
+        kept = f" What came so far is in {journal}: the same command goes on from there." if journal.exists() else ""
         err.print(f"Interrupted.{kept}", markup=False)
         raise typer.Exit(INTERRUPTED_EXIT_CODE) from None
     write_text(out, csv_text(result))
-    keep.unlink(missing_ok=True)
+    journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
-    print_result(result, json, lambda: print_campaign(result, out))
+    print_result(result, json, lambda: print_text(campaign_text(result, out)))
+
+
+def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:
+    """Answers of simulated logs, or of measured ones."""
+    source, do, method, tau, out = request
+    question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": request.journal, "progress": update}
+    if not isinstance(source, SimulationRequest):
+        return campaign(model, measured_logs(source, out), **question)
+    experiment: dict[str, Any] = {
+        "command": source.command,
+        "duration": source.duration,
+        "hide": parse_hidden(source.hide),
+    }
+    return campaign(model, seeds=range(source.seeds), **experiment, **question)
 
 
 def measured_logs(logs: Sequence[Path], out: Path) -> list[Path]:

@@ -13,8 +13,12 @@ from wheelpend.errors import Failure
 from wheelpend.estimation.problem import extended_effects, require_testable
 from wheelpend.model import workspace
 from wheelpend.model.record import Model
-from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
+from wheelpend.reports.numbers import digits_text
+from wheelpend.reports.text.effect_sizes import effect_size_text, log_size_lines
 from wheelpend.serialise import plain_data
+
+SAVED_SENTENCE = "Saved {} and regenerated its kernels."
 
 
 def change(
@@ -32,18 +36,7 @@ def change(
         if not data:
             if holdout:
                 raise Failure("--holdout judges a refit, so it needs --data as well.")
-            effects = [e for e in model.effects if e != effect] if remove else extended_effects(model, effect)
-            workspace.save(model.with_effects(effects), history_entry(effect, remove, None, ()))
-            result: dict[str, Any] = {"schema": 1, "effect": effect, "effects": effects, "error_before": None,
-                                      "error_after": None}  # fmt: skip
-            print_result(
-                result,
-                json,
-                lambda: print_line(
-                    f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
-                    "Give --data LOG to refit and see what it does to the error."
-                ),
-            )
+            change_without_refit(model, effect, json, remove=remove)
             return
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
@@ -52,8 +45,20 @@ def change(
         print_result(change_json(changed), json, lambda: print_change(changed, effect, remove))
 
 
+def change_without_refit(model: Model, effect: str, json: str | None, *, remove: bool) -> None:
+    """Add or remove an effect and save the workspace with the parameter values as they are."""
+    effects = [e for e in model.effects if e != effect] if remove else extended_effects(model, effect)
+    workspace.save(model.with_effects(effects), history_entry(effect, remove, None, ()))
+    result = {"schema": 1, "effect": effect, "effects": effects, "error_before": None, "error_after": None}
+    sentence = (
+        f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
+        "Give --data LOG to refit and see what it does to the error."
+    )
+    print_result(result, json, lambda: print_line(sentence))
+
+
 def checked_model(model: Model, effect: str, remove: bool) -> Model:
-    """The model, if the effect can be added to it or removed from it."""
+    """The model; raises Failure unless the effect can be added to it or removed from it."""
     try:
         row = derive.effects.find(effect)
     except KeyError as error:
@@ -96,19 +101,15 @@ def change_json(changed: Change) -> dict[str, Any]:
 
 
 def print_change(changed: Change, effect: str, remove: bool) -> None:
-    """Say what the change did."""
-    from wheelpend.reports.numbers import effect_size_text
-    from wheelpend.reports.text.diagnosis import print_log_estimates
-
+    """Print what the change did to the error, and the size of an added effect."""
     step = changed.step
-    print_line(
-        f"{'Removed' if remove else 'Added'} {effect}: held-out error {step.error_before:.4g} → {step.error_after:.4g} "
-        f"(noise floor {changed.problem.floor:.4g})."
-    )
+    before, after, floor = map(digits_text, (step.error_before, step.error_after, changed.problem.floor))
+    verb = "Removed" if remove else "Added"
+    print_line(f"{verb} {effect}: held-out error {before} → {after} (noise floor {floor}).")
     if not remove:
-        print_line(f"{effect}: {effect_size_text(step.coefficients, step.sigma, step.unit, changed.model)}.")
-        print_log_estimates(step)
-    print_line(f"Saved {changed.model.path} and regenerated its kernels.")
+        print_line(f"{effect}: {effect_size_text(step, changed.model)}.")
+        print_text(log_size_lines(step))
+    print_line(SAVED_SENTENCE.format(changed.model.path))
 
 
 def save_explanation(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
@@ -124,4 +125,4 @@ def save_explanation(result: Explanation, logs: Sequence[Path], holdout: Sequenc
         for s in result.steps
     ]
     workspace.save(model, entries)
-    print_line(f"Saved {model.path} and regenerated its kernels.")
+    print_line(SAVED_SENTENCE.format(model.path))

@@ -1,27 +1,30 @@
-"""The whole story on the shipped log: compare, see where it fails, diagnose, add, watch the error fall, report."""
+"""`wheelpend demo`: every step on the shipped log, from a comparison to the report."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from wheelpend.api import explain
+from wheelpend.cli.change import save_explanation
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.model import workspace
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
-from wheelpend.reports.console import print_line, progress
+from wheelpend.reports.console import print_line, print_text, progress
 from wheelpend.reports.ladder import draw_ladder
 from wheelpend.reports.page.page import write_report
-from wheelpend.reports.text import comparison, diagnosis, explanation
+from wheelpend.reports.text.comparison import comparison_text
+from wheelpend.reports.text.diagnosis import diagnosis_text
+from wheelpend.reports.text.explanation import explanation_text
 from wheelpend.version import version
 
-PACKAGE_FOLDER = Path(__file__).resolve().parents[1]  # the package
+PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
 DEMO_LOG, DEMO_HOLDOUT_LOG = "demo.csv", "demo_holdout.csv"
 
 
 def data_folder() -> Path:
-    """Where the shipped logs are: in the package, or beside it in a clone."""
+    """Folder of the shipped logs: in the package, or beside it in a clone; raises Failure where they are missing."""
     for folder in (PACKAGE_FOLDER / "data", PACKAGE_FOLDER.parent / "data"):
         if (folder / DEMO_LOG).exists():
             return folder
@@ -31,7 +34,7 @@ def data_folder() -> Path:
 
 
 def fresh_workspace(folder: Path) -> Model:
-    """A workspace with the paper's model; one that an earlier demo left is made anew, any other is refused."""
+    """A workspace with the paper's model; one of an earlier demo is made anew, for any other Failure is raised."""
     marker = folder / ".demo"
     if marker.exists():
         for name in ("model.toml", workspace.HISTORY_FILE):
@@ -51,18 +54,16 @@ def run_demo(folder: Path) -> None:
 
     print_line("\n1. A balancing robot was logged. How well does the textbook model predict it?\n")
     with progress("comparing") as update:
-        comparison.print_comparison(compare(model, [log], progress=update), model)
+        compared = compare(model, [log], progress=update)
+    print_text(comparison_text(compared, model))
 
     print_line("\n2. Which physical effect is missing? Every effect is tried, and judged on a log no fit sees.\n")
     with progress("diagnosing") as update:
         result = explain(model, [log], [holdout], progress=update)
-    diagnosis.print_diagnosis(result.first, model)
+    print_text(diagnosis_text(result.first, model))
 
     print_line("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
-    explanation.print_explanation(result)
-
-    from wheelpend.cli.change import save_explanation
-
+    print_text(explanation_text(result))
     save_explanation(result, [log], [holdout])
     page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo")
     draw_ladder(result, folder / "error_ladder.svg")

@@ -8,8 +8,32 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, parse_tau
-from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
+from wheelpend.cli.options import (
+    DEFAULT_MODEL_PATH,
+    CampaignMethod,
+    CampaignTable,
+    CampaignTask,
+    CampaignTau,
+    Json,
+    ModelFile,
+    OptionalLogs,
+    PlantFile,
+    SimulatedCommand,
+    SimulatedDuration,
+    SimulatedEffects,
+    SimulatedSeeds,
+    SimulateLogs,
+    open_model,
+    parse_tau,
+)
+from wheelpend.reports.console import (
+    exit_on_failure,
+    print_line,
+    print_result,
+    print_text,
+    print_warnings,
+    progress,
+)
 
 
 @app.command()
@@ -30,6 +54,7 @@ def simulate(
     plant: PlantFile = None,
 ) -> None:
     """Write a closed-loop measurement file, with hidden effects on request."""
+    # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.logs.read import save_log
     from wheelpend.simulation.hidden import parse_hidden
     from wheelpend.simulation.simulate import simulate as run
@@ -68,7 +93,7 @@ def design(
     json: Json = None,
 ) -> None:
     """A command that excites what the last log left open, within limits of pitch and voltage."""
-    from wheelpend.reports.text.design import write_design
+    from wheelpend.cli.design import write_design  # imported late: loads NumPy and Numba
 
     effects = tuple(e.strip() for e in between.split(",")) if between is not None else ()
     with exit_on_failure(json):
@@ -77,39 +102,27 @@ def design(
                 open_model(model, plant), logs or [], effects, output, pitch_limit=pitch_limit,
                 voltage_limit=voltage_limit, duration=duration, sample=sample, progress=update,
             )  # fmt: skip
-        print_result(result.to_json(), json, result.print_summary)
+        print_result(result.to_json(), json, lambda: print_text(result.text()))
 
 
 @app.command()
 def campaign(
-    logs: Annotated[
-        list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
-    ] = None,
-    simulate: Annotated[
-        bool, typer.Option("--simulate", help="Simulate the logs instead, one with each seed.")
-    ] = False,
-    seeds: Annotated[int | None, typer.Option(help="Of --simulate: how many; 100.", min=1, show_default=False)] = None,
-    command: Annotated[
-        str | None, typer.Option(help="Of --simulate: as in `wheelpend simulate`; aggressive.", show_default=False)
-    ] = None,
-    duration: Annotated[
-        float | None, typer.Option(help="Of --simulate: length [s]; 20, or that of the file.", show_default=False)
-    ] = None,
-    hide: Annotated[
-        list[str] | None, typer.Option(help="Of --simulate: NAME=VALUE or NAME=param:value,...; repeat for several.")
-    ] = None,
-    do: Annotated[str, typer.Option(help="identify, compare, diagnose or explain.")] = "identify",
-    method: Annotated[str, typer.Option(help="Of identify: as there.")] = "shooting",
-    tau: Annotated[str | None, typer.Option(metavar="T1,T2|auto", help="Of identify: as there.")] = None,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="CSV file to write, one line per log.")] = Path(
-        "campaign.csv"
-    ),
+    logs: OptionalLogs = None,
+    simulate: SimulateLogs = False,
+    seeds: SimulatedSeeds = None,
+    command: SimulatedCommand = None,
+    duration: SimulatedDuration = None,
+    hide: SimulatedEffects = None,
+    do: CampaignTask = "identify",
+    method: CampaignMethod = "shooting",
+    tau: CampaignTau = None,
+    out: CampaignTable = Path("campaign.csv"),
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """The same question to many logs on all cores, and whether they agree; goes on where it was interrupted."""
-    from wheelpend.cli.campaign import SimulationRequest, run_campaign
+    from wheelpend.cli.campaign import CampaignRequest, SimulationRequest, run_campaign  # imported late: loads Numba
 
     experiment = (seeds, command, duration, hide)
     if bool(logs) == simulate:
@@ -117,10 +130,9 @@ def campaign(
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
     with exit_on_failure(json):
-        asked = (
-            SimulationRequest(seeds or 100, command or "aggressive", duration, hide or []) if simulate else logs or []
-        )
-        run_campaign(open_model(model, plant), asked, do, method, parse_tau(tau), out, json)
+        simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
+        source = simulation if simulate else logs or []
+        run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)
 
 
 @app.command(name="inspect")
@@ -131,12 +143,13 @@ def inspect_(
     json: Json = None,
 ) -> None:
     """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
+    # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.inspection.inspect import inspect_file
-    from wheelpend.reports.text.inspection import print_inspection
+    from wheelpend.reports.text.inspection import inspection_text
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
         print_warnings(loaded.warnings)
-        print_result(result.to_json(), json, lambda: print_inspection(loaded, result))
+        print_result(result.to_json(), json, lambda: print_text(inspection_text(loaded, result)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,18 +12,23 @@ from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     Accept,
     Data,
+    Forgetting,
+    Hold,
     Holdout,
     Json,
     Law,
     Logs,
+    Method,
     ModelFile,
     PlantFile,
+    Tau,
+    TauMap,
     Without,
     open_model,
     parse_tau,
     print_log_findings,
 )
-from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_warnings, progress
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
 
 
 @app.command()
@@ -38,44 +43,31 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and th
 @app.command()
 def identify(
     logs: Logs,
-    method: Annotated[
-        str, typer.Option(help="shooting, filtered, iv, recursive, energy, inverse or differentiation.")
-    ] = "shooting",
-    tau: Annotated[
-        str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")
-    ] = None,
-    hold: Annotated[
-        str | None, typer.Option(help="zero or first: signals between samples, for filtered and recursive.")
-    ] = None,
-    forgetting: Annotated[float | None, typer.Option(help="Forgetting factor of recursive, 1 for none.")] = None,
-    tau_map: Annotated[
-        Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")
-    ] = None,
+    method: Method = "shooting",
+    tau: Tau = None,
+    hold: Hold = None,
+    forgetting: Forgetting = None,
+    tau_map: TauMap = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """Identify the parameters, with standard errors."""
+    # imported late, as in every command: the list of commands needs neither NumPy nor Numba
     from wheelpend.identification.identify import identify as run
-    from wheelpend.reports.text import identification
+    from wheelpend.reports.text.identification import identification_text
 
     with exit_on_failure(json):
-        times = parse_tau(tau, tau_map)
+        options: dict[str, Any] = {
+            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
+        }  # fmt: skip
         with progress("reading") as update:
-            result = run(
-                open_model(model, plant),
-                logs,
-                method=method,
-                tau=times,
-                hold=hold,
-                forgetting=forgetting,
-                progress=update,
-            )
+            result = run(open_model(model, plant), logs, progress=update, **options)
         print_warnings(result.warnings)
-        print_result(result, json, lambda: identification.print_identification(result))
+        print_result(result, json, lambda: print_text(identification_text(result)))
         if tau_map and result.guide:
-            from wheelpend.identification.time_constants import save_error_maps
+            from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
 
             save_error_maps(result.guide, tau_map)
         if save:
@@ -92,7 +84,7 @@ def compare(
 ) -> None:
     """Model against measurements: fit per channel, error against horizon, closed loop, and where it fails."""
     from wheelpend.diagnosis.compare import compare as run
-    from wheelpend.reports.text import comparison
+    from wheelpend.reports.text.comparison import comparison_text
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
@@ -100,7 +92,7 @@ def compare(
         with progress("reading") as update:
             result = run(opened, logs, holdout or [], progress=update)
         print_warnings(result.warnings)
-        print_result(result, json, lambda: comparison.print_comparison(result, opened))
+        print_result(result, json, lambda: print_text(comparison_text(result, opened)))
 
 
 @app.command()
@@ -116,20 +108,21 @@ def diagnose(
 ) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
     from wheelpend.api import diagnose as run
-    from wheelpend.diagnosis.missing_force import free_law
-    from wheelpend.reports.text import diagnosis, unexplained
+    from wheelpend.diagnosis.missing_force.free_law import accept_law, check_law_name
+    from wheelpend.reports.text.diagnosis import diagnosis_text
+    from wheelpend.reports.text.unexplained import LawRequest
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        free_law.check_law_name(opened, accept)
+        check_law_name(opened, accept)
         print_log_findings(logs, opened)
         with progress("reading") as update:
-            asked = unexplained.LawRequest(law or accept is not None, accept is not None)
+            asked = LawRequest(law or accept is not None, accept is not None)
             result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
         print_warnings(result.warnings)
-        print_result(result, json, lambda: diagnosis.print_diagnosis(result, opened, asked))
+        print_result(result, json, lambda: print_text(diagnosis_text(result, opened, asked)))
         if accept is not None:
-            print_line(free_law.accept_law(opened, result.law, accept))
+            print_line(accept_law(opened, result.law, accept))
 
 
 @app.command()
@@ -178,24 +171,25 @@ def explain(
     """Diagnose and add in turn until nothing is missing; the error ladder."""
     from wheelpend.api import explain as run
     from wheelpend.cli.change import save_explanation
-    from wheelpend.diagnosis.missing_force import free_law
-    from wheelpend.reports.text import explanation, unexplained
+    from wheelpend.diagnosis.missing_force.free_law import accept_law, check_law_name
+    from wheelpend.reports.text.explanation import explanation_text
+    from wheelpend.reports.text.unexplained import LawRequest
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        free_law.check_law_name(opened, accept)
+        check_law_name(opened, accept)
         print_log_findings(logs, opened)
         with progress("reading") as update:
-            asked, left_out = unexplained.LawRequest(law or accept is not None, accept is not None), without or []
+            asked, left_out = LawRequest(law or accept is not None, accept is not None), without or []
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
             )
         print_warnings(result.warnings)
-        print_result(result, json, lambda: explanation.print_explanation(result, asked))
+        print_result(result, json, lambda: print_text(explanation_text(result, asked)))
         if save:
             save_explanation(result, logs, holdout or [])
         if accept is not None:
-            print_line(free_law.accept_law(opened, result.law, accept))
+            print_line(accept_law(opened, result.law, accept))
 
 
 @app.command()
@@ -208,12 +202,11 @@ def report(
     plant: PlantFile = None,
 ) -> None:
     """One self-contained HTML page with everything above."""
+    from wheelpend.api import explain as run
     from wheelpend.reports.page.page import write_report
     from wheelpend.version import version
 
     with exit_on_failure():
-        from wheelpend.api import explain as run
-
         with progress("reading") as update:
             result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
         parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]

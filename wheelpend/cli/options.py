@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from wheelpend.errors import Failure
 from wheelpend.reports.console import print_warnings
+
+if TYPE_CHECKING:
+    from wheelpend.model.record import Model
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
@@ -25,24 +29,52 @@ PlantFile = Annotated[
     Path | None,
     typer.Option("--plant", metavar="FILE.py", help="A plant of your own: Python code, run because it is named here."),
 ]
+
+# of identify
+Method = Annotated[str, typer.Option(help="shooting, filtered, iv, recursive, energy, inverse or differentiation.")]
+Tau = Annotated[
+    str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")
+]
+Hold = Annotated[str | None, typer.Option(help="zero or first: signals between samples, for filtered and recursive.")]
+Forgetting = Annotated[float | None, typer.Option(help="Forgetting factor of recursive, 1 for none.")]
+TauMap = Annotated[Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")]
+
+# of campaign
+OptionalLogs = Annotated[
+    list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
+]
+SimulateLogs = Annotated[bool, typer.Option("--simulate", help="Simulate the logs instead, one with each seed.")]
+SimulatedSeeds = Annotated[int | None, typer.Option(help="Of --simulate: how many; 100.", min=1, show_default=False)]
+SimulatedCommand = Annotated[
+    str | None, typer.Option(help="Of --simulate: as in `wheelpend simulate`; aggressive.", show_default=False)
+]
+SimulatedDuration = Annotated[
+    float | None, typer.Option(help="Of --simulate: length [s]; 20, or that of the file.", show_default=False)
+]
+SimulatedEffects = Annotated[
+    list[str] | None, typer.Option(help="Of --simulate: NAME=VALUE or NAME=param:value,...; repeat for several.")
+]
+CampaignTask = Annotated[str, typer.Option(help="identify, compare, diagnose or explain.")]
+CampaignMethod = Annotated[str, typer.Option(help="Of identify: as there.")]
+CampaignTau = Annotated[str | None, typer.Option(metavar="T1,T2|auto", help="Of identify: as there.")]
+CampaignTable = Annotated[Path, typer.Option(metavar="FILE", help="CSV file to write, one line per log.")]
+
 DEFAULT_MODEL_PATH = Path("model.toml")
 
 
-def open_model(path: Path, plant: Path | None = None):
+def open_model(path: Path, plant: Path | None = None) -> Model:
     """Open the model named on the command line; its plant may be that of a file of the user's own, named there too."""
-    from wheelpend.model.record import Model
+    from wheelpend.model.record import Model  # imported late: loads tomlkit
 
     if plant is not None:
-        from wheelpend.model.user_plants import load_plant
+        from wheelpend.model.user_plants import load_plant  # imported late: loads SymPy
 
         load_plant(plant)
     return Model.open(path)
 
 
 def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...] | Literal["auto"] | None:
-    """Read T1,T2, or T, or auto; a map needs auto."""
-    from wheelpend.errors import Failure
-
+    """Time constants [s] from T1,T2, or T, or auto; raises Failure for others, and for a map without auto."""
     if tau_map and text != "auto":
         raise Failure("--tau-map draws what --tau auto finds, but --tau is "
                       f"{'not given' if text is None else text}. Add --tau auto.")  # fmt: skip
@@ -57,11 +89,12 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
     return times
 
 
-def print_log_findings(logs: list[Path], model) -> None:
-    """Say what is odd about the logs before any physics is blamed."""
+def print_log_findings(logs: list[Path], model: Model) -> None:
+    """Print what inspection finds in the logs, as warnings before a result."""
+    # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.estimation.data import read_logs
     from wheelpend.inspection.inspect import inspect_for_model
 
     for log in read_logs(logs, model):
-        found = inspect_for_model(model, log)
-        print_warnings([f"{log.name}: {f.sentence} {f.cure}".strip() for f in found.findings])
+        findings = inspect_for_model(model, log).findings
+        print_warnings([f"{log.name}: {f.sentence} {f.cure}".strip() for f in findings])

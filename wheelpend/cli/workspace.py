@@ -9,7 +9,8 @@ import typer
 
 from wheelpend.cli.app import app
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model
-from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_table, progress
+from wheelpend.errors import Failure
+from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, progress
 
 
 @app.command()
@@ -20,6 +21,7 @@ def new(
     ] = "wheel_pendulum",
 ) -> None:
     """Start a workspace with the paper's model, or that of another plant: model.toml and generated/."""
+    # imported late, as in every command: the list of commands needs neither tomlkit nor SymPy
     from wheelpend.model import workspace
     from wheelpend.model.user_plants import plant_name
 
@@ -54,7 +56,6 @@ def generate(
     plant: PlantFile = None,
 ) -> None:
     """Derive the model and write generated/."""
-    from wheelpend.errors import Failure
     from wheelpend.model import workspace
 
     with exit_on_failure(), progress("deriving the model"):
@@ -75,21 +76,11 @@ def generate(
 def history(model: ModelFile = DEFAULT_MODEL_PATH, plant: PlantFile = None, json: Json = None) -> None:
     """The error ladder of this workspace: every change and what it did to the error."""
     from wheelpend.model import workspace
-    from wheelpend.reports.numbers import number_text
+    from wheelpend.reports.text.history import history_block  # imported late: loads NumPy
 
     with exit_on_failure(json):
         entries = workspace.history(open_model(model, plant).workspace)
-
-        def text() -> None:
-            rows = [(e["change"], number_text(e.get("error_before")), number_text(e.get("error_after")),
-                     ", ".join(e.get("logs", [])))
-                    for e in entries]  # fmt: skip
-            if rows:
-                print_table("History", ("change", "error before", "error after", "logs"), rows)
-            else:
-                print_line("No change has been recorded yet.")
-
-        print_result({"schema": 1, "history": entries}, json, text)
+        print_result({"schema": 1, "history": entries}, json, lambda: print_text([history_block(entries)]))
 
 
 @app.command()
@@ -100,33 +91,13 @@ def effects(
     json: Json = None,
 ) -> None:
     """The effects that the model's plant may have, and your own: name, family, sentence, unit, equation."""
-    import derive
-    from wheelpend.errors import Failure
+    from wheelpend.reports.text.effects import effect_json, effects_text, listed_effects  # imported late: the library
 
     with exit_on_failure(json):
-        known, suited = derive.effects.all_with(), lambda row: row
-        if model != DEFAULT_MODEL_PATH or model.exists():
-            opened = open_model(model, plant)
-            built = opened.plant_signature
-            known, suited = derive.effects.applicable_to(built, opened.own), lambda row: derive.effects.in_plant_units(row, built)
-        try:
-            rows = [suited(e) for e in ([derive.effects.find(effect)] if effect else known)]
-        except KeyError as error:
-            raise Failure(error.args[0]) from None
-        data = [
-            {"effect": e.name, "family": e.family, "sentence": e.sentence, "equation": e.equation, "means": e.means,
-             "parameters": [{"name": p.name, "unit": p.unit, "scope": e.scope_of(p)} for p in e.parameters]}
-            for e in rows
-        ]  # fmt: skip
-
-        def text() -> None:
-            units = [", ".join(f"{p.name} [{p.unit}]" for p in e.parameters) for e in rows]
-            cells = [(e.name, e.family, e.sentence, u, e.equation) for e, u in zip(rows, units, strict=True)]
-            print_table("Effects", ("effect", "family", "what it is", "parameters", "law"), cells)
-            if effect:
-                print_line(rows[0].means)
-
-        print_result({"schema": 1, "effects": data}, json, text)
+        opened = open_model(model, plant) if model != DEFAULT_MODEL_PATH or model.exists() else None
+        rows = listed_effects(opened, effect)
+        result = {"schema": 1, "effects": list(map(effect_json, rows))}
+        print_result(result, json, lambda: print_text(effects_text(rows, in_detail=effect is not None)))
 
 
 @app.command()

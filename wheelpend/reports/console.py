@@ -1,9 +1,9 @@
-"""What every command shares: progress on standard error, results as text or JSON, failures as exit code 1."""
+"""The terminal: progress on standard error, results as text or JSON on standard output, failures as exit code 1."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
@@ -15,6 +15,7 @@ from rich.table import Table
 
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
+from wheelpend.reports.text.table import Table as TextTable
 
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
@@ -33,7 +34,7 @@ def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
 
 
 def _without_markup(text: str) -> str:
-    from rich.markup import escape
+    from rich.markup import escape  # imported late: a start does not need it
 
     return escape(text)
 
@@ -48,13 +49,13 @@ def progress(first: str) -> Iterator[Callable[[str], None]]:
         yield lambda text: status.update(text)
 
 
-def _progress_lines(every_s: float = 10.0) -> Callable[[str], None]:
-    said = monotonic()
+def _progress_lines(interval_s: float = 10.0) -> Callable[[str], None]:
+    last_s = monotonic()
 
     def update(text: str) -> None:
-        nonlocal said
-        if monotonic() - said >= every_s:
-            said = monotonic()
+        nonlocal last_s
+        if monotonic() - last_s >= interval_s:
+            last_s = monotonic()
             err.print(_without_markup(text))
 
     return update
@@ -62,7 +63,7 @@ def _progress_lines(every_s: float = 10.0) -> Callable[[str], None]:
 
 def emit_json(data: dict, json_file: str) -> None:
     """Write JSON to a file, or to standard output for '-'."""
-    from wheelpend.serialise import dumps  # imported late, with NumPy
+    from wheelpend.serialise import dumps  # imported late: loads NumPy
 
     text = dumps(data) + "\n"
     if json_file == "-":
@@ -72,9 +73,9 @@ def emit_json(data: dict, json_file: str) -> None:
 
 
 def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
-    """Give a result: as JSON where asked for, and as text unless standard output is taken."""
+    """Print a result as JSON where asked for, and call ``text`` unless that goes to standard output."""
     if json_file:
-        from wheelpend.serialise import to_json  # imported late
+        from wheelpend.serialise import to_json  # imported late: loads NumPy
 
         emit_json(result if isinstance(result, dict) else to_json(result), json_file)
     if json_file != "-":
@@ -82,7 +83,7 @@ def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool = False) -> None:
-    """Print a table; its columns but the first hold numbers, or words where so said."""
+    """Print a table; its columns but the first hold numbers, or text with ``text_columns``."""
     grid = Table(title=_without_markup(title), title_justify="left", title_style="bold")
     for column in columns:
         grid.add_column(
@@ -94,6 +95,15 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         grid.add_row(*(_without_markup(str(cell)) for cell in row))
     out.print(grid)
+
+
+def print_text(blocks: Iterable[str | TextTable]) -> None:
+    """Print lines and tables of a result as they come."""
+    for block in blocks:
+        if isinstance(block, TextTable):
+            print_table(*block)
+        else:
+            print_line(block)
 
 
 def print_line(text: str) -> None:

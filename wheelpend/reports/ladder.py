@@ -1,55 +1,75 @@
-"""The error ladder as a small picture (SVG)."""
+"""The error ladder: its rungs, the length of their bars, and a small picture (SVG) of it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import log10
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-import jinja2
+from wheelpend.reports.numbers import digits_text
 
-from wheelpend.diagnosis.explain import Explanation
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.explain import Explanation
 
-PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX = 720, 34, 190  # px
+PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX, ERROR_WIDTH_PX = 720, 34, 190, 90  # px
+TOP_MARGIN_PX = BOTTOM_MARGIN_PX = 36  # px
+MIN_BAR_LENGTH_PX = 4  # px, of an error at the noise floor
+SVG_COLOURS = {"nominal": "#9aa0a6", "refitted": "#d9622b", "step": "#2166ac"}
 
-SVG_TEMPLATE = """<svg xmlns="http://www.w3.org/2000/svg" width="{{ width }}" height="{{ height }}" \
-font-family="sans-serif" font-size="15">
-<rect width="100%" height="100%" fill="white"/>
-<text x="12" y="24" font-weight="bold">Held-out error, in standard deviations of the sensors (logarithmic)</text>
-{% for rung in rungs %}
-<text x="12" y="{{ rung.y + 22 }}">{{ rung.name }}</text>
-<rect x="{{ label }}" y="{{ rung.y + 4 }}" width="{{ rung.length }}" height="26" fill="{{ rung.colour }}"/>
-<text x="{{ label + rung.length + 8 }}" y="{{ rung.y + 22 }}">{{ rung.error }}</text>
-{% endfor %}
-<text x="12" y="{{ height - 12 }}" fill="#666">noise floor {{ floor }}</text>
-</svg>
-"""
+RungKind = Literal["nominal", "refitted", "step"]
 
 
-def draw_ladder(result: Explanation, path: Path) -> Path:
-    """Write the ladder of an explanation as SVG; bars are logarithmic above the noise floor."""
-    rungs = [] if result.nominal_error is None else [("nominal", result.nominal_error, "#9aa0a6")]
-    rungs += [("parameters refitted", result.base_error, "#d9622b")]
-    rungs += [(f"+ {s.effect}", s.error_after, "#2166ac") for s in result.steps]
-    top = max(log10(max(e / result.noise_floor, 1.0)) for _, e, _ in rungs) or 1.0
-    rows = [
+class Rung(NamedTuple):
+    """A model of the ladder with its held-out error."""
+
+    kind: RungKind
+    label: str
+    error: float  # σ
+
+
+def ladder_rungs(
+    explanation: Explanation, nominal: str = "nominal", refitted: str = "parameters refitted"
+) -> list[Rung]:
+    """The nominal model where it has values, the refitted one, and one with each added effect."""
+    rungs = [Rung("refitted", refitted, explanation.base_error)]
+    if explanation.nominal_error is not None:
+        rungs.insert(0, Rung("nominal", nominal, explanation.nominal_error))
+    return rungs + [Rung("step", f"+ {s.effect}", s.error_after) for s in explanation.steps]
+
+
+def bar_lengths(rungs: Sequence[Rung], noise_floor: float, longest: int, shortest: int = 0) -> list[int]:
+    """Lengths of bars that are logarithmic above the noise floor, from ``shortest`` to ``shortest + longest``."""
+    heights = [log10(max(r.error / noise_floor, 1.0)) for r in rungs]
+    highest = max(heights) or 1.0
+    return [round(shortest + longest * height / highest) for height in heights]
+
+
+def draw_ladder(explanation: Explanation, path: Path) -> Path:
+    """Write the ladder of an explanation as SVG."""
+    import jinja2  # imported late: a diagnosis on the terminal does not need it
+
+    folder = jinja2.FileSystemLoader(Path(__file__).parent)
+    template = jinja2.Environment(loader=folder, autoescape=True, trim_blocks=True).get_template("ladder.svg.j2")
+    rungs = ladder_rungs(explanation)
+    longest = PICTURE_WIDTH_PX - LABEL_WIDTH_PX - ERROR_WIDTH_PX
+    lengths = bar_lengths(rungs, explanation.noise_floor, longest, MIN_BAR_LENGTH_PX)
+    bars = [
         {
-            "name": name,
-            "error": f"{error:.4g}",
-            "colour": colour,
-            "y": 36 + BAR_HEIGHT_PX * k,
-            "length": round(
-                4 + (PICTURE_WIDTH_PX - LABEL_WIDTH_PX - 90) * log10(max(error / result.noise_floor, 1.0)) / top
-            ),
+            "label": rung.label,
+            "error": digits_text(rung.error),
+            "colour": SVG_COLOURS[rung.kind],
+            "y": TOP_MARGIN_PX + BAR_HEIGHT_PX * k,
+            "length": length,
         }
-        for k, (name, error, colour) in enumerate(rungs)
+        for k, (rung, length) in enumerate(zip(rungs, lengths, strict=True))
     ]
-    environment = jinja2.Environment(autoescape=True, trim_blocks=True)
-    text = environment.from_string(SVG_TEMPLATE).render(
-        rungs=rows,
+    text = template.render(
+        bars=bars,
         width=PICTURE_WIDTH_PX,
-        label=LABEL_WIDTH_PX,
-        height=36 + BAR_HEIGHT_PX * len(rows) + 36,
-        floor=f"{result.noise_floor:.4g}",
+        label_width=LABEL_WIDTH_PX,
+        height=TOP_MARGIN_PX + BAR_HEIGHT_PX * len(bars) + BOTTOM_MARGIN_PX,
+        floor=digits_text(explanation.noise_floor),
     )
     path.write_text(text, encoding="utf-8")
     return path

@@ -1,4 +1,8 @@
-"""Numbers as text: rounded, with their standard error, with their unit."""
+"""Numbers as text; nothing else in the reports rounds.
+
+Plain numbers are for the terminal, typeset ones for the page (minus sign, powers of ten), and positional ones for
+tables that stand beside those of a paper (no exponent as far as that is readable).
+"""
 
 from __future__ import annotations
 
@@ -6,36 +10,164 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wheelpend.model.units import plant_units_of
-
 if TYPE_CHECKING:
-    from wheelpend.model.record import Model
+    from wheelpend.model.units import PlantUnits
+
+SUPERSCRIPT_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+POSITIONAL_RANGE = (1e-4, 1e5)  # magnitudes that are readable without an exponent
+MIN_TYPESET_P_VALUE = 1e-12  # below it only the bound is written
+TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
 
 
-def number_text(value: float | None) -> str:
-    """Four significant digits."""
-    return "-" if value is None or not np.isfinite(value) else f"{value:.4g}"
+def is_number(value: float | None) -> bool:
+    """True unless a value is None, NaN or infinite."""
+    return value is not None and bool(np.isfinite(value))
+
+
+# ---- one number
+
+
+def digits_text(value: float, digits: int = 4) -> str:
+    """A number in significant digits; infinity and NaN by their names."""
+    return f"{value:.{digits}g}"
+
+
+def number_text(value: float | None, digits: int = 4) -> str:
+    """A number in significant digits, or a dash where there is none."""
+    return digits_text(value, digits) if value is not None and is_number(value) else "-"
+
+
+def typeset_number_text(value: float | None, digits: int = 4) -> str:
+    """A number in significant digits for the page: whole below 10⁶, else with a power of ten."""
+    if value is None or not is_number(value):
+        return "–"
+    if abs(value) >= 10**digits and abs(value) < 1e6:
+        return typeset_minus(f"{value:.0f}")
+    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    return typeset_minus(mantissa) + (f"×{power_of_ten_text(power)}" if power else "")
+
+
+def positional_number_text(value: float | None, digits: int = 2) -> str:
+    """A number in significant digits without an exponent, as far as that is readable."""
+    if value is None or not is_number(value):
+        return "–"
+    if value == 0.0 or POSITIONAL_RANGE[0] <= abs(value) < POSITIONAL_RANGE[1]:
+        return typeset_minus(np.format_float_positional(value, digits, fractional=False, trim="-"))
+    mantissa, power = f"{value:.{digits - 1}e}".split("e")
+    return f"{typeset_minus(mantissa)}·{power_of_ten_text(power)}"
+
+
+def whole_digits_text(value: float, digits: int = 3) -> str:
+    """A number in significant digits, or with all digits before the point where these are more."""
+    return f"{value:.0f}" if value >= 10 ** (digits - 1) else f"{value:.{digits}g}"
+
+
+def fixed_number_text(value: float, decimals: int, absent: str) -> str:
+    """A number with a fixed count of decimals, or ``absent`` where there is none."""
+    return f"{value:.{decimals}f}" if is_number(value) else absent
+
+
+def error_text(value: float | None, digits: int = 4) -> str:
+    """An error of the page with all its significant digits, so that 1.00 is not 1."""
+    if value is None or not is_number(value) or abs(value) >= 10**digits:
+        return typeset_number_text(value, digits)
+    return f"{value:#.{digits}g}".rstrip(".")
+
+
+def typeset_minus(text: str) -> str:
+    """A number with the minus sign that is printed."""
+    return text.replace("-", "−")
+
+
+def power_of_ten_text(power: str) -> str:
+    """A power of ten with its exponent raised, from the digits behind an ``e``."""
+    return f"10{str(int(power)).translate(SUPERSCRIPT_DIGITS)}"
+
+
+# ---- a number with its standard error or range
 
 
 def estimate_text(value: float, sigma: float | None, unit: str) -> str:
-    """A value with its standard error and unit."""
-    spread = f" ± {sigma:.2g}" if sigma is not None and np.isfinite(sigma) else ""
-    return f"{value:.5g}{spread} {unit if unit != '1' else ''}".rstrip()
+    """A value with its standard error, where there is one, and its unit."""
+    spread = f" ± {digits_text(sigma, 2)}" if sigma is not None and is_number(sigma) else ""
+    return f"{digits_text(value, 5)}{spread} {unit if unit != '1' else ''}".rstrip()
 
 
-def effect_size_text(coefficients: dict, sigma: dict, unit: dict, model: Model, drive: float | None = None) -> str:
-    """Coefficients of an effect, in N·m or N too where a volt's worth is known, and as a share of the drive voltage."""
-    parts, quantities = [], plant_units_of(model)
-    for name, value in coefficients.items():
-        text = f"{name} {estimate_text(value, sigma.get(name), unit[name])}"
-        if found := quantities.in_physical(value, unit[name]):
-            text += f" = {found[0]:.4g} {found[1]}"
-        if drive and unit[name] == quantities.force:
-            text += f", {100 * abs(value) / drive:.1f} % of the rms drive voltage"
-        parts.append(text)
-    return "; ".join(parts)
+def typeset_estimate_text(value: float | None, sigma: float | None) -> str:
+    """Value ± standard error for the page, both to the second significant digit of the latter."""
+    if value is None or sigma is None or not is_number(sigma) or sigma <= 0 or not is_number(value):
+        return typeset_number_text(value)
+    decimals = int(np.clip(1 - np.floor(np.log10(sigma)), 0, 9))
+    if decimals == 9 or abs(value) >= 1e5:
+        return f"{typeset_number_text(value)} ± {typeset_number_text(sigma, 2)}"
+    return typeset_minus(f"{value:.{decimals}f} ± {sigma:.{decimals}f}")
 
 
-def rms_drive_voltage(problem) -> float:
-    """Root mean square of the voltage of the training logs [V]."""
-    return float(np.sqrt(np.nanmean(np.concatenate([p.log.voltage for p in problem.training]) ** 2)))
+def small_estimate_text(value: float, sigma: float) -> str:
+    """Value ± standard error for the page; values below 10⁻³ in powers of ten."""
+    if abs(value) >= 1e-3:
+        return typeset_estimate_text(value, sigma)
+    return f"{typeset_number_text(value, 5)} ± {typeset_number_text(sigma, 2)}"
+
+
+def range_text(low: float, high: float, digits: int = 2) -> str:
+    """A range in positional numbers; one number where both ends read the same."""
+    first, last = positional_number_text(low, digits), positional_number_text(high, digits)
+    return first if first == last else f"{first} to {last}"
+
+
+# ---- probabilities and shares
+
+
+def p_value_text(p: float) -> str:
+    """A p-value in two significant digits."""
+    return f"{p:.1e}"
+
+
+def typeset_p_value_text(p: float | None) -> str:
+    """A p-value in one significant digit for the page; very small ones only as a bound."""
+    if p is None:
+        return "–"
+    return "< 10⁻¹²" if p < MIN_TYPESET_P_VALUE else typeset_number_text(p, 1)
+
+
+def percent_text(share: float, decimals: int = 0) -> str:
+    """A share in percent."""
+    return f"{100 * share:.{decimals}f} %"
+
+
+def incomplete_percent_text(share: float) -> str:
+    """A share in whole percent, and 100 % only where it is all."""
+    return f"{min(round(100 * share), 99) if share < 0.9995 else 100} %"
+
+
+def percent_range_text(interval: tuple[float, float], dash: str = "-") -> str:
+    """A range of shares in whole percent, without the percent sign."""
+    low, high = interval
+    return f"{100 * low:.0f}{dash}{100 * high:.0f}"
+
+
+# ---- numbers with units
+
+
+def unit_text(unit: str) -> str:
+    """A unit for the page; nothing for a plain number."""
+    return "" if unit == "1" else unit.replace(" s", "·s")
+
+
+def physical_text(value: float, unit: str, quantities: PlantUnits, digits: int) -> str:
+    """A generalised force in N m, or N; nothing where it is no force or the worth of a volt is not known."""
+    found = quantities.in_physical(value, unit)
+    return f"{digits_text(found[0], digits)} {found[1]}" if found else ""
+
+
+def typeset_physical_text(value: float, unit: str, quantities: PlantUnits) -> str:
+    """The same for the page."""
+    found = quantities.in_physical(value, unit)
+    return f"{typeset_number_text(found[0], 3)} {unit_text(found[1])}" if found else ""
+
+
+def time_text(seconds: float, piece: str = "") -> str:
+    """A time to three digits, in the unit that suits it, of one ``piece`` of work."""
+    unit, size = next((u for u in TIME_UNITS if seconds >= u[1]), TIME_UNITS[-1])
+    return f"{whole_digits_text(seconds / size)} {unit}{'/' if piece else ''}{piece}"

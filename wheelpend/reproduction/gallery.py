@@ -5,11 +5,12 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Mapping
 from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-import jinja2
 from markupsafe import Markup
 
+from wheelpend.reports.html import rendered_page
 from wheelpend.reproduction import results_text
 from wheelpend.reproduction.estimators import METHOD_LABELS
 from wheelpend.reproduction.figures import SHOWN_SEED
@@ -31,12 +32,11 @@ class Section(NamedTuple):
 
 def render(result: Reproduction, pictures: Mapping[str, bytes]) -> str:
     """Text of the page."""
-    environment = jinja2.Environment(
-        autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
     sources = {name: Markup("data:image/png;base64," + base64.b64encode(d).decode()) for name, d in pictures.items()}
-    return environment.from_string(PAGE_TEMPLATE).render(
-        style=Markup(PAGE_STYLE_SHEET),
+    return rendered_page(
+        Path(__file__).parent,
+        "gallery.html.j2",
+        "gallery.css",
         sections=list(sections(result)),
         findings=results_text.finding_sentences(result),
         choices=[(c, results_text.effect_sentences(c)) for c in result.choices],
@@ -115,101 +115,3 @@ def paper_figures(result: Reproduction) -> Iterator[Section]:
         ("figure6", "Figure 6. Predicted control input: measured grey, exact red, simple green, aggressive blue, as "
                     "the paper has it."),
     ])  # fmt: skip
-
-
-PAGE_STYLE_SHEET = """
-:root { --ink: #262b33; --soft: #667080; --line: #e2e6eb; }
-* { box-sizing: border-box; }
-body { margin: 0; background: #f6f7f9; color: var(--ink); font: 16px/1.55 system-ui, "Segoe UI", Roboto, sans-serif; }
-main { max-width: 1100px; margin: 0 auto; padding: 28px 20px 60px; }
-section, header { background: #fff; border: 1px solid var(--line); border-radius: 10px; padding: 22px 28px;
-  margin: 0 0 18px; }
-h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 .5rem; } h2 { font-size: 1.2rem; margin: 0 0 .4rem; }
-h3 { font-size: 1rem; margin: 1.2rem 0 .2rem; } p { margin: .35rem 0 .6rem; max-width: 92ch; }
-li { margin: .15rem 0; max-width: 92ch; } ul { margin: .4rem 0; padding-left: 1.2rem; }
-.soft, figcaption { color: var(--soft); font-size: .92rem; }
-.wide { overflow-x: auto; } table { border-collapse: collapse; width: 100%; font-size: .86rem; }
-th { text-align: right; font-weight: 600; color: var(--soft); border-bottom: 2px solid var(--line);
-  padding: 6px 0 6px 9px; vertical-align: bottom; }
-td { border-bottom: 1px solid var(--line); padding: 6px 0 6px 9px; text-align: right; white-space: nowrap;
-  font-variant-numeric: tabular-nums; }
-td span { display: block; color: var(--soft); font-size: .86em; }
-th:first-child, td:first-child { text-align: left; padding-left: 0; }
-.words td, .words th { text-align: left; white-space: normal; vertical-align: top; } .words ul { margin: 0; }
-.words td:first-child { font-weight: 600; } .words td + td + td + td { width: 46%; }
-figure { margin: 1.1rem 0 0; } img { width: 100%; min-width: 560px; height: auto; display: block; }
-@media (max-width: 700px) {
-  main { padding: 12px 8px 30px; } section, header { padding: 16px; }
-  .words tr:first-child { display: none; }
-  .words td, .words td + td + td + td { display: block; width: auto; border: 0; padding: 2px 0; }
-  .words tr { display: block; border-bottom: 1px solid var(--line); padding: 8px 0; }
-}
-@media print { body { background: #fff; } figure { break-inside: avoid; } }
-"""
-
-PAGE_TEMPLATE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
-<title>The paper's tables and figures, reproduced</title>
-<style>{{ style }}</style>
-</head>
-<body>
-<main>
-<header>
-<h1>The paper's tables and figures, reproduced</h1>
-<p class="soft">Peng, Cheng and Tsai, Electronics 2023, 12, 4569, section 4. Closed loop at 1 kHz for \
-{{ "%g" | format(result.duration_s) }} s{% if result.table1 or result.table2 or result.predictions %}, \
-{{ result.seeds }} seeds{% endif %}.</p>
-<ul>
-{% for line in findings %}
-<li>{{ line }}</li>
-{% endfor %}
-</ul>
-</header>
-{% for s in sections %}
-<section>
-<h2>{{ s.title }}</h2>
-{% for line in s.text %}
-<p class="soft">{{ line }}</p>
-{% endfor %}
-{% for caption, (head, rows) in s.tables %}
-{% if caption %}
-<h3>{{ caption }}</h3>
-{% endif %}
-<div class="wide"><table>
-<tr>{% for cell in head %}<th>{{ cell }}</th>{% endfor %}</tr>
-{% for row in rows %}
-<tr>{% for cell in row %}<td>{{ cell.split(" (")[0] }}\
-{% if " (" in cell %} <span>({{ cell.split(" (")[1] }}</span>{% endif %}</td>{% endfor %}</tr>
-{% endfor %}
-</table></div>
-{% endfor %}
-{% for name, caption in s.pictures %}
-<figure>
-<div class="wide"><img src="{{ sources[name] }}" alt="{{ caption }}"></div>
-<figcaption>{{ caption }}</figcaption>
-</figure>
-{% endfor %}
-</section>
-{% endfor %}
-{% if choices %}
-<section>
-<h2>What the paper leaves open</h2>
-<p class="soft">For each choice: the factors by which the numbers change with another one, lowest to highest, over \
-X1 to X5 of each case or command, or over the outputs of Figure 5. For Tables 1 and 2 the numbers are median errors.</p>
-<table class="words">
-<tr><th>choice</th><th>the paper</th><th>here</th><th>with another choice</th></tr>
-{% for choice, sentences in choices %}
-<tr><td>{{ choice.name }}</td><td>{{ choice.open }}</td><td>{{ choice.made }}</td>
-<td><ul>{% for line in sentences %}<li>{{ line }}</li>{% endfor %}</ul></td></tr>
-{% endfor %}
-</table>
-</section>
-{% endif %}
-</main>
-</body>
-</html>
-"""

@@ -1,4 +1,4 @@
-"""Every effect of a report drawn: its law with the fitted coefficients and a 95 % band, over what the logs cover."""
+"""Drawings of the effects of a report: each law with its fitted coefficients and a 95 % band over the logs' range."""
 
 from __future__ import annotations
 
@@ -7,23 +7,26 @@ from typing import NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
-from derive.plant_signature import PlantSignature
 
 import derive
 from derive.effects import Effect
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import limits_of, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.reports.names import display_text
 from wheelpend.reports.page.effect_laws import EffectPlot, LineFunction, effect_plot
 from wheelpend.reports.page.force_figures import force_hover
-from wheelpend.reports.page.style import AFTER_COLOUR, MUTED_COLOUR, display_text, with_page_style
+from wheelpend.reports.page.style import AFTER_COLOUR, MUTED_COLOUR, with_page_style
 
 LINE_COLOURS = (AFTER_COLOUR, "#d1592a", "#1b8a7a")  # of lines, or of logs
-MAX_DRAWN_CANDIDATES = 3  # drawn of those that were not added
-MAX_LOGS_PER_FIGURE = 3  # in one drawing
-COEFFICIENT_DRAWS = 200  # of the coefficients, for a band
+MAX_DRAWN_CANDIDATES = 3  # candidates, not added, that are drawn
+MAX_LOGS_PER_FIGURE = 3  # logs
+COEFFICIENT_DRAWS = 200  # draws of the coefficients for a band
+BAND_QUANTILES = (0.025, 0.975)  # of the drawn lines, edges of a band
+FIGURE_HEIGHT_PX = 250  # px
 
 
 class EffectDrawing(NamedTuple):
@@ -39,14 +42,8 @@ class EffectDrawing(NamedTuple):
 def effect_drawings(explanation: Explanation) -> list[EffectDrawing]:
     """Drawings of the effects of the model, of those that were added, and of the first candidates that were not."""
     return [
-        EffectDrawing(
-            e.name,
-            role,
-            e.equation,
-            e.sentence,
-            effect_figure(e, problem, fitted),
-        )
-        for e, role, problem, fitted in _effects_to_draw(explanation)
+        EffectDrawing(effect.name, role, effect.equation, effect.sentence, effect_figure(effect, problem, fitted))
+        for effect, role, problem, fitted in _effects_to_draw(explanation)
     ]
 
 
@@ -56,9 +53,9 @@ def _effects_to_draw(explanation: Explanation) -> Iterator[tuple[Effect, str, Es
         role = "added" if name in added else "in the model"
         yield derive.effects.find(name), role, explanation.problem, explanation.fit
     others = [t for t in explanation.first.candidates if t.effect not in explanation.effects]
-    for tried in others[:MAX_DRAWN_CANDIDATES]:
-        role = "candidate, not added" if tried.physical else "impossible as fitted"
-        yield derive.effects.find(tried.effect), role, explanation.first.problem, tried.fit
+    for candidate in others[:MAX_DRAWN_CANDIDATES]:
+        role = "candidate, not added" if candidate.physical else "impossible as fitted"
+        yield derive.effects.find(candidate.effect), role, explanation.first.problem, candidate.fit
 
 
 def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go.Figure:
@@ -82,7 +79,7 @@ def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go
 def confidence_band(
     lines: LineFunction, name: str, values: dict[str, float], fitted: Fit, log: int, plant: PlantSignature | None = None
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Where 95 % of a line's points lie when its coefficients are drawn from their errors; None where all are known.
+    """Edges (points,) of a line whose coefficients are drawn from their errors; None where all are known.
 
     The wider of what the information matrix and the scatter of blocks give. Limits that a simulation needs are kept.
     """
@@ -97,7 +94,7 @@ def confidence_band(
         draws = normal @ (vectors * np.sqrt(np.maximum(eigenvalues, 0.0))).T
         moved = [{n: float(np.clip(values[n] + d, *limits.get(n, (-np.inf, np.inf))))
                   for n, d in zip(known, row, strict=True)} for row in draws]  # fmt: skip
-        edges.append(np.quantile([lines({**values, **m})[name] for m in moved], (0.025, 0.975), axis=0))
+        edges.append(np.quantile([lines({**values, **m})[name] for m in moved], BAND_QUANTILES, axis=0))
     return np.minimum(edges[0][0], edges[1][0]), np.maximum(edges[0][1], edges[1][1])
 
 
@@ -125,5 +122,5 @@ def _translucent(colour: str) -> str:
 def _with_axis_titles(figure: go.Figure, picture: EffectPlot) -> go.Figure:
     figure.update_xaxes(title={"text": display_text(picture.x_label), "standoff": 6})
     figure.update_yaxes(title={"text": display_text(picture.y_label), "standoff": 6})
-    figure = with_page_style(figure, 250).update_yaxes(rangemode="tozero")
+    figure = with_page_style(figure, FIGURE_HEIGHT_PX).update_yaxes(rangemode="tozero")
     return figure.update_layout(margin={"l": 55, "r": 12, "t": 26, "b": 42}, font={"size": 12})

@@ -8,7 +8,10 @@ import sympy as sp
 
 import derive
 from wheelpend.diagnosis.explain import Explanation
-from wheelpend.reports.page.style import display_text
+from wheelpend.reports.names import display_text
+
+TYPESET_OPERATORS = (("**2", "²"), ("**3", "³"), ("Magnitude", "abs"), ("Sign", "sign"), ("Ramp(", "max(0, "),
+                     ("*", "·"), ("-", "−"))  # fmt: skip
 
 
 class Term(NamedTuple):
@@ -36,8 +39,8 @@ def equation_rows(explanation: Explanation) -> list[Equation]:
     return [
         Equation(
             display_text(row),
-            [Term(_term_text(t), "" if t in new[row] else "gone") for t in old[row]],
-            [Term(_term_text(t), "" if t in old[row] else "new") for t in new[row]],
+            [Term(term_text(t), "" if t in new[row] else "gone") for t in old[row]],
+            [Term(term_text(t), "" if t in old[row] else "new") for t in new[row]],
         )
         for row in new
         if row in moving or old[row] != new[row]
@@ -72,8 +75,8 @@ def _signed_text(term: sp.Expr) -> str:
     return f"- {text[1:]}" if text.startswith("-") else f"+ {text}"
 
 
-def _term_text(term: str) -> str:
-    for ours, shown in (("**2", "²"), ("**3", "³"), ("Magnitude", "abs"), ("Sign", "sign"), ("Ramp(", "max(0, "),
-                        ("*", "·"), ("-", "−")):  # fmt: skip
-        term = term.replace(ours, shown)
+def term_text(term: str) -> str:
+    """A term as SymPy prints it, typeset."""
+    for plain, shown in TYPESET_OPERATORS:
+        term = term.replace(plain, shown)
     return display_text(term)

@@ -1,7 +1,6 @@
-"""Charts of the report. Every function returns a plotly figure, or None where there is nothing to draw.
+"""Figures of the ladder, of the predictions and of the parameters, or None where there is nothing to draw.
 
 Colours mean the same everywhere: dark grey is measured, red the model before, blue the model after.
-
 """
 
 from __future__ import annotations
@@ -21,6 +20,9 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.model.units import PlantUnits
+from wheelpend.reports.ladder import Rung, ladder_rungs
+from wheelpend.reports.names import display_text
+from wheelpend.reports.numbers import digits_text
 from wheelpend.reports.page.style import (
     AFTER_COLOUR,
     BEFORE_COLOUR,
@@ -30,32 +32,29 @@ from wheelpend.reports.page.style import (
     MUTED_COLOUR,
     NOISE_FLOOR_COLOUR,
     STEP_COLOURS,
-    display_text,
     with_page_style,
 )
 
+RUNG_COLOURS = {"nominal": MUTED_COLOUR, "refitted": BEFORE_COLOUR, "step": AFTER_COLOUR}
+MIN_LOGARITHMIC_RATIO = 5  # of the largest to the smallest error: from it on the ladder's axis is logarithmic
+MIN_DECADE_TICKS_RATIO = 50  # of the same: from it on only decades are ticked
 
-def ladder_rows(explanation: Explanation) -> list[tuple[str, float, str]]:
-    """Rungs of the error ladder: label, error, colour."""
-    rungs = [("parameters refitted", explanation.base_error, BEFORE_COLOUR)]
-    if explanation.nominal_error is not None:
-        rungs.insert(0, ("nominal values", explanation.nominal_error, MUTED_COLOUR))
-    return rungs + [(f"+ {s.effect}", s.error_after, AFTER_COLOUR) for s in explanation.steps]
+
+def labelled_rungs(explanation: Explanation) -> list[Rung]:
+    """Rungs of the error ladder as the page names them."""
+    return ladder_rungs(explanation, "nominal values")
 
 
 def ladder_figure(explanation: Explanation) -> go.Figure:
     """Held-out error from the nominal model to the last step, with the noise floor."""
-    rungs = [r for r in ladder_rows(explanation) if np.isfinite(r[1])]
-    labels, errors, colours = zip(*rungs, strict=True) if rungs else ((), (), ())
+    rungs = [r for r in labelled_rungs(explanation) if np.isfinite(r.error)]
+    errors = tuple(r.error for r in rungs)
     figure = go.Figure(go.Bar(
-        x=errors, y=labels, orientation="h", marker_color=colours, text=[f"{e:.4g}" for e in errors],
+        x=errors, y=tuple(r.label for r in rungs), orientation="h",
+        marker_color=tuple(RUNG_COLOURS[r.kind] for r in rungs), text=[digits_text(e) for e in errors],
         textposition="outside", cliponaxis=False, hovertemplate="%{y}: %{x:.4g}<extra></extra>", width=0.62,
     ))  # fmt: skip
-    low, high = min([*errors, explanation.noise_floor]), max([*errors, explanation.noise_floor])
-    wide = high > 5 * low > 0
-    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
-    figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=1 if wide and high > 50 * low else None,
-                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+    wide = _scale_error_axis(figure, [*errors, explanation.noise_floor])
     figure.update_yaxes(autorange="reversed")
     floor = explanation.noise_floor
     figure.add_vline(x=floor, line={"color": NOISE_FLOOR_COLOUR, "dash": "dash", "width": 2})
@@ -64,29 +63,39 @@ def ladder_figure(explanation: Explanation) -> go.Figure:
     return with_page_style(figure, 110 + 46 * len(rungs))
 
 
-class ResidualComparison(NamedTuple):
-    """A log's judged segments with the residuals of two models."""
+def _scale_error_axis(figure: go.Figure, errors: Sequence[float]) -> bool:
+    """Scale the axis of errors; True where it is logarithmic."""
+    low, high = min(errors), max(errors)
+    wide = high > MIN_LOGARITHMIC_RATIO * low > 0
+    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
+    decades = 1 if wide and high > MIN_DECADE_TICKS_RATIO * low else None
+    figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=decades,
+                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+    return wide
 
-    part: Segments
+
+class ResidualComparison(NamedTuple):
+    """Segments of a log on which two models are validated, with their residuals."""
+
+    segments: Segments
     before: np.ndarray  # (N, channels) σ
     after: np.ndarray  # (N, channels) σ
-    held: bool
 
 
 def residual_comparisons(explanation: Explanation) -> list[ResidualComparison]:
     """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
     problem = explanation.problem
-    parts = [h.part for h in problem.validation] or list(problem.training)
-    pairs = zip(parts, _residuals(problem, explanation.first.fit), _residuals(problem, explanation.fit), strict=True)
-    return [ResidualComparison(part, before, after, bool(problem.validation)) for part, before, after in pairs]
+    segments = [v.part for v in problem.validation] or list(problem.training)
+    before, after = (_residuals(problem, fit) for fit in (explanation.first.fit, explanation.fit))
+    return [ResidualComparison(*row) for row in zip(segments, before, after, strict=True)]
 
 
 def _residuals(problem: EstimationProblem, fitted: Fit) -> list[np.ndarray]:
     if problem.validation:
         return validation_residuals(problem, fitted)[1]
     return [
-        prediction_error(problem.module, part, fitted.of_log(k), problem.max_step)[1]
-        for k, part in enumerate(problem.training)
+        prediction_error(problem.module, segments, fitted.of_log(k), problem.max_step)[1]
+        for k, segments in enumerate(problem.training)
     ]
 
 
@@ -96,19 +105,19 @@ def prediction_figure(
     units: PlantUnits,
     standstills: Mapping[str, list[tuple[float, float]]],
 ) -> go.Figure:
-    """Per channel: measured and predicted above, residuals in σ below; ``changed`` where the models differ.
+    """Per channel: measured and predicted values above, residuals in σ below; ``changed`` where the models differ.
 
     Where a place stands still is marked.
     """
-    part = comparison.part
-    channels = part.log.channels
+    segments = comparison.segments
+    channels = segments.log.channels
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
                            row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
-    chosen = thinned_samples(part)
+    chosen = thinned_samples(segments)
     before = [("before", BEFORE_COLOUR, comparison.before)] if changed else []
     models = [*before, ("after" if changed else "predicted", AFTER_COLOUR, comparison.after)]
     for c, channel in enumerate(channels):
-        _add_channel(figure, part, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
+        _add_channel(figure, segments, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
         for begin, end in standstills.get(channel, [])[:MAX_MARKED_STANDSTILLS]:
             figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=MUTED_COLOUR, opacity=0.18, line_width=0)
         figure.update_yaxes(title=f"{display_text(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
@@ -117,11 +126,11 @@ def prediction_figure(
     return with_page_style(figure, 80 + 270 * len(channels))
 
 
-def _add_channel(figure: go.Figure, part: Segments, chosen: np.ndarray, c: int, models: Sequence) -> None:
-    t, values = _with_gaps(part.log.t, chosen), part.log.measured[:, c]
+def _add_channel(figure: go.Figure, segments: Segments, chosen: np.ndarray, c: int, models: Sequence) -> None:
+    t, values = _with_gaps(segments.log.t, chosen), segments.log.measured[:, c]
     _add_line(figure, t, _with_gaps(values, chosen), "measured", MEASURED_COLOUR, 2 * c + 1, c == 0, width=2.2)
     for name, colour, residual in models:
-        predicted = values - residual * part.sigma[c]
+        predicted = values - residual * segments.sigma[c]
         _add_line(figure, t, _with_gaps(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
         _add_line(figure, t, _with_gaps(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
 
@@ -135,11 +144,12 @@ def _add_line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour
     )  # fmt: skip
 
 
-def thinned_samples(part: Segments) -> np.ndarray:
-    """Samples to draw, evenly thinned; −1 stands for the break after a segment."""
-    total = int((part.bounds[:, 1] - part.bounds[:, 0]).sum())
-    stride = max(1, -(-total // (MAX_TRACE_POINTS - 2 * len(part.bounds)))) if total > MAX_TRACE_POINTS else 1
-    return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in part.bounds])
+def thinned_samples(segments: Segments) -> np.ndarray:
+    """Indices of the samples to draw, evenly thinned; −1 stands for the break after a segment."""
+    bounds = segments.bounds
+    total = int((bounds[:, 1] - bounds[:, 0]).sum())
+    stride = max(1, -(-total // (MAX_TRACE_POINTS - 2 * len(bounds)))) if total > MAX_TRACE_POINTS else 1
+    return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in bounds])
 
 
 def _with_gaps(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -147,7 +157,7 @@ def _with_gaps(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 
 
 def parameter_figure(explanation: Explanation) -> go.Figure | None:
-    """How far each base parameter moved with each step, in % of its first value."""
+    """Change of each base parameter with each step, in % of its first value."""
     first = {n: explanation.first.fit.values[n] for n in explanation.problem.base}
     if not explanation.steps:
         return None

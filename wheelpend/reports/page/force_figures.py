@@ -10,7 +10,7 @@ import sympy as sp
 from plotly.subplots import make_subplots
 
 import derive
-from derive.effects import DryForce, Effect, Force, InputDelay, InputLag, SensorMap
+from derive.effects import DryForce, Force, InputDelay, InputLag, SensorMap
 from derive.functions import symbol
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
@@ -22,18 +22,20 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.state_reconstruction import port_motion
 from wheelpend.logs.log import stack_inputs
 from wheelpend.model.units import PlantUnits
+from wheelpend.reports.names import axis_name_text
+from wheelpend.reports.page.law_expressions import LAMBDIFY_MODULES, resistance_law
 from wheelpend.reports.page.style import (
     BEFORE_COLOUR,
+    BEFORE_RGB,
     MAX_TRACE_POINTS,
     MUTED_COLOUR,
     STEP_COLOURS,
-    axis_name_text,
     with_page_style,
 )
 
 MAX_BINS = 24
-LAMBDIFY_MODULES = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
-            "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
+BAND_STANDARD_ERRORS = 2.0  # half width of a band
+SHOWN_FORCE_QUANTILES = (0.005, 0.995)  # of the missing force, between which the chart over a state lies
 
 
 def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> go.Figure:
@@ -43,11 +45,11 @@ def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> g
     order = order[:: max(1, -(-len(order) // MAX_TRACE_POINTS))]
     t = missing.t[order]
     for k, row in enumerate(rows):
-        force, band = missing.force[order, k], 2.0 * missing.sigma[order, k]
+        force, band = missing.force[order, k], BAND_STANDARD_ERRORS * missing.sigma[order, k]
         edge = np.concatenate([force + band, (force - band)[::-1]])
         figure.add_trace(go.Scatter(
             x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
-            fillcolor="rgba(209,89,42,0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
+            fillcolor=f"rgba({BEFORE_RGB},0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
         ), row=k + 1, col=1)  # fmt: skip
         figure.add_trace(
             go.Scatter(
@@ -70,14 +72,14 @@ def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> g
 def force_hover(force: np.ndarray, q: PlantUnits) -> dict:
     """Hover text in V, and in N·m where the plant's volt is known."""
     unit = "" if q.force == "1" else f" {q.force}"
-    if q.worth is None:
+    if q.force_per_unit is None:
         return {"hovertemplate": f"%{{x:.4g}}: %{{y:.3g}}{unit}<extra></extra>"}
     shown = f"%{{x:.4g}}: %{{y:.3g}}{unit} = %{{customdata:.3g}} {q.physical}<extra></extra>"
-    return {"customdata": np.asarray(force * q.worth, dtype=np.float32), "hovertemplate": shown}
+    return {"customdata": np.asarray(force * q.force_per_unit, dtype=np.float32), "hovertemplate": shown}
 
 
 def worst_row_and_state(diagnosis: Diagnosis) -> tuple[int, str]:
-    """Row and state of the chart: where the missing force is concentrated most."""
+    """Row index and state where the missing force is concentrated most."""
     rows = diagnosis.problem.module.ROWS
     if not diagnosis.where:
         module = diagnosis.problem.module
@@ -86,7 +88,7 @@ def worst_row_and_state(diagnosis: Diagnosis) -> tuple[int, str]:
 
 
 def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
-    """Missing force against the guilty state: pieces, binned means, and what each candidate says it should be."""
+    """Missing force over the state where it is concentrated: piecewise, in binned means, and by each candidate."""
     missing = diagnosis.missing
     row, state = worst_row_and_state(diagnosis)
     if missing is None or state not in missing.variables:
@@ -103,9 +105,9 @@ def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
         x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE_COLOUR}, mode="markers",
         marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q),
     ))  # fmt: skip
-    for number, tried in enumerate(diagnosis.candidates[: len(STEP_COLOURS)]):
-        _add_candidate(figure, diagnosis, tried, (row, state), bins, STEP_COLOURS[number])
-    spread = np.quantile(force, [0.005, 0.995])
+    for number, candidate in enumerate(diagnosis.candidates[: len(STEP_COLOURS)]):
+        _add_candidate(figure, diagnosis, candidate, (row, state), bins, STEP_COLOURS[number])
+    spread = np.quantile(force, SHOWN_FORCE_QUANTILES)
     figure.update_yaxes(title=f"missing force, {diagnosis.problem.module.ROWS[row]} row [{q.force}]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
     figure.update_xaxes(title=f"{axis_name_text(state)} [{q.unit(state)}]")
@@ -113,21 +115,21 @@ def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
 
 
 def _add_candidate(
-    figure: go.Figure, diagnosis: Diagnosis, tried: CandidateFit, place: tuple[int, str], bins, colour: str
+    figure: go.Figure, diagnosis: Diagnosis, candidate: CandidateFit, place: tuple[int, str], bins, colour: str
 ) -> None:
-    """Draw a candidate: its law alone where it is a force along this state, and all that it would change."""
+    """Draw a candidate: its law where it is a force over this state, and the force that its refit would leave."""
     assert diagnosis.missing is not None
     row, state = place
     x = diagnosis.missing.variables[state]
-    law = law_over_state(diagnosis.problem, tried, row, state)
+    law = law_over_state(diagnosis.problem, candidate, row, state)
     if law is not None:
         grid = np.linspace(float(x.min()), float(x.max()), 401)
-        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{tried.effect}, law alone",
+        figure.add_trace(go.Scatter(x=grid, y=law(grid), mode="lines", name=f"{candidate.effect}, law alone",
                                     line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
-    whole = missing_force_if_true(diagnosis, tried)
+    whole = missing_force_if_true(diagnosis, candidate)
     if whole is not None:
         curve = bin_means(x, whole[:, row], bins)
-        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{tried.effect}, refitted",
+        figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{candidate.effect}, refitted",
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
 
@@ -146,12 +148,12 @@ def bin_means(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
     return np.array(rows)
 
 
-def law_over_state(problem: EstimationProblem, tried: CandidateFit, row: int, state: str):
+def law_over_state(problem: EstimationProblem, candidate: CandidateFit, row: int, state: str):
     """The force of an effect on a row as a function of one state, or None where it is not one.
 
     A resistance opposes its port: Q = −law · ∂port/∂q.
     """
-    effect = derive.effects.find(tried.effect)
+    effect = derive.effects.find(candidate.effect)
     if not isinstance(effect.enters, Force | DryForce):
         return None
     plant = derive.plants.build(problem.model.plant, problem.model.assumptions)
@@ -160,8 +162,8 @@ def law_over_state(problem: EstimationProblem, tried: CandidateFit, row: int, st
     along = symbol("along")
     known = {s.name: s for c in plant.coordinates for s in (c.q, c.dq)}
     is_speed = sp.sympify(state, locals=known) == speed
-    law = _law_expression(effect, symbol("angle"), along if is_speed else symbol("speed"))
-    law = law.subs({effect.symbols[n]: v for n, v in tried.coefficients.items()})
+    law = resistance_law(effect, symbol("angle"), along if is_speed else symbol("speed"))
+    law = law.subs({effect.symbols[n]: v for n, v in candidate.coefficients.items()})
     share = angle.diff(plant.coordinates[row].q)
     if law.free_symbols != {along} or not share.is_number or share == 0:
         return None
@@ -173,24 +175,18 @@ def port_speed(angle: sp.Expr, plant) -> sp.Expr:
     return sp.Add(*(angle.diff(c.q) * c.dq for c in plant.coordinates))
 
 
-def _law_expression(effect: Effect, angle: sp.Expr, speed: sp.Expr) -> sp.Expr:
-    if isinstance(effect.enters, DryForce):
-        return effect.enters.law(derive.functions.Sign(speed), speed, **effect.symbols)
-    return effect.enters.law(angle, speed, **effect.symbols)  # type: ignore[union-attr]
-
-
-def missing_force_if_true(diagnosis: Diagnosis, tried: CandidateFit) -> np.ndarray | None:
-    """What the old model would be missing (n, rows) [V] if the candidate and its refit were the truth.
+def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit) -> np.ndarray | None:
+    """The force (n, rows) [V] that the old model would be missing if the candidate and its refit were the truth.
 
     The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
     None for sensors, delays and lags, which are no forces, and where a constant is unknown.
     """
     problem, missing = diagnosis.problem, diagnosis.missing
-    if missing is None or isinstance(derive.effects.find(tried.effect).enters, SensorMap | InputDelay | InputLag):
+    if missing is None or isinstance(derive.effects.find(candidate.effect).enters, SensorMap | InputDelay | InputLag):
         return None
     table = missing.variables
     states = np.column_stack([table[n] for n in problem.module.STATES])
-    parameters = kernel_parameters(problem.module, tried.fit.of_log(0), problem.training[0].log)
+    parameters = kernel_parameters(problem.module, candidate.fit.of_log(0), problem.training[0].log)
     rates = np.array([problem.module.acceleration(t, s, v, parameters)
                       for t, s, v in zip(table["t"], states, input_samples(problem, table), strict=True)])  # fmt: skip
     found = _equation_residuals(problem, diagnosis.fit, table, rates)
@@ -198,7 +194,7 @@ def missing_force_if_true(diagnosis: Diagnosis, tried: CandidateFit) -> np.ndarr
 
 
 def input_samples(problem: EstimationProblem, table: dict[str, np.ndarray]) -> np.ndarray:
-    """The input among some variables; 0 where nothing drives the machine."""
+    """Input columns of a table of variables (n, inputs); 0 where nothing drives the machine."""
     return stack_inputs([table[name] for name in problem.module.INPUTS], len(table["t"]))
 
 
@@ -225,10 +221,10 @@ def explained_force_figure(found: ExplainedForce, q: PlantUnits) -> go.Figure:
     """The missing force over each variable it depends on, the others at their medians, with a band of two σ."""
     figure = make_subplots(rows=1, cols=len(found.curves), shared_yaxes=True, horizontal_spacing=0.04)
     for number, c in enumerate(found.curves, 1):
-        band = 2.0 * c.sigma
+        band = BAND_STANDARD_ERRORS * c.sigma
         figure.add_trace(go.Scatter(
             x=np.concatenate([c.x, c.x[::-1]]), y=np.concatenate([c.force + band, (c.force - band)[::-1]]),
-            fill="toself", mode="none", fillcolor="rgba(209,89,42,0.25)", hoverinfo="skip",
+            fill="toself", mode="none", fillcolor=f"rgba({BEFORE_RGB},0.25)", hoverinfo="skip",
             name="± 2 standard deviations", showlegend=number == 1,
         ), row=1, col=number)  # fmt: skip
         figure.add_trace(go.Scatter(
@@ -240,3 +236,8 @@ def explained_force_figure(found: ExplainedForce, q: PlantUnits) -> go.Figure:
                             row=1, col=number)  # fmt: skip
     figure.update_yaxes(title=f"missing force [{q.force}]", row=1, col=1)
     return with_page_style(figure, 380)
+
+
+def most_repeatable_figure(repeats: Sequence[ExplainedForce], q: PlantUnits) -> go.Figure | None:
+    """The missing force over what it depends on, on the row where it repeats most."""
+    return explained_force_figure(repeats[0], q) if repeats and repeats[0].curves else None

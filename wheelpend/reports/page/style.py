@@ -4,29 +4,15 @@ from __future__ import annotations
 
 import plotly.graph_objects as go
 
-MEASURED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR, NOISE_FLOOR_COLOUR, MUTED_COLOUR = (
-    "#3d4450",
-    "#d1592a",
-    "#1f6fb4",
-    "#5b8c5a",
-    "#b8bfc9",
-)
+MEASURED_COLOUR = "#3d4450"
+BEFORE_COLOUR, BEFORE_RGB = "#d1592a", "209,89,42"  # of the model before anything was added
+AFTER_COLOUR = "#1f6fb4"
+NOISE_FLOOR_COLOUR = "#5b8c5a"
+MUTED_COLOUR = "#b8bfc9"
 STEP_COLOURS = ("#1f6fb4", "#7a4fa3", "#1b8a7a", "#a67c1e")  # of steps and candidates, the first is "after"
-MAX_TRACE_POINTS = 3000  # of one trace
-MAX_DRAWN_LOGS = 3  # shown in full
+MAX_TRACE_POINTS = 3000  # points of one trace
+MAX_DRAWN_LOGS = 3  # logs whose predictions are drawn
 MAX_MARKED_STANDSTILLS = 60  # standstills of a channel that are marked
-
-
-def display_text(text: str) -> str:
-    """An expression of ours with Greek letters and dots: ddtheta_w becomes θ̈w."""
-    for plain, shown in (("ddtheta_", "θ̈"), ("dtheta_", "θ̇"), ("theta_", "θ"), ("v_in", "V"), (" - ", " − ")):
-        text = text.replace(plain, shown)
-    return text
-
-
-def axis_name_text(name: str) -> str:
-    """A state, the input or time, as an axis names it."""
-    return {"v_in": "commanded voltage", "t": "time"}.get(name, display_text(name))
 
 
 def with_page_style(figure: go.Figure, height: int) -> go.Figure:

@@ -1,1 +1,12 @@
-"""Results as lines and tables of the terminal, a file per result."""
+"""Results as text, a file per result; the terminal and the page print the same functions' answers.
+
+In: results of every room above. Out: sentences, and lines and tables in reading order. Question: how is it said?
+
+table             a table of strings
+effect_sizes      coefficients of effects with standard errors, as torques and as shares of the drive voltage
+verdict           verdict, headline and title of a diagnosis or an explanation; evidence; equivalents
+force_ranges      ranges of the states in which the missing force is concentrated
+effects, history  the library, and the changes of a workspace
+unexplained       repeatability of the missing force, and a free-form law for it
+comparison, diagnosis, explanation, identification, inspection, design, campaign    whole results for the terminal
+"""

@@ -1,226 +1,149 @@
-"""A campaign as a table for other programs, and in words."""
+"""Results of a campaign as text: what the logs have in common."""
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-from wheelpend.campaigns.one_log import LogResult
-from wheelpend.campaigns.runner import Campaign
 from wheelpend.campaigns.summary import ParameterAgreement, ParameterRecovery, Summary
-from wheelpend.identification.identify import LEAST_SQUARES
+from wheelpend.identification.method_options import LEAST_SQUARES
 from wheelpend.proportion import Proportion
-from wheelpend.reports.console import print_line, print_table
-from wheelpend.reports.numbers import number_text
+from wheelpend.reports.numbers import digits_text, number_text, percent_range_text
+from wheelpend.reports.text.table import Table, TextBlocks
 
-TABLE_PREFIXES = (b"log,failure", b"seed,failure")  # of the first line of a campaign's table
-VERDICT_COLUMNS = ("verdict", "named", "equivalent_to", "error", "error_after", "noise_floor")
+if TYPE_CHECKING:
+    from wheelpend.campaigns.one_log import LogResult
+    from wheelpend.campaigns.runner import Campaign
+
 MAX_PRINTED_ITEMS = 5  # logs, or messages, that are printed
+RECOVERY_COLUMNS = ("parameter", "truth", "bias", "±", "spread", "mean σ", "95 %")
+AGREEMENT_COLUMNS = ("parameter", "logs", "mean", "±", "spread", "mean σ", "χ²/dof", "p")
 
 
-# ---- as a table
-
-
-def csv_text(result: Campaign) -> str:
-    """One line per log; columns in which nothing stands are left out, and what a log does not tell is blank."""
-    channels = dict.fromkeys(f"fit_percent.{c}" for a in result.logs for c in a.fit_percent)
-    parameters = dict.fromkeys(n for a in result.logs for n in a.parameters)
-    columns = [*VERDICT_COLUMNS, *channels, *(c for n in parameters for c in (n, f"{n}_sigma")), "warnings"]
-    rows = [table_row(a) for a in result.logs]
-    filled = [c for c in columns if any(row.get(c) not in (None, "") for row in rows)]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, ["seed" if result.simulated else "log", "failure", *filled],
-                            extrasaction="ignore", lineterminator="\n")  # fmt: skip
-    writer.writeheader()
-    writer.writerows({c: _cell_value(v) for c, v in row.items()} for row in rows)
-    return text.getvalue()
-
-
-def _cell_value(value: Any) -> Any:
-    """A number with nine digits; a text on one line."""
-    if isinstance(value, float):
-        return f"{value:.9g}"
-    return " ".join(value.split()) if isinstance(value, str) else value
-
-
-def table_row(found: LogResult) -> dict[str, Any]:
-    """One log's line, by column."""
-    return {
-        "log": found.log,
-        "seed": found.seed,
-        "failure": found.failure,
-        "verdict": found.verdict,
-        "named": " ".join(n.effect for n in found.named),
-        "equivalent_to": " ".join(e for n in found.named for e in n.equivalent_to),
-        "error": found.error,
-        "error_after": found.error_after,
-        "noise_floor": found.noise_floor,
-        **{f"fit_percent.{c}": v for c, v in found.fit_percent.items()},
-        **{n: e.value for n, e in found.parameters.items()},
-        **{f"{n}_sigma": e.sigma for n, e in found.parameters.items()},
-        "warnings": " ".join(found.warnings),
-    }
-
-
-def is_campaign_table(path: Path) -> bool:
-    """Whether a file is the table of a campaign."""
-    try:
-        with path.open("rb") as file:
-            return file.read(20).startswith(TABLE_PREFIXES)
-    except OSError:
-        return False
-
-
-# ---- in words
-
-
-def print_campaign(result: Campaign, file: Path) -> None:
-    """Print what the logs have in common."""
+def campaign_text(result: Campaign, file: Path) -> TextBlocks:
+    """Failures, errors, verdicts and parameters over all logs."""
     summary = result.summary
     method = f" ({result.method})" if result.method else ""
-    print_line(
-        f"{result.do}{method}: {summary.logs - summary.failed} of {summary.logs} logs. Each is a line of {file}."
-    )
-    print_failures(result.logs)
-    print_errors(result)
-    print_verdicts(summary)
-    simulated = {n: row for n, row in summary.parameters.items() if isinstance(row, ParameterRecovery)}
-    measured = {n: row for n, row in summary.parameters.items() if isinstance(row, ParameterAgreement)}
-    ending = f" of the model with {', '.join(summary.effects)}" if summary.effects else ""
-    if simulated:
-        print_recovery(f"Parameters{ending} beside the truth", simulated)
-    if measured:
-        print_agreement(f"Parameters{ending} over the logs", measured, summary, result.method)
+    yield f"{result.do}{method}: {summary.logs - summary.failed} of {summary.logs} logs. Each is a line of {file}."
+    yield from _failure_lines(result.logs)
+    yield from _error_lines(summary)
+    if summary.verdicts:
+        yield from _verdicts_text(summary)
+    yield from _parameters_text(result)
     odd = sum(bool(a.warnings) for a in result.logs)
     if odd:
-        print_line(f"There are warnings about {odd} {_log_noun(odd)}: see the column warnings.")
+        yield f"There are warnings about {odd} {_log_noun(odd)}: see the column warnings."
 
 
-def print_failures(answers: Sequence[LogResult]) -> None:
-    """Print why logs could not be used, each message once."""
+def _failure_lines(answers: Sequence[LogResult]) -> Iterator[str]:
+    """Why logs could not be used, each message once."""
     messages: dict[str, list[str]] = {}
-    for found in answers:
-        if found.failure is not None:
-            messages.setdefault(found.failure, []).append(found.log)
+    for result in answers:
+        if result.failure is not None:
+            messages.setdefault(result.failure, []).append(result.log)
     for message, logs in list(messages.items())[:MAX_PRINTED_ITEMS]:
-        print_line(f"Not used: {_names_text(logs)}: {message}")
+        yield f"Not used: {_names_text(logs)}: {message}"
     if len(messages) > MAX_PRINTED_ITEMS:
-        print_line(f"{len(messages) - MAX_PRINTED_ITEMS} more messages are in the column failure.")
+        yield f"{len(messages) - MAX_PRINTED_ITEMS} more messages are in the column failure."
 
 
-def print_errors(result: Campaign) -> None:
-    """Print the errors' range, and the logs that the model does not explain."""
-    for what, found in (("Error", result.summary.error), ("Error with what was named", result.summary.error_after)):
-        if found is not None:
-            print_line(
-                f"{what}: {number_text(found.mean)} on average, "
-                f"{number_text(found.smallest)} to {number_text(found.largest)}."
-            )
-    worst = result.summary.unexplained
-    if worst and not result.summary.verdicts:
-        print_line(
+def _error_lines(summary: Summary) -> Iterator[str]:
+    """The errors' range, and the logs that the model does not explain."""
+    for what, errors in (("Error", summary.error), ("Error with what was named", summary.error_after)):
+        if errors is not None:
+            mean, smallest, largest = map(number_text, errors)
+            yield f"{what}: {mean} on average, {smallest} to {largest}."
+    worst = summary.unexplained
+    if worst and not summary.verdicts:
+        yield (
             f"The model leaves more than noise in {len(worst)} {_log_noun(len(worst))}, "
             f"the worst first: {_names_text(worst)}."
         )
 
 
-def print_verdicts(summary: Summary) -> None:
-    """Print how often what was found missing."""
-    if not summary.verdicts:
-        return
-    print_line("Verdicts: " + ", ".join(f"{v} {n}" for v, n in summary.verdicts.items()) + ".")
+def _verdicts_text(summary: Summary) -> TextBlocks:
+    """How often what was found missing, beside what was hidden."""
+    yield f"Verdicts: {', '.join(f'{v} {n}' for v, n in summary.verdicts.items())}."
     used = summary.logs - summary.failed
     if summary.named:
-        rows = [
-            (e, str(n), f"{100 * n / used:.0f} %", interval_text(Proportion(n, used))) for e, n in summary.named.items()
-        ]
-        print_table("Named", ("effect", "logs", "of all", "95 % interval"), rows)
+        rows = [(e, str(n), f"{100 * n / used:.0f} %", interval_text(Proportion(n, used)))
+                for e, n in summary.named.items()]  # fmt: skip
+        yield Table("Named", ("effect", "logs", "of all", "95 % interval"), rows)
     if summary.false_alarms is not None:
-        print_line(f"Nothing was hidden, and something was found missing in {rate_text(summary.false_alarms)}.")
+        yield f"Nothing was hidden, and something was found missing in {rate_text(summary.false_alarms)}."
     if summary.first_right is not None:
-        print_line(
+        yield (
             f"Hidden: {', '.join(summary.hidden)}. The first answer is right, or declared equivalent to what is, in "
             f"{rate_text(summary.first_right)}."
         )
-    for effect, found in summary.found.items() if len(summary.hidden) > 1 else ():
-        print_line(f"  {effect} is named, or declared equivalent, in {rate_text(found)}.")
+    for effect, rate in summary.found.items() if len(summary.hidden) > 1 else ():
+        yield f"  {effect} is named, or declared equivalent, in {rate_text(rate)}."
 
 
-def print_recovery(title: str, rows: dict[str, ParameterRecovery]) -> None:
-    """Print parameters of simulated logs beside the truth."""
-    columns = ("parameter", "truth", "bias", "±", "spread", "mean σ", "95 %")
-    print_table(
-        title,
-        columns,
-        [
-            (
-                n,
-                number_text(r.truth),
-                two_digits_text(r.bias),
-                two_digits_text(r.bias_sigma),
-                two_digits_text(r.spread),
-                two_digits_text(r.sigma),
-                f"{r.inside.hits}/{r.inside.of}",
-            )
-            for n, r in rows.items()
-        ],
-    )
+# ---- parameters
+
+
+def _parameters_text(result: Campaign) -> TextBlocks:
+    summary = result.summary
+    simulated = {n: row for n, row in summary.parameters.items() if isinstance(row, ParameterRecovery)}
+    measured = {n: row for n, row in summary.parameters.items() if isinstance(row, ParameterAgreement)}
+    ending = f" of the model with {', '.join(summary.effects)}" if summary.effects else ""
+    if simulated:
+        yield from _recovery_text(f"Parameters{ending} beside the truth", simulated)
+    if measured:
+        rows = [_agreement_cells(n, row) for n, row in measured.items()]
+        yield Table(f"Parameters{ending} over the logs", AGREEMENT_COLUMNS, rows)
+        yield from _agreement_sentences(measured, summary.disagreeing, result.method)
+
+
+def _recovery_text(title: str, rows: Mapping[str, ParameterRecovery]) -> TextBlocks:
+    """Parameters of simulated logs beside the truth, and the coverage of their intervals."""
+    yield Table(title, RECOVERY_COLUMNS, [_recovery_cells(n, row) for n, row in rows.items()])
     inside = Proportion(sum(r.inside.hits for r in rows.values()), sum(r.inside.of for r in rows.values()))
     if inside.of:
-        print_line(f"The truth lies in {100 * inside.share:.3g} % of the 95 % intervals.")
+        yield f"The truth lies in {digits_text(100 * inside.share, 3)} % of the 95 % intervals."
 
 
-def print_agreement(title: str, rows: dict[str, ParameterAgreement], summary: Summary, method: str | None) -> None:
-    """Print whether logs agree on parameters."""
-    columns = ("parameter", "logs", "mean", "±", "spread", "mean σ", "χ²/dof", "p")
-    print_table(
-        title,
-        columns,
-        [
-            (
-                n,
-                str(r.logs),
-                number_text(r.mean),
-                two_digits_text(r.mean_sigma),
-                two_digits_text(r.spread),
-                two_digits_text(r.sigma),
-                two_digits_text(r.chi_square / r.degrees if r.degrees else None),
-                two_digits_text(r.p_value),
-            )
-            for n, r in rows.items()
-        ],
-    )
-    for name in summary.disagreeing:
+def _recovery_cells(name: str, row: ParameterRecovery) -> tuple[str, ...]:
+    errors = (number_text(v, 2) for v in (row.bias, row.bias_sigma, row.spread, row.sigma))
+    return (name, number_text(row.truth), *errors, f"{row.inside.hits}/{row.inside.of}")
+
+
+def _agreement_cells(name: str, row: ParameterAgreement) -> tuple[str, ...]:
+    reduced_chi_square = row.chi_square / row.degrees if row.degrees else None
+    errors = (number_text(v, 2) for v in (row.mean_sigma, row.spread, row.sigma, reduced_chi_square, row.p_value))
+    return (name, str(row.logs), number_text(row.mean), *errors)
+
+
+def _agreement_sentences(
+    rows: Mapping[str, ParameterAgreement], disagreeing: Sequence[str], method: str | None
+) -> Iterator[str]:
+    for name in disagreeing:
         if (far := rows[name].furthest) is not None:
             which = f"furthest off is {far.log}, by" if rows[name].logs > 2 else "they differ by"
-            print_line(f"The logs do not agree on {name}: {which} {far.sigmas:.3g} standard errors.")
-    if summary.disagreeing:
+            yield f"The logs do not agree on {name}: {which} {digits_text(far.sigmas, 3)} standard errors."
+    if disagreeing:
         noise = ", or noise biases the method, which --method shooting does not suffer" * (method in LEAST_SQUARES)
-        print_line(
+        yield (
             f"The machine changes from log to log, or the model misses something{noise}. --do diagnose asks each log "
             "what is missing."
         )
     elif any(r.degrees for r in rows.values()):
-        print_line("The logs agree: they scatter no more than their standard errors allow.")
+        yield "The logs agree: they scatter no more than their standard errors allow."
 
 
-def two_digits_text(value: float | None) -> str:
-    """Two significant digits."""
-    return "-" if value is None else f"{value:.2g}"
+# ---- rates and names
 
 
-def rate_text(found: Proportion) -> str:
+def rate_text(rate: Proportion) -> str:
     """So many of so many logs, with the interval of the share."""
-    return f"{found.hits} of {found.of} {_log_noun(found.of)} ({interval_text(found)})"
+    return f"{rate.hits} of {rate.of} {_log_noun(rate.of)} ({interval_text(rate)})"
 
 
-def interval_text(found: Proportion) -> str:
+def interval_text(rate: Proportion) -> str:
     """The 95 % interval of a share."""
-    low, high = found.interval
-    return f"{100 * low:.0f}-{100 * high:.0f} %"
+    return f"{percent_range_text(rate.interval)} %"
 
 
 def _log_noun(count: int) -> str:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.console import print_line, print_table
-from wheelpend.reports.numbers import estimate_text, number_text
+from wheelpend.reports.numbers import digits_text, estimate_text, number_text
+from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
     from wheelpend.identification.bias_test import BiasTest
@@ -13,41 +14,53 @@ if TYPE_CHECKING:
     from wheelpend.identification.time_constants import TimeConstantChoice
 
 
-def print_identification(result: Identification) -> None:
-    """Print identified parameters."""
+def identification_text(result: Identification) -> TextBlocks:
+    """Parameters with standard errors, the quality of the fit, and the bias of least squares."""
+    yield from _parameters_text(result)
+    yield _quality_sentence(result)
+    if result.force_error is not None:
+        left = digits_text(result.force_error, 3)
+        yield f"Inverse dynamics with these values leave {left} % of the input unexplained."
+    if result.bias:
+        yield from bias_text(result.bias)
+    if result.guide:
+        yield from time_constants_text(result.guide)
+
+
+def _parameters_text(result: Identification) -> Iterator[str | Table]:
     rows = [
         (n, estimate_text(r["value"], r["sigma"], result.unit.get(n, "")), "" if r["identifiable"] else "not excited")
         for n, r in result.parameters.items()
     ]
-    print_table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
+    yield Table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
     for n, r in result.parameters.items():
         for own in r.get("per_log", ()):
-            print_line(f"  {n} in {own['log']}: {estimate_text(own['value'], own['sigma'], result.unit.get(n, ''))}")
-    print_line(f"{result.samples} samples; condition number {result.condition_number:.3g}"
-        + (f"; error {result.error:.4g} (noise floor {result.noise_floor:.4g})" if result.error else "")
-        + ("; τ = " + ", ".join(f"{t:g}" for t in result.tau) + " s" if result.tau else "")
-        + ".")  # fmt: skip
-    if result.force_error is not None:
-        print_line(f"Inverse dynamics with these values leave {result.force_error:.3g} % of the input unexplained.")
-    if result.bias:
-        print_bias(result.bias)
-    if result.guide:
-        print_filter_guide(result.guide)
+            yield f"  {n} in {own['log']}: {estimate_text(own['value'], own['sigma'], result.unit.get(n, ''))}"
 
 
-def print_bias(bias: BiasTest) -> None:
-    """Print whether least squares is biased, and by how much."""
-    print_table(f"Least squares against {bias.against}, in % of each parameter",
-          ("parameter", "difference", "± by chance", "bias predicted", "spread predicted"),
-          [(n, *(number_text(column[n]) for column in (bias.difference_percent, bias.sigma_percent,
-                                                  bias.predicted_bias_percent, bias.predicted_spread_percent)))
-           for n in bias.difference_percent])  # fmt: skip
-    print_line(bias.sentence)
+def _quality_sentence(result: Identification) -> str:
+    parts = [f"{result.samples} samples", f"condition number {digits_text(result.condition_number, 3)}"]
+    if result.error:
+        parts.append(f"error {digits_text(result.error)} (noise floor {number_text(result.noise_floor)})")
+    if result.tau:
+        parts.append(f"τ = {', '.join(f'{t:g}' for t in result.tau)} s")
+    return "; ".join(parts) + "."
 
 
-def print_filter_guide(guide: TimeConstantChoice) -> None:
-    """Print what the time constants do to the estimate, both alike, and why a pair was chosen."""
-    rows = [(f"{r.tau1:g}", number_text(r.bias), number_text(r.spread), number_text(r.score)) for r in guide.diagonal]
-    print_table(f"Both time constants alike, on {guide.replicas} rehearsals",
-          ("τ [s]", "bias [%]", "spread [%]", "error [%]"), rows)  # fmt: skip
-    print_line(guide.reason)
+def bias_text(bias: BiasTest) -> TextBlocks:
+    """Bias of least squares beside another method, and what noise is predicted to do."""
+    columns = (bias.difference_percent, bias.sigma_percent, bias.predicted_bias_percent, bias.predicted_spread_percent)
+    yield Table(
+        f"Least squares against {bias.against}, in % of each parameter",
+        ("parameter", "difference", "± by chance", "bias predicted", "spread predicted"),
+        [(n, *(number_text(column[n]) for column in columns)) for n in bias.difference_percent],
+    )
+    yield bias.sentence
+
+
+def time_constants_text(choice: TimeConstantChoice) -> TextBlocks:
+    """Errors of the estimate over both time constants alike, and the reason for the chosen pair."""
+    rows = [(f"{r.tau1:g}", number_text(r.bias), number_text(r.spread), number_text(r.score)) for r in choice.diagonal]
+    title = f"Both time constants alike, on {choice.replicas} rehearsals"
+    yield Table(title, ("τ [s]", "bias [%]", "spread [%]", "error [%]"), rows)
+    yield choice.reason

@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.console import print_line, print_table
-from wheelpend.reports.numbers import number_text
-from wheelpend.reports.text.comparison import MAX_LISTED_BURSTS
+from wheelpend.reports.numbers import digits_text, number_text
+from wheelpend.reports.text.comparison import listed_text
+from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
     from wheelpend.inspection.inspect import Inspection
     from wheelpend.logs.log import Log
 
 
-def print_inspection(log: Log, result: Inspection) -> None:
-    """Print what a log is like, what is wrong with it, and the lines for model.toml that say so."""
-    print_line(f"{log.name}: {result.samples} samples over {result.duration_s:.4g} s, {result.rate_hz:.6g} Hz, "
-        f"jitter {100 * result.jitter:.2g} % of an interval.")  # fmt: skip
-    names = sorted({k for row in result.channels.values() for k in row})
-    print_table("Channels", ("channel", *names), [
-        (c, *(number_text(row.get(k)) for k in names)) for c, row in result.channels.items()
-    ])  # fmt: skip
+def inspection_text(log: Log, result: Inspection) -> TextBlocks:
+    """Rate and channels of a log, findings with their cures, standstills, and lines for model.toml."""
+    duration, rate, jitter = digits_text(result.duration_s), digits_text(result.rate_hz, 6), 100 * result.jitter
+    yield (
+        f"{log.name}: {result.samples} samples over {duration} s, {rate} Hz, "
+        f"jitter {digits_text(jitter, 2)} % of an interval."
+    )
+    names = sorted({name for row in result.channels.values() for name in row})
+    rows = [(c, *(number_text(row.get(name)) for name in names)) for c, row in result.channels.items()]
+    yield Table("Channels", ("channel", *names), rows)
     for finding in result.findings:
-        print_line(f"- {finding.sentence} {finding.cure}")
-    for name, times in result.stand_still.items():
-        shown = ", ".join(f"{a:.2f}-{b:.2f}" for a, b in times[:MAX_LISTED_BURSTS])
-        print_line(f"{name} stands still within its noise for {sum(b - a for a, b in times):.3g} s in all: {shown}"
-            f"{', …' if len(times) > MAX_LISTED_BURSTS else ''} s.")  # fmt: skip
-    print_line(f"Put this into model.toml:\n\n{result.proposal}" if result.proposal else "Nothing odd was found.")
+        yield f"- {finding.sentence} {finding.cure}"
+    yield from _standstill_sentences(result)
+    yield f"Put this into model.toml:\n\n{result.proposal}" if result.proposal else "Nothing odd was found."
     if result.sensors:
-        print_line(f"By this log, the sensors are:\n\n{result.sensors}")
+        yield f"By this log, the sensors are:\n\n{result.sensors}"
+
+
+def _standstill_sentences(result: Inspection) -> Iterator[str]:
+    for name, times in result.stand_still.items():
+        total = digits_text(sum(end - begin for begin, end in times), 3)
+        shown = listed_text([f"{begin:.2f}-{end:.2f}" for begin, end in times])
+        yield f"{name} stands still within its noise for {total} s in all: {shown} s."

@@ -1,15 +1,17 @@
-"""What is unexplained, in words; and a law for it that the user accepts as an effect of their own."""
+"""What stays unexplained: how much of the missing force repeats, and a free-form law for it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, ExplainedForce
-from wheelpend.reports.console import print_line
+from wheelpend.reports.numbers import digits_text, incomplete_percent_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
+
+LAW_OPTION_HINT = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
 
 
 class LawRequest(NamedTuple):
@@ -19,7 +21,13 @@ class LawRequest(NamedTuple):
     accepted: bool = False
 
 
-LAW_OPTION_HINT = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
+class LawPart(NamedTuple):
+    """A part of a free-form law that acts at one port."""
+
+    effect: str
+    port: str
+    text: str
+    parameters: list[str]  # effect.parameter
 
 
 def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
@@ -30,15 +38,20 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
     if not best.depends_on:
         return ["Nothing of what the model leaves over repeats with a state, the input or time: "
                 "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
-    first = f"{percent_text(best.alone)} of what the model leaves over repeats with {best.depends_on[0]}"
-    if len(best.depends_on) > 1:
-        first += f", {percent_text(best.repeatable)} with it and {' and '.join(best.depends_on[1:])}"
-    rest = "" if percent_text(best.repeatable) == percent_text(1.0) else "; the rest does not repeat"
-    lines = [f"{first}, as a force {place_text(best.row)}{rest}."]
+    lines = [_best_row_sentence(best)]
     if others:
-        shares = ", ".join(f"{place_text(r.row)} {percent_text(r.repeatable)}" for r in others)
+        shares = ", ".join(f"{place_text(r.row)} {incomplete_percent_text(r.repeatable)}" for r in others)
         lines.append(f"As a force elsewhere it would be: {shares}.")
     return lines
+
+
+def _best_row_sentence(best: ExplainedForce) -> str:
+    alone, together = incomplete_percent_text(best.alone), incomplete_percent_text(best.repeatable)
+    first = f"{alone} of what the model leaves over repeats with {best.depends_on[0]}"
+    if len(best.depends_on) > 1:
+        first += f", {together} with it and {' and '.join(best.depends_on[1:])}"
+    rest = "" if together == incomplete_percent_text(1.0) else "; the rest does not repeat"
+    return f"{first}, as a force {place_text(best.row)}{rest}."
 
 
 def place_text(row: str) -> str:
@@ -46,45 +59,48 @@ def place_text(row: str) -> str:
     return "between wheel and body" if row == DRIVE_ROW else f"on the {row} row alone"
 
 
-def percent_text(share: float) -> str:
-    """A share in whole percent, and never all where it is not."""
-    return f"{min(round(100 * share), 99) if share < 0.9995 else 100} %"
-
-
 def law_summary_text(law: FreeLaw) -> str:
     """What a law does to the held-out error."""
+    before, after, floor = map(digits_text, (law.error_before, law.error_after, law.noise_floor))
     return (
-        f"A law explains {percent_text(law.explains)} of it: with it, and everything refitted, the held-out error "
-        f"falls from {law.error_before:.4g} to {law.error_after:.4g} (noise floor {law.noise_floor:.4g}), in "
-        f"{law.blocks_agree} blocks. {law.tried} terms were tried."
+        f"A law explains {incomplete_percent_text(law.explains)} of it: with it, and everything refitted, the held-out "
+        f"error falls from {before} to {after} (noise floor {floor}), in {law.blocks_agree} blocks. "
+        f"{law.tried} terms were tried."
     )
+
+
+def law_parts(law: FreeLaw) -> list[LawPart]:
+    """The parts of a law, each with the parameters that stand in it."""
+    return [
+        LawPart(effect, law.on[effect], text, [n for n in law.coefficients if n.partition(".")[0] == effect])
+        for effect, text in law.laws.items()
+    ]
 
 
 def law_text_lines(law: FreeLaw) -> list[str]:
     """The law in plain letters: where each part acts, and its numbers with standard errors and units."""
     lines = []
-    for effect, text in law.laws.items():
-        lines.append(f"{effect}, a resistance at the {law.on[effect]} port [V]: {text}")
-        for name, value in law.coefficients.items():
-            if name.partition(".")[0] == effect:
-                lines.append(f"  {name.partition('.')[2]} = {value:.5g} ± {law.sigma[name]:.2g} {law.unit[name]}")
+    for part in law_parts(law):
+        lines.append(f"{part.effect}, a resistance at the {part.port} port [V]: {part.text}")
+        for name in part.parameters:
+            value, sigma = digits_text(law.coefficients[name], 5), digits_text(law.sigma[name], 2)
+            lines.append(f"  {name.partition('.')[2]} = {value} ± {sigma} {law.unit[name]}")
     return lines
 
 
-def print_unexplained(repeats: Sequence[ExplainedForce], law: FreeLaw | None, asked: LawRequest, verdict: str) -> None:
-    """Print what is unexplained."""
-    wanted, accepted = asked
-    for line in repeatability_sentences(repeats):
-        print_line(line)
+def unexplained_text(
+    repeats: Sequence[ExplainedForce], law: FreeLaw | None, asked: LawRequest, verdict: str
+) -> Iterator[str]:
+    """What is unexplained, the law for it where one was found, and how to get one."""
+    yield from repeatability_sentences(repeats)
     if law is not None:
-        print_line(law_summary_text(law))
-        for line in law_text_lines(law):
-            print_line(f"  {line}")
-        if not accepted:
-            print_line("`--accept NAME` writes it to effects.toml as an effect of your own.")
-    elif wanted and verdict == "unexplained":
-        print_line("No law was found: no term lowers the held-out error by enough.")
-    elif wanted:
-        print_line("No law was looked for: nothing is unexplained.")
+        yield law_summary_text(law)
+        yield from (f"  {line}" for line in law_text_lines(law))
+        if not asked.accepted:
+            yield "`--accept NAME` writes it to effects.toml as an effect of your own."
+    elif asked.law and verdict == "unexplained":
+        yield "No law was found: no term lowers the held-out error by enough."
+    elif asked.law:
+        yield "No law was looked for: nothing is unexplained."
     elif repeats:
-        print_line(LAW_OPTION_HINT)
+        yield LAW_OPTION_HINT

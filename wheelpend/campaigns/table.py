@@ -1,0 +1,64 @@
+"""A campaign as a table for other programs: CSV, one line per log."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+from wheelpend.campaigns.one_log import LogResult
+from wheelpend.campaigns.runner import Campaign
+
+TABLE_PREFIXES = (b"log,failure", b"seed,failure")  # of the first line of a campaign's table
+VERDICT_COLUMNS = ("verdict", "named", "equivalent_to", "error", "error_after", "noise_floor")
+
+
+def csv_text(result: Campaign) -> str:
+    """One line per log; empty columns are left out, and what a log does not identify is blank."""
+    channels = dict.fromkeys(f"fit_percent.{c}" for a in result.logs for c in a.fit_percent)
+    parameters = dict.fromkeys(n for a in result.logs for n in a.parameters)
+    columns = [*VERDICT_COLUMNS, *channels, *(c for n in parameters for c in (n, f"{n}_sigma")), "warnings"]
+    rows = [table_row(a) for a in result.logs]
+    filled = [c for c in columns if any(row.get(c) not in (None, "") for row in rows)]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, ["seed" if result.simulated else "log", "failure", *filled],
+                            extrasaction="ignore", lineterminator="\n")  # fmt: skip
+    writer.writeheader()
+    writer.writerows({c: _cell_value(v) for c, v in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def _cell_value(value: Any) -> Any:
+    """A number with nine digits; a text on one line."""
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    return " ".join(value.split()) if isinstance(value, str) else value
+
+
+def table_row(result: LogResult) -> dict[str, Any]:
+    """One log's line, by column."""
+    return {
+        "log": result.log,
+        "seed": result.seed,
+        "failure": result.failure,
+        "verdict": result.verdict,
+        "named": " ".join(n.effect for n in result.named),
+        "equivalent_to": " ".join(e for n in result.named for e in n.equivalent_to),
+        "error": result.error,
+        "error_after": result.error_after,
+        "noise_floor": result.noise_floor,
+        **{f"fit_percent.{c}": v for c, v in result.fit_percent.items()},
+        **{n: e.value for n, e in result.parameters.items()},
+        **{f"{n}_sigma": e.sigma for n, e in result.parameters.items()},
+        "warnings": " ".join(result.warnings),
+    }
+
+
+def is_campaign_table(path: Path) -> bool:
+    """True where a file is the table of a campaign."""
+    try:
+        with path.open("rb") as file:
+            return file.read(20).startswith(TABLE_PREFIXES)
+    except OSError:
+        return False

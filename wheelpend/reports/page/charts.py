@@ -1,0 +1,80 @@
+"""The page's charts as markup: a place for each figure and the script that draws it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import plotly.graph_objects as go
+from markupsafe import Markup
+
+from wheelpend.diagnosis.explain import Explanation
+from wheelpend.inspection.standstill import standstills
+from wheelpend.model.units import PlantUnits
+from wheelpend.reports.page.effect_figures import EffectDrawing, effect_drawings
+from wheelpend.reports.page.figures import (
+    ladder_figure,
+    parameter_figure,
+    prediction_figure,
+    residual_comparisons,
+)
+from wheelpend.reports.page.force_figures import force_figure, most_repeatable_figure, state_figure
+from wheelpend.reports.page.style import MAX_DRAWN_LOGS
+
+
+class PageCharts(NamedTuple):
+    """Every chart of the page; nothing where there is nothing to draw."""
+
+    ladder: Markup
+    logs: list[tuple[str, Markup]]  # with the log's name
+    left_out: int  # logs that are not drawn; negative where there are fewer than may be
+    force: Markup
+    state: Markup
+    repeats: Markup
+    dotted: bool  # the chart over a state shows laws alone
+    parameters: Markup
+    effects: list[tuple[EffectDrawing, Markup]]
+
+
+def page_charts(explanation: Explanation, quantities: PlantUnits) -> PageCharts:
+    """Draw every chart."""
+    first = explanation.first
+    logs, left_out = _prediction_charts(explanation, quantities)
+    state = state_figure(first, quantities)
+    rows = first.problem.module.ROWS
+    force = force_figure(first.missing, rows, quantities) if first.missing is not None else None
+    drawings = effect_drawings(explanation)
+    return PageCharts(
+        ladder=chart_markup("ladder", ladder_figure(explanation)),
+        logs=logs,
+        left_out=left_out,
+        force=chart_markup("force", force),
+        state=chart_markup("state", state),
+        repeats=chart_markup("repeats", most_repeatable_figure(explanation.repeats, quantities)),
+        dotted=state is not None and any(t.line.dash == "dot" for t in state.data),
+        parameters=chart_markup("parameters", parameter_figure(explanation)),
+        effects=[(drawing, chart_markup(f"effect{k}", drawing.figure)) for k, drawing in enumerate(drawings)],
+    )
+
+
+def _prediction_charts(explanation: Explanation, quantities: PlantUnits) -> tuple[list[tuple[str, Markup]], int]:
+    """Charts of the first logs with their names, and the number of the others."""
+    comparisons, charts = residual_comparisons(explanation), []
+    for k, comparison in enumerate(comparisons[:MAX_DRAWN_LOGS]):
+        log, sigma = comparison.segments.log, comparison.segments.sigma
+        still = standstills(log, sigma, explanation.model.table)
+        figure = prediction_figure(comparison, bool(explanation.steps), quantities, still)
+        charts.append((log.name, chart_markup(f"log{k}", figure)))
+    return charts, len(comparisons) - MAX_DRAWN_LOGS
+
+
+def chart_markup(name: str, figure: go.Figure | None) -> Markup:
+    """A figure's place in the page and the script that draws it."""
+    if figure is None:
+        return Markup("")
+    data = figure.to_json().replace("<", "\\u003c").replace(">", "\\u003e")
+    # only our own identifier and escaped JSON go into the script
+    return Markup(
+        f'<div class="chart" id="{name}" style="min-height:{int(figure.layout.height)}px"></div>\n'
+        f'<script>{{const f = {data}; Plotly.newPlot("{name}", f.data, f.layout, '
+        "{responsive: true, displaylogo: false, displayModeBar: false});}</script>"
+    )

@@ -1,0 +1,140 @@
+"""Sizes of effects: coefficients with standard errors, as torques and as shares of the drive voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.reports.numbers import (
+    digits_text,
+    estimate_text,
+    physical_text,
+    typeset_estimate_text,
+    typeset_number_text,
+    typeset_physical_text,
+    unit_text,
+)
+
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.evidence import CandidateFit
+    from wheelpend.diagnosis.explain import Explanation, Step
+    from wheelpend.diagnosis.verdict import Diagnosis
+    from wheelpend.estimation.problem import EstimationProblem
+    from wheelpend.model.record import Model
+
+
+class Coefficient(NamedTuple):
+    """A coefficient of an effect."""
+
+    name: str
+    value: float
+    sigma: float | None  # standard error
+    unit: str
+
+
+def rms_drive_voltage(problem: EstimationProblem) -> float:
+    """Root mean square of the voltage of the training logs [V]; 0 where nothing drives the machine."""
+    voltage = np.concatenate([log.voltage[np.isfinite(log.voltage)] for log in problem.logs])
+    return float(np.sqrt(np.mean(voltage**2))) if voltage.size else 0.0
+
+
+def coefficients_of(found: CandidateFit | Step) -> list[Coefficient]:
+    """Coefficients as the fit of a candidate or of a step has them."""
+    return [Coefficient(n, v, found.sigma.get(n), found.unit[n]) for n, v in found.coefficients.items()]
+
+
+# ---- for the terminal
+
+
+def effect_size_text(found: CandidateFit | Step, model: Model, drive_v: float | None = None) -> str:
+    """Coefficients of an effect, in N m or N too where a volt's worth is known, and as a share of the drive voltage."""
+    quantities = plant_units_of(model)
+    return "; ".join(_coefficient_text(c, quantities, drive_v) for c in coefficients_of(found))
+
+
+def _coefficient_text(coefficient: Coefficient, quantities: PlantUnits, drive_v: float | None) -> str:
+    name, value, sigma, unit = coefficient
+    text = f"{name} {estimate_text(value, sigma, unit)}"
+    if physical := physical_text(value, unit, quantities, 4):
+        text += f" = {physical}"
+    if drive_v and unit == quantities.force:
+        text += f", {100 * abs(value) / drive_v:.1f} % of the rms drive voltage"
+    return text
+
+
+def log_size_lines(found: CandidateFit | Step) -> Iterator[str]:
+    """Sizes of an effect in each of several logs, where they have their own."""
+    for own in found.per_log:
+        sizes = ", ".join(f"{n} {estimate_text(v, own.sigma[n], found.unit[n])}" for n, v in own.coefficients.items())
+        yield f"  {found.effect} in {own.log}: {sizes}"
+
+
+def detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Smallest detectable size of each effect."""
+    return [
+        (effect, ", ".join(f"{n} {digits_text(v, 2)}" for n, v in sizes.items()))
+        for effect, sizes in diagnosis.detectable.items()
+    ]
+
+
+# ---- for the page
+
+
+def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
+    """Coefficients of an added effect as the final model has them."""
+    drive_v = rms_drive_voltage(explanation.problem) if explanation.problem.module.INPUT else 0.0
+    return ", ".join(
+        _final_coefficient_text(c, explanation.parameters.get(f"{step.effect}.{c.name}"), quantities, drive_v)
+        for c in coefficients_of(step)
+    )
+
+
+def _final_coefficient_text(
+    coefficient: Coefficient, final: Mapping[str, Any] | None, quantities: PlantUnits, drive_v: float
+) -> str:
+    name, value, sigma, unit = coefficient
+    if final is not None:
+        value, sigma = final["value"], final["sigma"]
+    per_log = (final or {}).get("per_log", [])
+    text = f"{name} {per_log_text(per_log, unit) if per_log else _with_unit(value, sigma, unit)}".rstrip()
+    share = f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive voltage" if drive_v else ""
+    beside = [typeset_physical_text(value, unit, quantities), share if unit == quantities.force else ""]
+    return text + _in_brackets(beside)
+
+
+def per_log_text(rows: Iterable[Mapping[str, Any]], unit: str) -> str:
+    """A parameter that several logs have each for themselves."""
+    return ", ".join(f"{typeset_estimate_text(r['value'], r['sigma'])} {unit_text(unit)} in {r['log']}" for r in rows)
+
+
+def candidate_size_lines(candidate: CandidateFit, quantities: PlantUnits) -> list[str]:
+    """Coefficients of a candidate, each followed by those of the further logs."""
+    lines = []
+    for name, value, sigma, unit in coefficients_of(candidate):
+        text = f"{name} = {_with_unit(value, sigma, unit)}".rstrip()
+        lines.append(text + _in_brackets([typeset_physical_text(value, unit, quantities)]))
+        further = [o for o in candidate.per_log[1:] if name in o.coefficients]
+        lines += [f"… in {o.log}: {typeset_estimate_text(o.coefficients[name], o.sigma[name])}" for o in further]
+    return lines
+
+
+def typeset_detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Smallest detectable size of each effect, with its units."""
+    rows = []
+    for effect, sizes in diagnosis.detectable.items():
+        units = {p.name: unit_text(p.unit) for p in diagnosis.problem.effect(effect).parameters}
+        texts = (f"{n} {typeset_number_text(v, 2)} {units.get(n, '')}".rstrip() for n, v in sizes.items())
+        rows.append((effect, ", ".join(texts)))
+    return rows
+
+
+def _with_unit(value: float, sigma: float | None, unit: str) -> str:
+    return f"{typeset_estimate_text(value, sigma)} {unit_text(unit)}"
+
+
+def _in_brackets(texts: Iterable[str]) -> str:
+    known = [t for t in texts if t]
+    return f" ({', '.join(known)})" if known else ""

@@ -1,0 +1,127 @@
+"""What is missing, in words: verdicts, headline, title, evidence and equivalents."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from derive import effects as library
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.model.units import PlantUnits
+from wheelpend.reports.numbers import digits_text, error_text, p_value_text
+from wheelpend.reports.text.effect_sizes import effect_size_text, rms_drive_voltage, step_size_text
+
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.evidence import CandidateFit
+    from wheelpend.diagnosis.explain import Explanation, Step
+    from wheelpend.diagnosis.verdict import Diagnosis
+    from wheelpend.model.record import Model
+
+CLOSING_SENTENCES = {
+    "nothing_missing": "Nothing more is missing.",
+    "ambiguous": "Nothing more is missing, but a step was ambiguous.",
+    "unexplained": "Something is still missing that no effect of the library accounts for.",
+}
+
+
+# ---- a diagnosis
+
+
+def verdict_text(result: Diagnosis, model: Model) -> str:
+    """The verdict of a diagnosis in a sentence or two."""
+    error, floor = digits_text(result.error), digits_text(result.noise_floor)
+    if result.verdict == "nothing_missing":
+        return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
+                "naming.")  # fmt: skip
+    if result.verdict == "unexplained":
+        return (f"Something is missing (error {error}, noise floor {floor}), and no effect of the library accounts "
+                f"for it.{partial_explanation_text(result)}")  # fmt: skip
+    return best_candidate_text(result.candidates[0], result, model)
+
+
+def partial_explanation_text(result: Diagnosis) -> str:
+    """What the first candidate explains where none explains all, as a sentence to follow another."""
+    if not result.named:
+        return ""
+    best = result.named[0]
+    return (f" {best.effect} explains most: with it the held-out error falls to {digits_text(best.error_after)}. It "
+            "may be a part of what is missing, or only resemble it.")  # fmt: skip
+
+
+def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> str:
+    """The first candidate with its size, its meaning for the machine, and the error with it."""
+    rest = ("" if best.error_after <= MAX_EXPLAINED_ERROR_RATIO * result.noise_floor else
+            " Further effects explain the rest: add it and diagnose again, or use `wheelpend explain`.")  # fmt: skip
+    certain = "is missing" if result.verdict == "effect_missing" else f"or {names_text(best.equivalent_to)} is missing"
+    meaning = effect_meaning_text(best, model, rms_drive_voltage(result.problem))
+    return (f"{best.effect} {certain}: {meaning} "
+            f"With it the held-out error falls from {digits_text(result.error)} to {digits_text(best.error_after)} "
+            f"(noise floor {digits_text(result.noise_floor)}).{rest}")  # fmt: skip
+
+
+def effect_meaning_text(found: CandidateFit | Step, model: Model, drive_v: float) -> str:
+    """An effect's sentence, its size and its meaning for the machine."""
+    effect = library.find(found.effect)
+    size = effect_size_text(found, model, drive_v)
+    return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}"
+
+
+# ---- a step of an explanation
+
+
+def evidence_text(step: Step) -> str:
+    """Evidence for an effect: p-value, fall of the held-out error, blocks that agree."""
+    fall = f"the held-out error falls by {digits_text(100 * (1 - step.error_after / step.error_before), 3)} %"
+    p_value = "" if step.p_value is None else f"p = {p_value_text(step.p_value)}"
+    agreement = "" if step.blocks_agree is None else f"lower in {step.blocks_agree} blocks"
+    return "; ".join(filter(None, (p_value, fall, agreement))) + "."
+
+
+def equivalents_text(step: Step, subject: str) -> str:
+    """The effects that the data do not tell from a step's."""
+    return f"These data cannot tell {subject} from {names_text(step.equivalent_to)}."
+
+
+def names_text(names: tuple[str, ...]) -> str:
+    """Names in a row."""
+    return ", ".join(names)
+
+
+# ---- an explanation on the page
+
+
+def ambiguity_sentences(explanation: Explanation) -> list[str]:
+    """The equivalents of every step that has some."""
+    return [equivalents_text(s, s.effect) for s in explanation.steps if s.equivalent_to]
+
+
+def short_verdict_text(explanation: Explanation) -> str:
+    """The verdict in a few words."""
+    more = "more " if explanation.steps else ""
+    known = {"nothing_missing": f"nothing {more}is missing", "unexplained": "something is unexplained"}
+    return known.get(explanation.verdict, explanation.verdict)
+
+
+def title_text(explanation: Explanation) -> str:
+    """The finding as a title."""
+    names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
+    found = " and ".join(", ".join(names).rsplit(", ", 1))
+    if explanation.verdict == "unexplained":
+        also = f"{found} explains a part, but something of what is missing is not in the library"
+        return also if found else "Something is missing that the library does not hold"
+    return f"The model was missing {found}" if found else "Nothing is missing in this model"
+
+
+def headline_sentences(explanation: Explanation, quantities: PlantUnits) -> list[str]:
+    """Every added effect with its size, and what they did to the held-out error."""
+    before, after, floor = map(error_text, (explanation.base_error, explanation.error, explanation.noise_floor))
+    kind = "held-out" if explanation.problem.validation else "training"
+    if not explanation.steps:
+        return [f"With its own parameters refitted, the model has a {kind} error of {before} "
+                f"(noise floor {floor}); no effect of the library is worth adding."]  # fmt: skip
+    return [*(_step_sentence(step, explanation, quantities) for step in explanation.steps),
+            f"The {kind} error falls from {before} to {after}; the noise floor is {floor}."]  # fmt: skip
+
+
+def _step_sentence(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
+    sentence = library.find(step.effect).sentence.rstrip(".")
+    return f"{sentence} ({step.effect}): {step_size_text(step, explanation, quantities)}."
