@@ -11,7 +11,7 @@ class Failure(ValueError):
 
 
 class OutOfRange(Failure):
-    """The simulated robot does not stay up."""
+    """A simulated machine leaves the range within which its range channel must stay."""
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

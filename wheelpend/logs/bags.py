@@ -45,7 +45,7 @@ def bag_table(path: Path) -> Table:
                       "Install it with: pip install 'wheelpend[bags]'") from None  # fmt: skip
     except Failure:
         raise
-    except Exception as error:  # the readers have a dozen kinds of their own
+    except Exception as error:  # the readers raise a dozen kinds
         raise Failure(f"{path.name} is damaged and cannot be read as a bag: {error}.") from error
     if not series:
         raise Failure(f"{path.name} must hold messages with numbers, but it has none.")

@@ -22,7 +22,7 @@ BASE_PARAMETER_PATTERN = re.compile(r"X[1-9]\d*")
 
 
 class ResolvedNames(NamedTuple):
-    """What the names in a model.toml stand for."""
+    """Names of a model.toml, complete and known to plant and library."""
 
     assumptions: dict[str, Any]  # every one of the plant's, encoder included
     effects: tuple[str, ...]  # those of the file, then those that assumptions imply
@@ -62,10 +62,10 @@ def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]
     return library.register(read_user_effects(workspace, plant))
 
 
-def check_effects(names: tuple[str, ...], plant: PlantSignature, own: tuple[str, ...]) -> tuple[str, ...]:
+def check_effects(names: tuple[str, ...], plant: PlantSignature, user_effects: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names; raises Failure when one is unknown, there twice, or acts on a part that the plant lacks."""
     for k, name in enumerate(names):
-        check_known("effect", [name], sorted([*library.EFFECT_LIBRARY, *own]))
+        check_known("effect", [name], sorted([*library.EFFECT_LIBRARY, *user_effects]))
         if name in names[:k]:
             raise Failure(f"effects must name each effect once; {name} is there twice. Remove one.")
         if not library.is_applicable(library.find(name), plant):

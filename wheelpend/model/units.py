@@ -17,7 +17,7 @@ class PlantUnits:
 
     units: dict[str, str]  # of time, input, coordinates, rates and channels, by name
     force: str  # unit of a generalised force, V for one in volt-equivalents
-    worth: float | None = None  # N m, or N, that one such unit is worth
+    force_per_unit: float | None = None  # N m, or N, per unit of `force`
     physical: str = ""  # N·m or N
 
     def unit(self, name: str) -> str:
@@ -27,18 +27,18 @@ class PlantUnits:
 
     def in_physical(self, value: float, unit: str) -> tuple[float, str] | None:
         """A coefficient in N m, or N, with its unit; None where it is no force or the conversion is not known."""
-        if self.worth is None or not re.match(rf"{re.escape(self.force)}(?!\w)", unit):
+        if self.force_per_unit is None or not re.match(rf"{re.escape(self.force)}(?!\w)", unit):
             return None
-        return value * self.worth, self.physical + unit[len(self.force) :]
+        return value * self.force_per_unit, self.physical + unit[len(self.force) :]
 
 
 def plant_units_of(model: Model) -> PlantUnits:
     """Units of a model's plant, with the physical force per unit of input that its constants give."""
     plant = model.plant_signature
     scale = plant.scale_constant
-    worth = model.constants.get(scale.name) if scale else None
+    force_per_unit = model.constants.get(scale.name) if scale else None
     physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""
-    return PlantUnits(units_of(plant), plant.input_unit, worth, physical)
+    return PlantUnits(units_of(plant), plant.input_unit, force_per_unit, physical)
 
 
 def units_of(plant: PlantSignature) -> dict[str, str]:
