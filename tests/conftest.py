@@ -1,4 +1,4 @@
-"""Kernels for all tests, and which tests run on one worker because they share a fixture."""
+"""Kernels for all tests, and a count of what fits simulate."""
 
 import os
 
@@ -11,14 +11,6 @@ from types import ModuleType  # noqa: E402
 import pytest  # noqa: E402
 
 from wheelpend.kernels import load as kernels  # noqa: E402
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that share a fixture of their module go to one worker, so that it is made once."""
-    for item in items:
-        shared = [f for found in item._fixtureinfo.name2fixturedefs.values() for f in found if f.scope == "module"]
-        if shared:
-            item.add_marker(pytest.mark.xdist_group(str(item.path)))
 
 
 @pytest.fixture(scope="session")

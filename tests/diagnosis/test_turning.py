@@ -19,7 +19,7 @@ def parameters(module, values=X):
     return np.array([known.get(n, a) for n, a in zip(module.PARAMETERS, module.ABSENT, strict=True)])
 
 
-def recorded(seed: int = 1, seconds: float = 12.0, **effects: float) -> Log:
+def recorded(seed: int = 1, seconds: float = 8.0, **effects: float) -> Log:
     """A log of a robot that a controller holds upright and a second one turns, with sensor noise."""
     module = kernels.library_module("wheel_pendulum", TURNING)
     values = parameters(module)
@@ -48,23 +48,27 @@ def log():
     return recorded()
 
 
-def test_the_parameters_of_turning_are_identified_beside_the_others(log):
-    found = identify(Model.parse(TEXT), [log])
+@pytest.fixture(scope="module")
+def identified(log):
+    return identify(Model.parse(TEXT), [log])
+
+
+def test_the_parameters_of_turning_are_identified_beside_the_others(identified):
     for name in ("X3", "X4", "X5", "X8", "X10"):
-        row = found.parameters[name]
+        row = identified.parameters[name]
         assert abs(row["value"] - X[name]) < max(4 * row["sigma"], 0.01 * X[name]), name
-    assert found.error == pytest.approx(1.0, abs=0.05)
+    assert identified.error == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_scrubbing_tyres_are_what_a_robot_that_turns_is_missing():
-    found = diagnose(Model.parse(TEXT), [recorded(seconds=8.0, coulomb_turn__torque=0.5)])
+    found = diagnose(Model.parse(TEXT), [recorded(coulomb_turn__torque=0.5)])
     assert found.candidates[0].effect == "coulomb_turn"
     assert found.candidates[0].coefficients["torque"] == pytest.approx(0.5, rel=0.05)
 
 
-def test_a_log_with_two_voltages_is_looked_over_and_compared(log, tmp_path):
-    model = Model.parse(TEXT)
-    found = inspect_for_model(model, log)
+def test_a_log_with_two_voltages_is_looked_over_and_compared(log, identified):
+    found = inspect_for_model(Model.parse(TEXT), log)
     assert set(found.channels) == {"v_left", "v_right", "theta_w", "theta_p", "dtheta_p", "dpsi"}
-    judged = compare(identify(model, [log]).model, [log])
+    judged = compare(identified.model, [log])
     assert judged.error == pytest.approx(1.0, abs=0.05) and "dpsi" in judged.fit_percent

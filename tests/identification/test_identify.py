@@ -88,7 +88,10 @@ def test_a_robot_that_stands_still_names_what_its_log_never_excites():
 
 @pytest.mark.parametrize(
     ("effect", "hidden"),
-    [("stribeck_drive", {"static": 0.5, "sliding": 0.2, "speed": 0.5}), ("voltage_saturation", {"limit": 10.0})],
+    [
+        pytest.param("stribeck_drive", {"static": 0.5, "sliding": 0.2, "speed": 0.5}, marks=pytest.mark.slow),
+        ("voltage_saturation", {"limit": 10.0}),
+    ],
 )
 def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect, hidden):
     log = simulated(seed=3, duration=12.0, **{f"{effect}__{name}": value for name, value in hidden.items()})

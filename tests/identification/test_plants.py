@@ -14,11 +14,12 @@ def test_a_free_pendulum_is_identified_from_nothing():
     assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.002) and found.error < 1.05
 
 
+@pytest.mark.slow
 def test_two_free_links_are_identified_from_nothing():
     text = 'plant = "pendulum"\n[assumptions]\nlinks = 2\n'
     truth = {"X1": 0.15, "X2": 0.03, "X3": 0.03, "X4": 0.3}
     machine = "[simulation]\ntheta_1 = 1.0\ntheta_2 = 0.4\n" + "".join(f"{n} = {v}\n" for n, v in truth.items())
-    log = simulate(Model.parse(text + machine), command="upright", duration=10.0, seed=4)
+    log = simulate(Model.parse(text + machine), command="upright", duration=6.0, seed=4)
     found = identify(Model.parse(text), [log])
     assert {n: found.parameters[n]["value"] for n in truth} == pytest.approx(truth, rel=0.01)
 

@@ -42,8 +42,6 @@ from wheelpend.paper.verification import verify
 from wheelpend.paper.verification_text import print_verification
 from wheelpend.serialise import dumps, to_json
 
-pytestmark = pytest.mark.xdist_group("paper")  # it needs no kernels, so goes on beside the first that compile some
-
 X2, X5, X7 = (sp.Symbol(f"X{k}", real=True) for k in (2, 5, 7))
 MISPRINTS = {"9": "sign", "13": "dot", "18": "factor ε", "20": "sin(θp)", "34": "s + 1/τ1", "41": "1/τ1"}
 SECOND_TERM = "φ2,2f(s), second line, second term"
@@ -148,7 +146,13 @@ def test_a_corrected_misprint_is_found_no_more(number, name):
     assert misprints(corrected) == set(CORRECT) - {(number, name)}
 
 
-@pytest.mark.parametrize(("number", "name", "old", "new"), DAMAGE)
+def first_of_each_equation_fast(damage):
+    """The cases, with all but the first of an equation marked slow."""
+    numbers = [case[0] for case in damage]
+    return [pytest.param(*c, marks=[pytest.mark.slow] if c[0] in numbers[:k] else []) for k, c in enumerate(damage)]
+
+
+@pytest.mark.parametrize(("number", "name", "old", "new"), first_of_each_equation_fast(DAMAGE))
 def test_damage_is_reported_at_exactly_its_equation(number, name, old, new):
     damaged = verify(printed_with(number, name, PRINTED_EQUATIONS[number][name].subs(old, new)))
     assert misprints(damaged) == set(CORRECT) | {(number, name)}
