@@ -8,6 +8,7 @@ import pytest
 from derive import plants
 from tests.support import simulated
 from wheelpend import Failure, Model, simulate
+from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.missing_force.law_search import find_law
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
 from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, explained_forces
@@ -17,11 +18,10 @@ from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.starts import best_start
-from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
 from wheelpend.model.units import plant_units_of
 from wheelpend.model.user_effects import effects_from_text, read_user_effects, write_user_effects
-from wheelpend.reports.page.page import most_repeatable_figure
+from wheelpend.reports.page.force_figures import most_repeatable_figure
 from wheelpend.reports.page.rows import law_table
 from wheelpend.reports.text.unexplained import repeatability_sentences
 from wheelpend.serialise import to_json
@@ -67,8 +67,7 @@ def test_where_only_noise_is_left_nothing_is_missing_that_could_repeat():
 def dry():
     """A diagnosis of dry friction by a library without effects."""
     problem, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
-    error, residuals = validation_residuals(problem, base)
-    return with_missing_force(conclude(problem, base, error, residuals, [], ScoreTest((), {}), None))
+    return with_missing_force(conclude(problem, ValidatedFit.of(problem, base), [], ScoreTest((), {}), None))
 
 
 def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):

@@ -2,4 +2,24 @@
 
 In: an estimation problem. Out: `Diagnosis` with ranked candidates and their evidence, `Explanation` with the error
 ladder, `Comparison`. Question: what is missing, how sure is that, and how much does adding it help?
+
+- `criteria`: thresholds that several modules share.
+- `score_test`: the expected gain of every effect, from one linearisation.
+- `pair_search`: the pair of effects that leaves least together.
+- `events`: effects that happen once, and when.
+- `backlash_start`: a start for backlash, whose contacts make and break.
+- `refit`: refits of the model with one effect more.
+- `evidence`: Wald and encompassing tests, agreement of blocks, validation error.
+- `ranking`: the order of the refitted effects.
+- `candidates`: which effects are refitted, how far, and which are validated.
+- `missing_force`: the generalised force that the model lacks, and laws for it.
+- `verdict`: the candidates that are named, and their equivalents.
+- `alternatives`: an event, or backlash, in place of a lasting effect.
+- `rounds`: one round of score test, refits and verdict.
+- `stepwise`: rounds one after the other, forward and backward; `diagnose`.
+- `explain`: the error ladder.
+- `change`: one effect added or removed.
+- `horizons`: the prediction error over the horizon.
+- `replay`: the closed loop replayed with the model.
+- `compare`: a model as it stands against measurements.
 """

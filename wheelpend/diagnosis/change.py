@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import derive
 from wheelpend.diagnosis.evidence import estimates_per_log
 from wheelpend.diagnosis.explain import Step, fitted_model
-from wheelpend.diagnosis.refit import refit_with
+from wheelpend.diagnosis.refit import Progress, refit_with
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
@@ -24,7 +25,7 @@ from wheelpend.model.record import Model
 
 @dataclass(frozen=True)
 class Change:
-    """What adding or removing an effect did to a model."""
+    """A model with an effect added or removed, and the fits of both."""
 
     step: Step
     model: Model = field(repr=False)
@@ -42,9 +43,9 @@ def add(
     remove: bool = False,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Change:
-    """Refit a model with one more effect (or, with ``remove``, one less) and judge both on held-out data.
+    """Refit a model with one more effect (or, with ``remove``, one less) and judge both on validation data.
 
-    Returns the new model; writes nothing.
+    Returns the new model; writes nothing. Raises Failure where no data can tell an effect that is to be added.
     """
     if not remove:
         require_testable(derive.effects.find(effect), model)
@@ -53,31 +54,53 @@ def add(
     problem, start = best_start(problem)
     old = model.effects
     new = tuple(e for e in old if e != effect) if remove else tuple(extended_effects(model, effect))
-    fewer = new if remove else old
-    progress("fitting without the effect")
-    lesser = problem.with_effects(fewer)
-    small = fit_model(lesser, start, free_names(lesser, fewer))
-    progress(f"fitting with {effect}")
-    judged, large = refit_with(lesser, start, small, effect)
-    if judged is not lesser:
-        lesser, small = judged, fit_model(judged, small.values, free_names(judged, fewer), start_per_log=small.per_log)
-    before, after = (large, small) if remove else (small, large)
-    errors = [
-        validation_residuals(with_stable_step(lesser.with_effects(e), start), f)[0]
-        for e, f in ((old, before), (new, after))
-    ]
-    names = {n.partition(".")[2]: n for n in free_names(problem, [effect]) if n not in problem.base}
-    changed = lesser.with_effects(new)
-    step = Step(
-        effect,
-        {p: large.of_log(0)[n] for p, n in names.items()},
-        {p: standard_error(problem, large, n) for p, n in names.items()},
-        {p: _unit(problem, effect, p) for p in names},
-        None, (), errors[0], errors[1], {n: after.values[n] for n in problem.base},
-        estimates_per_log(problem, large, derive.effects.find(effect)),
-    )  # fmt: skip
+    fits = _fit_both(problem, new if remove else old, start, effect, progress)
+    before, after = (fits.larger, fits.smaller) if remove else (fits.smaller, fits.larger)
+    pairs = ((old, before), (new, after))
+    errors = [validation_residuals(with_stable_step(fits.problem.with_effects(e), start), f)[0] for e, f in pairs]
+    changed = fits.problem.with_effects(new)
+    step = _step_of(problem, effect, fits.larger, errors, {n: after.values[n] for n in problem.base})
     return Change(step, fitted_model(changed, after), changed, before, after)
 
 
-def _unit(problem: EstimationProblem, effect: str, parameter: str) -> str:
-    return next(p.unit for p in problem.effect(effect).parameters if p.name == parameter)
+class NestedFits(NamedTuple):
+    """Fits of a model without and with an effect, on the same segments."""
+
+    problem: EstimationProblem  # that judges both, of the model without the effect
+    smaller: Fit
+    larger: Fit
+
+
+def _fit_both(
+    problem: EstimationProblem, present: Sequence[str], start: dict[str, float], effect: str, progress: Progress
+) -> NestedFits:
+    """Fit a model with some effects present, and with one more; both anew where an event needs other segments."""
+    progress("fitting without the effect")
+    without = problem.with_effects(present)
+    smaller = fit_model(without, start, free_names(without, present))
+    progress(f"fitting with {effect}")
+    judging, larger = refit_with(without, start, smaller, effect)
+    if judging is not without:
+        free = free_names(judging, present)
+        smaller = fit_model(judging, smaller.values, free, start_per_log=smaller.per_log)
+    return NestedFits(judging, smaller, larger)
+
+
+def _step_of(
+    problem: EstimationProblem, effect: str, larger: Fit, errors: Sequence[float], parameters: dict[str, float]
+) -> Step:
+    """A ladder's step from the fit with an effect, the validation errors before and after, and base parameters."""
+    names = {n.partition(".")[2]: n for n in free_names(problem, [effect]) if n not in problem.base}
+    units = {p.name: p.unit for p in problem.effect(effect).parameters}
+    return Step(
+        effect=effect,
+        coefficients={p: larger.of_log(0)[n] for p, n in names.items()},
+        sigma={p: standard_error(problem, larger, n) for p, n in names.items()},
+        unit={p: units[p] for p in names},
+        p_value=None,
+        equivalent_to=(),
+        error_before=errors[0],
+        error_after=errors[1],
+        parameters=parameters,
+        per_log=estimates_per_log(problem, larger, derive.effects.find(effect)),
+    )

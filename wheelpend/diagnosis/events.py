@@ -1,4 +1,4 @@
-"""What happens once, in one log: when it begins and ends, and whether it accounts for what the model misses.
+"""Events, which happen once, in one log: when they begin and end, and how much of the error they account for.
 
 An effect that is an event cannot be judged on data after it, so it is judged on every second segment of its own log
 while the others are fitted. It is never carried to another log.
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects import Effect
+from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.diagnosis.score_test import solve
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
@@ -28,30 +29,25 @@ from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.logs.log import segment_bounds
 
 EVENT_HORIZON_SHARE = 0.2  # of the horizon: length of the segments between whose ends an event is looked for
-MIN_REMAINING_INFORMATION_SHARE = (
-    1e-3  # share of an event's information left by the model's own parameters, below which it shows nothing
-)
 TIME_SEARCH_SPANS = (2.0, 0.5, 0.1)  # of that length, before and after a moment, among which a better one is looked for
-TIME_GRID_POINTS_PER_SIDE, TIME_REFIT_ITERATIONS = (
-    8,
-    5,
-)  # moments tried before and after, in the end at single samples; rounds in which the rest follows
+TIME_GRID_POINTS_PER_SIDE = 8  # moments tried before and after, in the end at single samples
+TIME_REFIT_ITERATIONS = 5  # of the other parameters, after each of the searches
 TIME_BEFORE_LOGS_S = -1.0  # s: a moment before every log
 
 
 class EventCandidate(NamedTuple):
-    """Where in the logs an event fits best, seen from some values of the other parameters."""
+    """The place in the logs where an event fits best, linearised at some values of the other parameters."""
 
     effect: Effect
     log: int
     start: dict[str, float]  # by effect.parameter
     gain: float  # expected fall of the sum of squares, in noise variances
-    trials: int  # so many places were compared
-    values: dict[str, float]  # from which it was seen
+    trials: int  # number of places that were compared
+    values: dict[str, float]  # of other parameters, at which it was found
 
 
 class EventInformation(NamedTuple):
-    """What an event would change in each segment if it lasted throughout, beside the model's own parameters."""
+    """Normal equations, segment by segment, of an event that lasts throughout, beside the model's own parameters."""
 
     score: np.ndarray  # (segments,) of its size
     information: np.ndarray  # (segments,)
@@ -61,7 +57,7 @@ class EventInformation(NamedTuple):
     noise: float  # mean square of the residual in noise variances, at least 1
 
     def between(self, begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Score and information of an event from one segment to before another, the own parameters projected out."""
+        """Score and information (pairs,) of an event from one segment to before another, own parameters refitted."""
         score, information, mixed = (
             np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
             for x in (self.score, self.information, self.cross_information)
@@ -70,9 +66,8 @@ class EventInformation(NamedTuple):
         with_own, alone = mixed[end] - mixed[begin], information[end] - information[begin]
         pull = score[end] - score[begin] - with_own @ step
         weight = alone - np.einsum("pi,ij,pj->p", with_own, inverse, with_own)
-        return np.where(weight > MIN_REMAINING_INFORMATION_SHARE * alone, pull, 0.0), np.maximum(
-            weight, MIN_REMAINING_INFORMATION_SHARE * alone + 1e-300
-        )
+        pull = np.where(weight > MIN_REMAINING_INFORMATION_SHARE * alone, pull, 0.0)
+        return pull, np.maximum(weight, MIN_REMAINING_INFORMATION_SHARE * alone + 1e-300)
 
 
 def candidate_events(problem: EstimationProblem) -> tuple[Effect, ...]:
@@ -81,137 +76,147 @@ def candidate_events(problem: EstimationProblem) -> tuple[Effect, ...]:
 
 
 def find_events(problem: EstimationProblem, fitted: Fit, error: float) -> list[EventCandidate]:
-    """Where each event fits best, from one linearisation of short segments at a fit and at each start before any fit.
+    """The best place of each event, from one linearisation of short segments at a fit and at each start before any fit.
 
     A fit that is bent to an event may see it where it is not; one whose error lies in the noise is not bent. The
     largest gain comes first.
     """
-    found, origins = [], () if error < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor else problem.fallback_starts
+    bent = not error < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
+    origins: tuple[Mapping[str, float], ...] = ({}, *(problem.fallback_starts if bent else ()))
+    found = []
     for effect in candidate_events(problem):
-        for origin in ({}, *origins):
-            places = [locate_event(problem, fitted, origin, effect, number) for number in range(len(problem.training))]
-            found.append(max(places, key=lambda p: p.gain))
-    return sorted(found, key=lambda p: -p.gain)
+        for origin in origins:
+            candidates = [locate_event(problem, fitted, origin, effect, k) for k in range(len(problem.training))]
+            found.append(max(candidates, key=lambda c: c.gain))
+    return sorted(found, key=lambda c: -c.gain)
 
 
 def locate_event(
     problem: EstimationProblem, fitted: Fit, origin: Mapping[str, float], effect: Effect, number: int
 ) -> EventCandidate:
-    """Where in one log an event fits best: the run of short segments in which it lowers the sum of squares most."""
-    log = problem.training[number].log
+    """The run of short segments of one log in which an event lowers the sum of squares most."""
+    log, times = problem.training[number].log, event_time_names(effect.name)
     bounds = np.ascontiguousarray(segment_bounds(log, EVENT_HORIZON_SHARE * problem.horizon))
-    part, values = replace(problem.training[number], bounds=bounds), {**fitted.of_log(number), **origin}
-    own = fitted.names
-    seen = event_information(problem, part, values, effect, own)
-    count, open_ended = len(bounds), len(event_time_names(effect.name)) == 1
+    segments = replace(problem.training[number], bounds=bounds)
+    values = {**fitted.of_log(number), **origin}
+    information = event_information(problem, segments, values, effect, fitted.names)
+    count = len(bounds)
     begin, end = np.triu_indices(count + 1, 1)
-    if open_ended:
+    if len(times) == 1:  # it lasts to the end of the log
         begin, end = np.arange(1, count), np.full(count - 1, count)
-    pull, weight = seen.between(begin, end)
+    pull, weight = information.between(begin, end)
     best = int(np.argmax(pull**2 / weight))
     middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
-    times = [float(middle[begin[best]]), float(middle[end[best] - 1])]
-    start = dict(zip(event_time_names(effect.name), times, strict=False))
+    start = dict(zip(times, [float(middle[begin[best]]), float(middle[end[best] - 1])], strict=False))
     start |= {f"{effect.name}.{p.name}": float(pull[best] / weight[best]) for p in effect.linear}
-    gain = float(pull[best] ** 2 / weight[best]) / seen.noise
+    gain = float(pull[best] ** 2 / weight[best]) / information.noise
     return EventCandidate(effect, number, start, gain, len(begin), dict(origin))
 
 
 def event_information(
-    problem: EstimationProblem, part: Segments, values: Mapping[str, float], effect: Effect, own: Sequence[str]
+    problem: EstimationProblem, segments: Segments, values: Mapping[str, float], effect: Effect, own: Sequence[str]
 ) -> EventInformation:
-    """What an event changes in each segment of a part if it lasts throughout."""
-    throughout = dict(
-        zip(event_time_names(effect.name), (TIME_BEFORE_LOGS_S, float(part.log.t[-1]) + 1.0), strict=False)
-    )
-    parameters = kernel_parameters(problem.module, {**values, **throughout}, part.log)
-    states, _ = fit_states(problem.module, part, initial_states(problem.module, part), parameters,
+    """Normal equations of an event that lasts throughout a log's segments, beside the model's own parameters."""
+    module, nx = problem.module, problem.module.NX
+    span = (TIME_BEFORE_LOGS_S, float(segments.log.t[-1]) + 1.0)
+    throughout = dict(zip(event_time_names(effect.name), span, strict=False))
+    parameters = kernel_parameters(module, {**values, **throughout}, segments.log)
+    states, _ = fit_states(module, segments, initial_states(module, segments), parameters,
                            problem.max_step, rounds=2, keep_residual=False)  # fmt: skip
     names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
-    columns, nx = [problem.module.PARAMETERS.index(n) for n in names], problem.module.NX
-    shot = shoot(problem.module, part, states, parameters, columns, max_step=problem.max_step, keep_residual=False)
-    reduced = eliminate_initial_states([shot], nx, parameter_layout(names, (), 1))
+    columns, layout = [module.PARAMETERS.index(n) for n in names], parameter_layout(names, (), 1)
+    linearisation = shoot(module, segments, states, parameters, columns, max_step=problem.max_step, keep_residual=False)
+    reduced = eliminate_initial_states([linearisation], nx, layout)
     scores = np.nan_to_num(reduced.scores)
-    pieces = np.nan_to_num(segment_informations([shot], nx, parameter_layout(names, (), 1), reduced))
-    last, left = len(own), np.nan_to_num([float(g[-1, -1]) for g in shot.gram])
+    information = np.nan_to_num(segment_informations([linearisation], nx, layout, reduced))
+    last, squares = len(own), np.nan_to_num([float(g[-1, -1]) for g in linearisation.gram])
     return EventInformation(
-        scores[:, last], pieces[:, last, last], pieces[:, last, :last], pieces[:, :last, :last].sum(axis=0),
-        scores[:, :last].sum(axis=0), max(float(left.sum()) / max(part.values, 1), 1.0),
-    )  # fmt: skip
+        score=scores[:, last],
+        information=information[:, last, last],
+        cross_information=information[:, last, :last],
+        own=information[:, :last, :last].sum(axis=0),
+        base_score=scores[:, :last].sum(axis=0),
+        noise=max(float(squares.sum()) / max(segments.values, 1), 1.0),
+    )
 
 
 def fit_event(
-    problem: EstimationProblem, base: Fit, places: Sequence[EventCandidate], free: Sequence[str]
+    problem: EstimationProblem, base: Fit, candidates: Sequence[EventCandidate], free: Sequence[str]
 ) -> tuple[EstimationProblem, Fit]:
-    """The best fit with an event at one of several places, and the study that judges it.
+    """The best fit with an event at one of several places, and the problem that judges it.
 
     When it happened is taken from the whole log; segments in which it begins or ends are then among those that are
     fitted, and of the others every second one is held out.
     """
     alternate = with_interleaved_validation(problem)
-    fits = [(fit_at_event_times(alternate, base, p, free), p) for p in places]
-    best, place = min(fits, key=lambda pair: pair[0].cost)
-    moments = event_time_names(place.effect.name)
-    names = [*best.names, *moments]
-    every = tuple(
-        replace(p, bounds=np.ascontiguousarray(segment_bounds(p.log, problem.horizon), dtype=np.int64))
-        for p in problem.training
+    fits = [(fit_at_event_times(alternate, base, c, free), c) for c in candidates]
+    best, candidate = min(fits, key=lambda pair: pair[0].cost)
+    names = [*best.names, *event_time_names(candidate.effect.name)]
+    whole_logs = tuple(
+        replace(s, bounds=np.ascontiguousarray(segment_bounds(s.log, problem.horizon), dtype=np.int64))
+        for s in problem.training
     )
-    best = refine_event_times(problem, every, best, place)
-    found = fit_segments(problem, every, best.values, names, start_per_log=best.per_log, rounds=40)
-    known, present = found.of_log(place.log), (*problem.model.effects, place.effect.name)
-    around = with_interleaved_validation(
-        problem, [known[n] for e in present for n in event_time_names(e) if n in known]
-    )
-    return around, fit_segments(around, around.training, found.values, names, start_per_log=found.per_log, rounds=40)
+    best = refine_event_times(problem, whole_logs, best, candidate)
+    found = fit_segments(problem, whole_logs, best.values, names, start_per_log=best.per_log, rounds=40)
+    known, present = found.of_log(candidate.log), (*problem.model.effects, candidate.effect.name)
+    moments = [known[n] for e in present for n in event_time_names(e) if n in known]
+    judging = with_interleaved_validation(problem, moments)
+    fitted = fit_segments(judging, judging.training, found.values, names, start_per_log=found.per_log, rounds=40)
+    return judging, fitted
 
 
-def fit_at_event_times(problem: EstimationProblem, base: Fit, place: EventCandidate, free: Sequence[str]) -> Fit:
+def fit_at_event_times(problem: EstimationProblem, base: Fit, candidate: EventCandidate, free: Sequence[str]) -> Fit:
     """Fit the model with an event at given moments in one log and in no other, from where it fits best."""
-    moments = event_time_names(place.effect.name)
-    nothing = {n: 0.0 for n in place.start if n not in moments}
-    own = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(problem.training))]
-    for number, values in enumerate(own):
-        values |= place.start if number == place.log else {**place.start, **nothing}
-    names = [n for n in dict.fromkeys([*free, *place.effect.full_names]) if n not in moments]
-    return fit_segments(problem, problem.training, {**base.values, **place.values}, names, start_per_log=own)
+    moments = event_time_names(candidate.effect.name)
+    absent = {n: 0.0 for n in candidate.start if n not in moments}
+    per_log = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(problem.training))]
+    for number, values in enumerate(per_log):
+        values |= candidate.start if number == candidate.log else {**candidate.start, **absent}
+    names = [n for n in dict.fromkeys([*free, *candidate.effect.full_names]) if n not in moments]
+    return fit_segments(problem, problem.training, {**base.values, **candidate.values}, names, start_per_log=per_log)
 
 
-def refine_event_times(problem: EstimationProblem, parts: Sequence[Segments], found: Fit, place: EventCandidate) -> Fit:
+def refine_event_times(
+    problem: EstimationProblem, log_segments: Sequence[Segments], found: Fit, candidate: EventCandidate
+) -> Fit:
     """A fit with the moments of an event moved to where they fit best, from a wide search to the single sample.
 
     What an event does can depend on the command, which jumps at every sample: the sum of squares over a moment has a
     minimum between any two samples, and Gauss-Newton would stay in the first. So moments and the rest take turns.
     """
-    t = parts[place.log].log.t
-    for spread in (
-        *(EVENT_HORIZON_SHARE * problem.horizon * share for share in TIME_SEARCH_SPANS),
-        TIME_GRID_POINTS_PER_SIDE * parts[place.log].log.dt,
-    ):
-        for moment in event_time_names(place.effect.name):
-            middle = found.of_log(place.log)[moment]
-            near = np.searchsorted(t, np.linspace(middle - spread, middle + spread, 2 * TIME_GRID_POINTS_PER_SIDE + 1))
-            places = np.unique(np.clip(near, 1, len(t) - 1))
-            tried = [with_event_time(found, place.log, moment, 0.5 * float(t[k - 1] + t[k])) for k in places]
-            costs = [cost_near_event(problem, parts[place.log], f.of_log(place.log), middle, spread) for f in tried]
-            found = tried[int(np.argmin(costs))]
+    length, dt = EVENT_HORIZON_SHARE * problem.horizon, log_segments[candidate.log].log.dt
+    for spread in (*(length * share for share in TIME_SEARCH_SPANS), TIME_GRID_POINTS_PER_SIDE * dt):
+        for moment in event_time_names(candidate.effect.name):
+            found = _with_best_event_time(problem, log_segments[candidate.log], found, candidate.log, moment, spread)
         found = fit_segments(
-            problem, parts, found.values, found.names, start_per_log=found.per_log, rounds=TIME_REFIT_ITERATIONS
+            problem, log_segments, found.values, found.names, start_per_log=found.per_log, rounds=TIME_REFIT_ITERATIONS
         )
     return found
 
 
+def _with_best_event_time(
+    problem: EstimationProblem, segments: Segments, found: Fit, log: int, moment: str, spread: float
+) -> Fit:
+    """A fit's values with a moment moved to the best point of a grid, up to a spread [s] before and after."""
+    t, middle = segments.log.t, found.of_log(log)[moment]
+    near = np.searchsorted(t, np.linspace(middle - spread, middle + spread, 2 * TIME_GRID_POINTS_PER_SIDE + 1))
+    samples = np.unique(np.clip(near, 1, len(t) - 1))
+    moved = [with_event_time(found, log, moment, 0.5 * float(t[k - 1] + t[k])) for k in samples]
+    costs = [cost_near_event(problem, segments, f.of_log(log), middle, spread) for f in moved]
+    return moved[int(np.argmin(costs))]
+
+
 def with_event_time(found: Fit, log: int, moment: str, when: float) -> Fit:
-    """A fit's values with a moment of one log elsewhere."""
+    """A fit's values with a moment of one log elsewhere [s]."""
     return replace(found, per_log=tuple({**v, moment: when} if k == log else v for k, v in enumerate(found.per_log)))
 
 
 def cost_near_event(
-    problem: EstimationProblem, part: Segments, values: Mapping[str, float], middle: float, spread: float
+    problem: EstimationProblem, segments: Segments, values: Mapping[str, float], middle: float, spread: float
 ) -> float:
     """Sum of squares in the segments that reach into a span of time, their initial states fitted."""
-    t, bounds = part.log.t, part.bounds
+    t, bounds = segments.log.t, segments.bounds
     near = (t[bounds[:, 0]] <= middle + spread) & (t[bounds[:, 1] - 1] >= middle - spread)
     if not near.any():
         return np.inf
-    return fit_segments(problem, [replace(part, bounds=bounds[near])], values, (), rounds=0).cost
+    return fit_segments(problem, [replace(segments, bounds=bounds[near])], values, (), rounds=0).cost

@@ -1,4 +1,4 @@
-"""Evidence for an effect after its refit: significance, agreement of blocks, and fall of the held-out error."""
+"""Evidence for an effect after its refit: Wald and encompassing tests, agreement of blocks, validation error."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects import Effect
-from wheelpend.diagnosis.score_test import Candidate, size_names
+from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.parameter_table import conservative_standard_error
@@ -19,14 +20,33 @@ from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.numerics import null_space
 
-FAMILYWISE_SIGNIFICANCE_LEVEL = 0.01  # family-wise, over the whole library
-MIN_RELATIVE_ERROR_DECREASE = 0.005  # relative fall of the held-out error below which an effect is not worth naming
-AGREEMENT_BLOCK_COUNT = 5  # of each held-out part, that are asked whether the error falls in them
-CONFIRMATION_BLOCK_COUNT = 10  # of each held-out part, whose scatter tells the error of a confirmation
+FAMILYWISE_SIGNIFICANCE_LEVEL = 0.01  # over the whole library
+AGREEMENT_BLOCK_COUNT = 5  # blocks of each log's validation segments in which the fall of the error is counted
+CONFIRMATION_BLOCK_COUNT = 10  # blocks of each log's validation segments whose scatter gives a standard error
+
+
+class ValidatedFit(NamedTuple):
+    """A fit and its prediction errors on the validation segments."""
+
+    fit: Fit
+    error: float  # [σ]
+    residuals: list[np.ndarray]  # of each log (N, channels) [σ]
+
+    @staticmethod
+    def of(problem: EstimationProblem, fitted: Fit) -> ValidatedFit:
+        """Predict the validation segments with a fit."""
+        return ValidatedFit(fitted, *validation_residuals(problem, fitted))
+
+
+class Comparisons(NamedTuple):
+    """Numbers of comparisons by which p-values are corrected (Bonferroni)."""
+
+    tests: int  # on the training data
+    validated: int  # effects that are judged on the validation data
 
 
 class LogEstimate(NamedTuple):
-    """What one of several logs says of an effect's own parameters in it."""
+    """Estimates of an effect's own parameters in one of several logs."""
 
     log: str
     coefficients: dict[str, float]
@@ -43,80 +63,77 @@ class CandidateFit:
     sigma: dict[str, float]
     unit: dict[str, str]
     p_value: float  # corrected for the size of the library, the larger of p_discovery and p_confirmation
-    blocks_agree: str
-    error_after: float  # held out
+    blocks_agree: str  # in how many blocks of the validation data the error falls, as "4/5"
+    error_after: float  # on validation data [σ]
     equivalent_to: tuple[str, ...]
     physical: bool
     fit: Fit = field(repr=False)
     beyond: dict[str, float] = field(default_factory=dict)  # p-value of what it adds to each effect it contains
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     p_discovery: float | None = None  # from the training data that chose the effect, corrected for the library
-    p_confirmation: float | None = None  # from held-out data, corrected for how many effects were judged on them
+    p_confirmation: float | None = None  # from validation data, corrected for how many effects were judged on them
 
-    def is_supported(self, before: float) -> bool:
-        """Significant, physically possible, and lowering the held-out error by enough."""
+    def is_supported(self, error_before: float) -> bool:
+        """Significant, physically possible, and lowering the validation error by enough."""
         return (
             self.physical
             and self.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
-            and self.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * before
+            and self.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * error_before
         )
 
     def improves_on(self, smaller: CandidateFit) -> bool:
-        """Whether what it adds to an effect that it contains is significant and lowers the held-out error by enough."""
+        """Adding significantly to an effect that it contains, and lowering the validation error by enough."""
         better = self.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * smaller.error_after
         return better and self.beyond.get(smaller.effect, 0.0) < FAMILYWISE_SIGNIFICANCE_LEVEL
 
 
 def evaluate_candidate(
     problem: EstimationProblem,
-    candidate: Candidate,
+    effect: Effect,
     fitted: Fit,
-    evidence: Fit,
-    before: float,
     residuals_before: list[np.ndarray],
-    *,
-    tests: int,
-    judged: int,
+    comparisons: Comparisons,
+    significance: Fit | None = None,
 ) -> CandidateFit:
-    """Evidence for one effect: significance, agreement of blocks, fall of the held-out error.
+    """Evidence for one effect from a fit with it, and from the validation residuals of the model without it.
 
-    It is one of so many tests on the training data, and one of so many effects judged on the held-out data. The larger
-    of the two corrected probabilities counts.
+    The larger of two corrected p-values counts: from the training data that chose the effect, by the fit
+    ``significance`` where it is another one, and from the validation data.
     """
-    effect = candidate.effect
-    after, residuals = validation_residuals(problem, fitted)
-    names = [n for n in fitted.free if n.split("@")[0] in effect.full_names]
+    error_after, residuals = validation_residuals(problem, fitted)
     coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
     sigma = {p.name: conservative_standard_error(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
-    sized = [n for n in names if n.split("@")[0] in size_names(effect)]
-    away = deviation_from_absence(evidence, sized, null_values(problem, effect))
-    added = incremental_p_values(problem, effect, evidence, tests)
-    found = max(
-        [min(1.0, wald_p_value(evidence, sized, away) * tests), *(added[s] for s in problem.replaced(effect.name))]
-    )
-    again = (
-        min(1.0, confirmation_p_value(problem, residuals_before, residuals) * judged) if problem.validation else None
-    )
     per_log = estimates_per_log(problem, fitted, effect)
-    all_sizes = [(coefficients, sigma), *((o.coefficients, o.sigma) for o in per_log)]
-    physical = all(is_physical(effect, coefficients | c, sigma | s) for c, s in all_sizes)
+    estimates = [(coefficients, sigma), *((e.coefficients, e.sigma) for e in per_log)]
+    incremental = incremental_p_values(problem, effect, significance or fitted, comparisons.tests)
+    sizes = [n for n in fitted.free if n.split("@")[0] in size_names(effect)]
+    size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
+    discovery = max([size_p_value, *(incremental[s] for s in problem.replaced(effect.name))])
+    confirmation = None
+    if problem.validation:
+        confirmation = min(1.0, confirmation_p_value(problem, residuals_before, residuals) * comparisons.validated)
     return CandidateFit(
-        effect.name,
-        effect.family,
-        coefficients,
-        sigma,
-        {p.name: p.unit for p in effect.parameters},
-        max(found, again or 0.0),
-        block_agreement(residuals_before, residuals),
-        after,
-        (),
-        physical,
-        fitted,
-        added,
-        per_log,
-        found,
-        again,
+        effect=effect.name,
+        family=effect.family,
+        coefficients=coefficients,
+        sigma=sigma,
+        unit={p.name: p.unit for p in effect.parameters},
+        p_value=max(discovery, confirmation or 0.0),
+        blocks_agree=block_agreement(residuals_before, residuals),
+        error_after=error_after,
+        equivalent_to=(),
+        physical=all(is_physical(effect, coefficients | c, sigma | s) for c, s in estimates),
+        fit=fitted,
+        beyond=incremental,
+        per_log=per_log,
+        p_discovery=discovery,
+        p_confirmation=confirmation,
     )
+
+
+def _size_p_value(problem: EstimationProblem, effect: Effect, fitted: Fit, sizes: Sequence[str]) -> float:
+    """P-value, not corrected, of the sizes of an effect (labels of a fit) against those at which it does nothing."""
+    return wald_p_value(fitted, sizes, deviation_from_absence(fitted, sizes, null_values(problem, effect)))
 
 
 def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -> tuple[LogEstimate, ...]:
@@ -137,15 +154,30 @@ def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -
 def confirmation_p_value(
     problem: EstimationProblem, residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
 ) -> float:
-    """Probability, by chance, that held-out data follow what an effect changes in the prediction, as far as they do.
+    """P-value of the validation data following the change that an effect makes in the prediction.
 
     The old residuals are regressed on the change, which the training data alone have fixed: a factor of 1 says that
     the effect is there, 0 that it is not (the encompassing test of Harvey, Leybourne & Newbold 1998). Its standard
-    error is the larger of those for white noise and from the scatter of blocks, and counts what the training data
-    leave unsure.
+    error is the larger of those for white noise and from the scatter of blocks, and counts the uncertainty of the
+    training data.
     """
-    from scipy.special import stdtr  # imported late, as in the whole tool: it takes longer to load than most commands
+    from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
+    along, power = _regression_sums(residuals_before, residuals_after)
+    if not np.isfinite(along).all() or not power.sum() > 0.0:
+        return 1.0
+    count = len(along)
+    factor = along.sum() / power.sum()
+    scatter = np.sqrt(np.sum((along - factor * power) ** 2) * count / max(count - 1, 1))
+    inflation = 1.0 + sum(h.part.values for h in problem.validation) / sum(p.values for p in problem.training)
+    sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(inflation)
+    return float(stdtr(max(count - 1, 1), -factor / sigma))
+
+
+def _regression_sums(
+    residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Products of the old residuals with the change, and its squares, summed over each block (blocks,)."""
     blocks = []
     for before, after in zip(residuals_before, residuals_after, strict=True):
         used = np.flatnonzero(np.isfinite(before).any(axis=1))
@@ -153,25 +185,18 @@ def confirmation_p_value(
             change = before[block] - after[block]
             blocks.append((np.nansum(before[block] * change), np.nansum(change**2)))
     along, power = np.array(blocks).T
-    if not np.isfinite(along).all() or not power.sum() > 0.0:
-        return 1.0
-    factor = along.sum() / power.sum()
-    scatter = np.sqrt(np.sum((along - factor * power) ** 2) * len(blocks) / max(len(blocks) - 1, 1))
-    unsure = 1.0 + sum(h.part.values for h in problem.validation) / sum(p.values for p in problem.training)
-    sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(unsure)
-    return float(stdtr(max(len(blocks) - 1, 1), -factor / sigma))
+    return along, power
 
 
-def incremental_p_values(problem: EstimationProblem, effect: Effect, evidence: Fit, tests: int) -> dict[str, float]:
-    """Probability, by chance, of what an effect adds to each effect that it contains."""
+def incremental_p_values(problem: EstimationProblem, effect: Effect, fitted: Fit, tests: int) -> dict[str, float]:
+    """P-value, corrected for so many tests, of what an effect adds to each effect that it contains."""
     names = [f"{effect.name}.{p.name}" for p in effect.linear]
     found = {}
     for smaller, weights in problem.module.CONTAINS.get(effect.name, {}).items():
-        if all(n in evidence.free for n in names):
+        if all(n in fitted.free for n in names):
             added = null_space(np.array(weights).T).T  # combinations that vanish where it is but the smaller one
-            found[smaller] = min(
-                1.0, wald_p_value(evidence, names, deviation_from_absence(evidence, names, {}), added) * tests
-            )
+            deviation = deviation_from_absence(fitted, names, {})
+            found[smaller] = min(1.0, wald_p_value(fitted, names, deviation, added) * tests)
     return found
 
 
@@ -181,37 +206,37 @@ def coefficient(fitted: Fit, name: str) -> float:
 
 
 def deviation_from_absence(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
-    """How far coefficients are from those at which they do nothing, zero where none is given."""
-    parts = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
-    away = [fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in parts]
-    return np.where(np.isinf(away), 0.0, away)  # what stayed infinite was not fitted
+    """Coefficients less the values at which they do nothing, zero where none is given; names may be name@log."""
+    pairs = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
+    deviation = [fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in pairs]
+    return np.where(np.isinf(deviation), 0.0, deviation)  # what stayed infinite was not fitted
 
 
 def wald_p_value(fitted: Fit, names: Sequence[str], deviation: np.ndarray, combined: np.ndarray | None = None) -> float:
-    """Probability of coefficients this far away by chance, with the more cautious of two covariances.
+    """P-value of coefficients that deviate so far from absence, with the more cautious of two covariances.
 
     ``combined`` (n, names) tests combinations of them instead.
     """
-    from scipy.special import fdtrc  # imported late
+    from scipy.special import fdtrc  # imported late: scipy.special takes longer to load than most commands
 
-    places = [fitted.free.index(n) for n in names]
+    indices = [fitted.free.index(n) for n in names]
     mixed = np.eye(len(names)) if combined is None else combined
     values, count = mixed @ deviation, len(mixed)
-    segments = sum(len(s) for s in fitted.states)
+    segment_count = sum(len(s) for s in fitted.states)
     kinds = (
-        (fitted.covariance * max(fitted.error, 1.0) ** 2, max(segments - len(fitted.free), 2), 1.0),
+        (fitted.covariance * max(fitted.error, 1.0) ** 2, max(segment_count - len(fitted.free), 2), 1.0),
         (fitted.robust, max(fitted.blocks - count, 2), max(fitted.blocks - count, 1) / max(fitted.blocks - 1, 1)),
     )  # covariance, degrees of freedom, and Hotelling's correction for a covariance from so few blocks
     worst = 0.0
     for matrix, freedom, correction in kinds:
-        block = mixed @ matrix[np.ix_(places, places)] @ mixed.T
+        block = mixed @ matrix[np.ix_(indices, indices)] @ mixed.T
         statistic = float(values @ np.linalg.pinv(block, rcond=1e-12, hermitian=True) @ values) / count * correction
         worst = max(worst, float(fdtrc(count, freedom, max(statistic, 0.0))))
     return worst
 
 
 def is_physical(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
-    """Whether every coefficient lies in its physical range and order, within two standard errors."""
+    """Every coefficient within its physical range, and in its order, up to two standard errors."""
     pairs = itertools.pairwise(effect.ordered)
     return all(
         p.minimum - 2.0 * sigma[p.name] <= coefficients[p.name] <= p.maximum + 2.0 * sigma[p.name]
@@ -220,7 +245,7 @@ def is_physical(effect: Effect, coefficients: dict[str, float], sigma: dict[str,
 
 
 def block_agreement(residuals_before: list[np.ndarray], residuals_after: list[np.ndarray]) -> str:
-    """In how many of five blocks of the held-out data the error falls."""
+    """Number of blocks of the validation data in which the error falls, and of all, as "4/5"."""
     falls = []
     for before, after in zip(residuals_before, residuals_after, strict=True):
         used = np.flatnonzero(np.isfinite(before).any(axis=1))

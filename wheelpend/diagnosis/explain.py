@@ -1,4 +1,4 @@
-"""Diagnose and add in turn until nothing is missing; and the single steps, add and remove."""
+"""The error ladder: diagnose and add in turn until nothing is missing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
-from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, stepwise
+from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Step:
-    """One effect added, and what it did to the held-out error."""
+    """One effect added or removed, and the validation error before and after."""
 
     effect: str
     coefficients: dict[str, float]
@@ -65,8 +65,8 @@ class Explanation:
     last: Diagnosis = field(repr=False)
     fit: Fit = field(repr=False)
     problem: EstimationProblem = field(repr=False)
-    repeats: tuple[ExplainedForce, ...] = ()  # of what is still unexplained: on what it depends, and how much repeats
-    law: FreeLaw | None = None  # for it, on request
+    repeats: tuple[ExplainedForce, ...] = ()  # of the unexplained force: its variables, and how much of it repeats
+    law: FreeLaw | None = None  # for the unexplained force, on request
 
 
 def explain(
@@ -88,30 +88,32 @@ def explain(
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
-    steps = [ladder_step(r.problem, r.named[0], r.error) for r in rounds[:-1]]
-    first, last = rounds[0], rounds[-1]
-    problem = last.problem
-    first, diagnosis = revise_verdict(first, last), with_missing_force(revise_verdict(last, last), progress=progress)
-    if law:
-        diagnosis = with_law(diagnosis, progress=progress)
+    last = with_missing_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
+    return _error_ladder(rounds, with_law(last, progress=progress) if law else last, nominal)
+
+
+def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Explanation:
+    """The ladder of some rounds, with the last diagnosis as it is concluded, from the nominal validation error."""
+    steps = tuple(ladder_step(r.problem, r.named[0], r.error) for r in rounds[:-1])
+    first, problem = revise_verdict(rounds[0], rounds[-1]), last.problem
     return Explanation(
-        verdict=overall_verdict(steps, diagnosis),
+        verdict=overall_verdict(steps, last),
         nominal_error=nominal,
         base_error=first.error,
-        steps=tuple(steps),
+        steps=steps,
         effects=problem.model.effects,
-        error=diagnosis.error,
+        error=last.error,
         noise_floor=problem.floor,
         horizon_s=problem.horizon,
-        parameters=parameter_table(problem, diagnosis.fit),
-        experiment=first.experiment or diagnosis.experiment,
+        parameters=parameter_table(problem, last.fit),
+        experiment=first.experiment or last.experiment,
         warnings=problem.warnings,
-        repeats=diagnosis.repeats,
-        law=diagnosis.law,
-        model=fitted_model(problem, diagnosis.fit),
+        repeats=last.repeats,
+        law=last.law,
+        model=fitted_model(problem, last.fit),
         first=first,
-        last=diagnosis,
-        fit=diagnosis.fit,
+        last=last,
+        fit=last.fit,
         problem=problem,
     )
 
@@ -127,24 +129,44 @@ def overall_verdict(steps: Sequence[Step], last: Diagnosis) -> str:
 
 
 def nominal_error(problem: EstimationProblem) -> float | None:
-    """Held-out error with the model's nominal values, before any fit; null without them, or where it diverges."""
+    """Validation error with the model's nominal values, before any fit; None without them, or where it diverges."""
     values = {n: v.nominal for n, v in problem.model.parameters.items() if v.nominal is not None}
     if any(n not in values for n in problem.base):
         return None
     known = {**known_values(problem.model), **values}
+    empty = np.zeros((0, 0))
     fixed = Fit(
-        known, tuple({} for _ in problem.training), (), np.zeros((0, 0)), np.zeros((0, 0)), (), 0.0, 0, 1.0, (), True
+        values=known,
+        per_log=tuple({} for _ in problem.training),
+        free=(),
+        covariance=empty,
+        robust=empty,
+        states=(),
+        cost=0.0,
+        count=0,
+        condition=1.0,
+        unidentifiable=(),
+        converged=True,
     )
     error, _ = validation_residuals(problem, fixed)
     return error if np.isfinite(error) else None
 
 
-def ladder_step(problem: EstimationProblem, tried: CandidateFit, before: float) -> Step:
+def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_before: float) -> Step:
     """A ladder's step from a refitted candidate."""
     return Step(
-        tried.effect, tried.coefficients, tried.sigma, tried.unit, tried.p_value, tried.equivalent_to,
-        before, tried.error_after, {n: tried.fit.values[n] for n in problem.base}, tried.per_log, tried.blocks_agree,
-    )  # fmt: skip
+        effect=candidate.effect,
+        coefficients=candidate.coefficients,
+        sigma=candidate.sigma,
+        unit=candidate.unit,
+        p_value=candidate.p_value,
+        equivalent_to=candidate.equivalent_to,
+        error_before=error_before,
+        error_after=candidate.error_after,
+        parameters={n: candidate.fit.values[n] for n in problem.base},
+        per_log=candidate.per_log,
+        blocks_agree=candidate.blocks_agree,
+    )
 
 
 def fitted_model(problem: EstimationProblem, fitted: Fit) -> Model:

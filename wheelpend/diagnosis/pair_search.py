@@ -1,7 +1,7 @@
-"""All single effects and all pairs at once: what each would leave of data that it was not fitted to.
+"""All single effects and all pairs at once: the cross-validated sum of squares that each would leave.
 
-One pass over the data leaves, for each fold, the normal equations of every column and of what is to be explained. From
-these alone every model of some columns is fitted to the other folds and judged on its own: no row is touched again.
+One pass over the data leaves, for each fold, the normal equations of every column and of the residual. From these alone
+every model of some columns is fitted to the other folds and judged on its own: no row is touched again.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.diagnosis.score_test import linear_names, shoot_with_candidates
+from wheelpend.diagnosis.score_test import FittedSegments, linear_names, shoot_with_candidates
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.normal_equations import eliminate_initial_states, segment_informations
 from wheelpend.estimation.parameters import ParameterLayout
@@ -39,13 +39,12 @@ class PairSearch(NamedTuple):
 def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     """The two effects that would leave least together, as far as a fit's linearisation tells; none where it cannot."""
     effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.releases]
-    plan, shots = shoot_with_candidates(
-        problem, fitted, problem.training, [n for e in effects for n in linear_names(e)], {}
-    )
-    names = [label.split("@")[0] for label in plan.labels]
+    point = FittedSegments(problem, fitted, problem.training)
+    layout, linearisations = shoot_with_candidates(point, [n for e in effects for n in linear_names(e)], {})
+    names = [label.split("@")[0] for label in layout.labels]
     base = [k for k, n in enumerate(names) if n in fitted.names]
     order = [*base, *(k for k in range(len(names)) if k not in base), len(names)]
-    grams = fold_normal_equations(shots, problem.module.NX, plan)[:, order][:, :, order]
+    grams = fold_normal_equations(linearisations, problem.module.NX, layout)[:, order][:, :, order]
     if len(effects) < 2 or not np.isfinite(grams).all():
         return ()
     sorted_names = [names[k] for k in order[:-1]]
@@ -54,16 +53,16 @@ def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
 
 
 def fold_normal_equations(
-    shots: Sequence[ShootingLinearisation], nx: int, plan: ParameterLayout, folds: int = FOLD_COUNT
+    linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, folds: int = FOLD_COUNT
 ) -> np.ndarray:
-    """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual; the segments' states are gone."""
-    reduced, size = eliminate_initial_states(shots, nx, plan), len(plan.labels)
+    """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual, the states eliminated."""
+    reduced, size = eliminate_initial_states(linearisations, nx, layout), len(layout.labels)
     grams = np.zeros((len(reduced.scores), size + 1, size + 1))
-    grams[:, :-1, :-1] = segment_informations(shots, nx, plan, reduced)
+    grams[:, :-1, :-1] = segment_informations(linearisations, nx, layout, reduced)
     grams[:, :-1, -1] = grams[:, -1, :-1] = reduced.scores
     grams[:, -1, -1] = np.concatenate([
         s.gram[:, -1, -1] - np.einsum("sx,sx->s", s.gram[:, :nx, -1], step)
-        for s, (step, _) in zip(shots, reduced.steps, strict=True)
+        for s, (step, _) in zip(linearisations, reduced.steps, strict=True)
     ])  # fmt: skip
     edges = np.arange(folds) * len(grams) // folds
     return np.add.reduceat(grams, np.unique(edges), axis=0)

@@ -1,4 +1,4 @@
-"""The score test: every effect's gain at once, from one linearisation of the shooting problem.
+"""The score test: the expected gain of every effect, from one linearisation of the shooting problem.
 
 At the fitted model all candidates' coefficients are zero, and the sensitivities say how the residual would change with
 each. States and base parameters are eliminated first, so that a candidate is credited only with what they cannot
@@ -14,6 +14,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect
+from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.normal_equations import eliminate_initial_states
@@ -23,12 +24,8 @@ from wheelpend.estimation.profiled_starts import ProfileGrid
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, shoot
 
-MIN_TWIN_CORRELATION = (
-    0.99999  # correlation of two effects' projected sensitivities above which no size tells them apart
-)
-MIN_REMAINING_INFORMATION_SHARE = (
-    1e-3  # share of an effect's information left by base parameters, below which no size is claimed
-)
+MIN_TWIN_CORRELATION = 0.99999  # correlation of two projected sensitivities above which no size tells effects apart
+MIN_TWIN_INFORMATION_SHARE = 1e-7  # of an effect's information, beside base parameters, below which it has no twin
 
 
 class Candidate(NamedTuple):
@@ -38,7 +35,7 @@ class Candidate(NamedTuple):
     starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first; by name@log
     gain: float  # expected fall of the sum of squares with the first
     sigma: dict[str, float]  # of each coefficient, if nothing else were missing; empty where it is not believed
-    trials: int  # how many independent shapes were tried for it
+    trials: int  # number of independent settings that were compared for it
 
 
 class ScoreTest(NamedTuple):
@@ -48,89 +45,88 @@ class ScoreTest(NamedTuple):
     twins: dict[str, tuple[str, ...]]  # effects that these data cannot tell from another, at any size
 
 
+class FittedSegments(NamedTuple):
+    """A fit and the very segments of each log that it was made on: the point of a linearisation."""
+
+    problem: EstimationProblem
+    fit: Fit
+    log_segments: Sequence[Segments]
+
+    @property
+    def values(self) -> int:
+        """Number of measured values in the segments."""
+        return sum(s.values for s in self.log_segments)
+
+
 class ProjectedNormalEquations(NamedTuple):
-    """A shooting problem in some parameters, without what states and base parameters explain."""
+    """Normal equations in some parameters, without what initial states and base parameters explain."""
 
     labels: tuple[str, ...]  # base parameters first
     information: np.ndarray  # (labels, labels)
     score: np.ndarray  # (labels,)
-    unprojected_information: (
-        np.ndarray
-    )  # (labels,) diagonal of the information before the base parameters were taken out
+    unprojected_information: np.ndarray  # (labels,) diagonal of the information with the base parameters held fixed
     cost: float  # sum of squares
-    left: float  # what states and base parameters are expected to leave of it
+    left: float  # expected sum of squares once states and base parameters are refitted
 
 
 def score_test(
-    problem: EstimationProblem, fitted: Fit, parts: Sequence[Segments], shapes: Mapping[str, ProfileGrid]
+    problem: EstimationProblem, fitted: Fit, log_segments: Sequence[Segments], grids: Mapping[str, ProfileGrid]
 ) -> ScoreTest:
-    """Score every effect that the model may be missing, at a fit to these very parts.
+    """Score every effect that the model may be missing, at a fit to these very segments.
 
-    shapes holds the settings of the effects with a parameter that has to be profiled.
+    grids holds the settings of the effects with a parameter that has to be profiled.
     """
+    point = FittedSegments(problem, fitted, log_segments)
     effects = [e for e in problem.candidates() if not e.event]
-    plain = [e for e in effects if e.profiled is None]
-    there = linearise(problem, fitted, parts, [n for e in plain for n in linear_names(e)], {})
-    values = sum(p.values for p in parts)
-    found = [_score_linear(e, there, values) for e in plain]
-    found += [
-        _score_profiled(problem, fitted, parts, e, shapes[e.name], there, values) for e in effects if e.name in shapes
-    ]
-    own = {e.name: _label_indices(there.labels, linear_names(e)) for e in plain}
-    return ScoreTest(
-        tuple(sorted(found, key=lambda c: -c.gain)), find_twins(own, there.information, there.unprojected_information)
-    )
+    linear = [e for e in effects if e.profiled is None]
+    equations = linearise(point, [n for e in linear for n in linear_names(e)], {})
+    found = [_score_linear(e, equations, point.values) for e in linear]
+    found += [_score_profiled(point, e, grids[e.name], equations) for e in effects if e.name in grids]
+    indices = {e.name: _label_indices(equations.labels, linear_names(e)) for e in linear}
+    twins = find_twins(indices, equations.information, equations.unprojected_information)
+    return ScoreTest(tuple(sorted(found, key=lambda c: -c.gain)), twins)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a setting that cannot be simulated gives infinities, and is left out
-def linearise(
-    problem: EstimationProblem,
-    fitted: Fit,
-    parts: Sequence[Segments],
-    names: Sequence[str],
-    setting: Mapping[str, float],
-) -> ProjectedNormalEquations:
+def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]) -> ProjectedNormalEquations:
     """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
-    base = fitted.names
-    plan, shots = shoot_with_candidates(problem, fitted, parts, names, setting)
-    reduced, nx = eliminate_initial_states(shots, problem.module.NX, plan), problem.module.NX
-    cost = sum(s.cost for s in shots)
+    layout, linearisations = shoot_with_candidates(point, names, setting)
+    nx = point.problem.module.NX
+    reduced = eliminate_initial_states(linearisations, nx, layout)
+    cost = sum(s.cost for s in linearisations)
     if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
-        size = len(plan.labels)
+        size = len(layout.labels)
         return ProjectedNormalEquations(
-            plan.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf
+            layout.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf
         )
-    own = _label_indices(plan.labels, base)
-    step = solve(reduced.information[np.ix_(own, own)], reduced.score[own])[0]
-    by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in zip(shots, reduced.steps, strict=True))
-    information, score = project(reduced.information, reduced.score, own)
-    left = cost - by_states - float(reduced.score[own] @ step)
-    return ProjectedNormalEquations(plan.labels, information, score, np.diag(reduced.information), cost, left)
+    base = _label_indices(layout.labels, point.fit.names)
+    step = solve(reduced.information[np.ix_(base, base)], reduced.score[base])[0]
+    pairs = zip(linearisations, reduced.steps, strict=True)
+    by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in pairs)
+    information, score = project(reduced.information, reduced.score, base)
+    left = cost - by_states - float(reduced.score[base] @ step)
+    return ProjectedNormalEquations(layout.labels, information, score, np.diag(reduced.information), cost, left)
 
 
 def shoot_with_candidates(
-    problem: EstimationProblem,
-    fitted: Fit,
-    parts: Sequence[Segments],
-    names: Sequence[str],
-    setting: Mapping[str, float],
+    point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]
 ) -> tuple[ParameterLayout, list[ShootingLinearisation]]:
     """One pass over the data at a fit: its free parameters and the named ones, some values set otherwise."""
+    module, fitted = point.problem.module, point.fit
     free = [*fitted.names, *names]
-    plan, columns = (
-        parameter_layout(free, per_log_names(free), len(parts)),
-        [problem.module.PARAMETERS.index(n) for n in free],
-    )
-    values = [kernel_parameters(problem.module, {**fitted.of_log(k), **setting}, p.log) for k, p in enumerate(parts)]
-    shots = [
-        shoot(problem.module, part, states, parameters, columns, max_step=problem.max_step, keep_residual=False)
-        for part, states, parameters in zip(parts, fitted.states, values, strict=True)
-    ]
-    return plan, shots
+    layout = parameter_layout(free, per_log_names(free), len(point.log_segments))
+    columns = [module.PARAMETERS.index(n) for n in free]
+    linearisations = []
+    for k, (segments, states) in enumerate(zip(point.log_segments, fitted.states, strict=True)):
+        parameters = kernel_parameters(module, {**fitted.of_log(k), **setting}, segments.log)
+        linearisations.append(
+            shoot(module, segments, states, parameters, columns, max_step=point.problem.max_step, keep_residual=False)
+        )
+    return layout, linearisations
 
 
 def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Take out of every column what the base columns explain."""
+    """Information (n, n) and score (n,) without what the base columns explain."""
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     scale = np.where(scale > 0.0, scale, np.inf)  # a column without any influence stays without
     scaled, right = information / np.outer(scale, scale), score / scale
@@ -144,59 +140,57 @@ def _label_indices(labels: Sequence[str], names: Sequence[str]) -> list[int]:
     return [k for k, label in enumerate(labels) if label.split("@")[0] in names]
 
 
-def _score_linear(effect: Effect, there: ProjectedNormalEquations, values: int) -> Candidate:
-    start, sigma, gain = _estimate_effect(effect, linear_names(effect), there)
-    places = _label_indices(there.labels, linear_names(effect))
-    taken_up = (
-        np.diag(there.information)[places] < MIN_REMAINING_INFORMATION_SHARE * there.unprojected_information[places]
-    ).any()
-    trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start that is tried counts
-    return Candidate(effect, (start,), gain / residual_variance_ratio(there, values), {} if taken_up else sigma, trials)
+def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: int) -> Candidate:
+    """Score an effect by its linear parameters; values is the number of measured values."""
+    start, sigma, gain = _estimate_effect(linear_names(effect), equations)
+    indices = _label_indices(equations.labels, linear_names(effect))
+    least = MIN_REMAINING_INFORMATION_SHARE * equations.unprojected_information[indices]
+    absorbed = (np.diag(equations.information)[indices] < least).any()
+    trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start of a refit counts
+    return Candidate(
+        effect, (start,), gain / residual_variance_ratio(equations, values), {} if absorbed else sigma, trials
+    )
 
 
 def _score_profiled(
-    problem, fitted, parts, effect: Effect, shape: ProfileGrid, there: ProjectedNormalEquations, values: int
+    point: FittedSegments, effect: Effect, grid: ProfileGrid, equations: ProjectedNormalEquations
 ) -> Candidate:
     """Score an effect at every setting; where it has no other size the setting itself is what is scored."""
-    names, found, problem = (
-        linear_names(effect),
-        [],
-        with_stable_step(problem.with_candidates(effect.name), fitted.values),
-    )
-    for setting in shape.settings:
-        here = linearise(problem, fitted, parts, names or list(setting), setting)
-        start, sigma, gain = _estimate_effect(effect, names or list(setting), here)
-        gain += there.left - here.left
+    problem = with_stable_step(point.problem.with_candidates(effect.name), point.fit.values)
+    extended, names, found = point._replace(problem=problem), linear_names(effect), []
+    for setting in grid.settings:
+        here = linearise(extended, names or list(setting), setting)
+        start, sigma, gain = _estimate_effect(names or list(setting), here)
+        gain += equations.left - here.left
         found.append((gain if np.isfinite(gain) else -np.inf, {**start, **setting}, sigma))
     found.sort(key=lambda f: -f[0])
     gain, _, sigma = found[0] if found else (-np.inf, {}, {})
     starts = tuple(start for _, start, _ in found)
-    return Candidate(
-        effect, starts, gain / residual_variance_ratio(there, values), sigma if names else {}, max(shape.trials, 1)
-    )
+    gain /= residual_variance_ratio(equations, point.values)
+    return Candidate(effect, starts, gain, sigma if names else {}, max(grid.trials, 1))
 
 
-def residual_variance_ratio(there: ProjectedNormalEquations, values: int) -> float:
+def residual_variance_ratio(equations: ProjectedNormalEquations, values: int) -> float:
     """Mean square of the residual in noise variances, at least 1."""
-    return max(there.cost / max(values, 1), 1.0)
+    return max(equations.cost / max(values, 1), 1.0)
 
 
 def _estimate_effect(
-    effect: Effect, names: Sequence[str], there: ProjectedNormalEquations
+    names: Sequence[str], equations: ProjectedNormalEquations
 ) -> tuple[dict[str, float], dict[str, float], float]:
-    """Size and standard error of an effect's parameters and the expected gain.
+    """Size and standard error of the named parameters, and the expected gain.
 
     Sizes of further logs, where they have their own, come as name@log; a standard error is that of the first.
     """
-    places = _label_indices(there.labels, names)
-    step, inverse = solve(there.information[np.ix_(places, places)], there.score[places])
+    indices = _label_indices(equations.labels, names)
+    step, inverse = solve(equations.information[np.ix_(indices, indices)], equations.score[indices])
     start: dict[str, float] = {}
     sigma: dict[str, float] = {}
-    for k, place in enumerate(places):
-        name, _, log = there.labels[place].partition("@")
+    for k, index in enumerate(indices):
+        name, _, log = equations.labels[index].partition("@")
         start[f"{name}@{log}" if int(log or 0) else name] = float(step[k])
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    return start, sigma, float(there.score[places] @ step)
+    return start, sigma, float(equations.score[indices] @ step)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a column without any influence
@@ -208,17 +202,17 @@ def solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _is_locally_nonlinear(name: str) -> bool:
-    """Whether an effect is not locally linear: what it resembles at zero it need not resemble at its size."""
+    """An effect not locally linear: what it resembles at zero it need not resemble at its size."""
     return any(p.grid for p in derive.effects.find(name).parameters)
 
 
-def find_twins(own: Mapping[str, list[int]], information: np.ndarray, raw: np.ndarray) -> dict[str, tuple[str, ...]]:
+def find_twins(
+    indices: Mapping[str, list[int]], information: np.ndarray, unprojected_information: np.ndarray
+) -> dict[str, tuple[str, ...]]:
     """Pairs of effects with one coefficient whose projected sensitivities are parallel."""
-    single = {
-        n: p[0]
-        for n, p in own.items()
-        if len(p) == 1 and information[p[0], p[0]] > 1e-7 * raw[p[0]] and not _is_locally_nonlinear(n)
-    }
+    diagonal, least = np.diag(information), MIN_TWIN_INFORMATION_SHARE * unprojected_information
+    alone = {n: found[0] for n, found in indices.items() if len(found) == 1}
+    single = {n: k for n, k in alone.items() if diagonal[k] > least[k] and not _is_locally_nonlinear(n)}
     twins: dict[str, tuple[str, ...]] = {}
     for name, a in single.items():
         scale = np.sqrt(information[a, a])

@@ -1,4 +1,4 @@
-"""Diagnosing and adding in turn, and going back where later effects make an earlier one needless."""
+"""Stepwise selection: effects are added one after the other, and removed where later ones make them redundant."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.diagnosis.evidence import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.alternatives import with_backlash
+from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.refit import Progress
-from wheelpend.diagnosis.rounds import first_round, next_round, with_backlash
+from wheelpend.diagnosis.rounds import first_round, next_round
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
@@ -22,10 +23,8 @@ from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
 MAX_ADDED_EFFECTS = 4  # added one after the other before the search ends
-MAX_REMAINING_ERROR_RATIO = (
-    0.9  # share of the error that a further effect may leave for the search behind a first one to go on
-)
-MAX_BACKWARD_STEPS = 2  # times that a climb is begun anew without an effect that proved needless
+MAX_REMAINING_ERROR_RATIO = 0.9  # of the error, that a further effect may leave for the search to go on behind a first
+MAX_BACKWARD_STEPS = 2  # times that the selection is repeated without an effect that proved redundant
 
 Rounds = list[Diagnosis]
 
@@ -53,7 +52,7 @@ def diagnose(
 
 
 def selection_done(rounds: Rounds) -> bool:
-    """Whether it is known that the first effect and those after it explain the rest, or that at this pace none will."""
+    """Enough rounds to know that the effects explain the rest, or that at this pace none will."""
     last = rounds[-1]
     slow = len(rounds) > 1 and last.named[0].error_after > MAX_REMAINING_ERROR_RATIO * last.error
     return last.is_explained or slow or len(rounds) == MAX_ADDED_EFFECTS
@@ -67,27 +66,33 @@ def stepwise(
 ) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
 
-    An effect that resembles two others lowers the error more than either alone, and is not needed beside both. So
-    where the whole is accounted for, each effect but the last is taken out again; if the error does not rise by enough
-    to name it, the climb is begun anew without it, and that one counts if it gets as far. A play that explains more
-    than a climb that does not arrive takes its place.
+    An effect that resembles two others lowers the error more than either alone, and is redundant beside both. So
+    where everything is explained, each effect but the last is taken out again; if the error does not rise by enough
+    to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
+    more than a selection that leaves a rest takes its place.
     """
     rounds = forward_pass(first_round(problem, start, progress), is_done, progress)
     if not rounds[-1].is_explained:
-        first = with_backlash(rounds[0], progress)
-        if first is not rounds[0] and best_result([first])[0] < best_result(rounds)[0]:
-            rounds = forward_pass(first, is_done, progress) if first.is_explained else [first]
+        rounds = _with_backlash_instead(rounds, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
-        needless = find_redundant_effect(rounds, progress)
-        if needless is None:
+        redundant = find_redundant_effect(rounds, progress)
+        if redundant is None:
             break
-        progress(f"{needless} is needless beside the others: once more without it")
-        problem = replace(problem, redundant_effects=(*problem.redundant_effects, needless))
+        progress(f"{redundant} is needless beside the others: once more without it")
+        problem = replace(problem, redundant_effects=(*problem.redundant_effects, redundant))
         other = forward_pass(first_round(problem, start, progress), is_done, progress)
         if not (best_result(other)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best_result(rounds)[0]):
             break
         rounds = other
     return rounds
+
+
+def _with_backlash_instead(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+    """The rounds that begin with backlash, where that leaves less than all of the given ones."""
+    first = with_backlash(rounds[0], progress)
+    if first is rounds[0] or not best_result([first])[0] < best_result(rounds)[0]:
+        return rounds
+    return forward_pass(first, is_done, progress) if first.is_explained else [first]
 
 
 def forward_pass(first: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
@@ -99,7 +104,7 @@ def forward_pass(first: Diagnosis, is_done: Callable[[Rounds], bool], progress: 
 
 
 def best_result(rounds: Rounds) -> tuple[float, EstimationProblem, Fit]:
-    """The lowest error of a climb, with the study and the fit that have it."""
+    """The lowest validation error of some rounds, with the problem and the fit that have it."""
     last = rounds[-1]
     if not last.named:
         return last.error, last.problem, last.fit
@@ -108,7 +113,10 @@ def best_result(rounds: Rounds) -> tuple[float, EstimationProblem, Fit]:
 
 
 def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
-    """The effect of a climb, its last apart, that is missed least, where it is not missed; only if all is accounted."""
+    """The effect, the last added apart, whose removal raises the validation error least, where that is not by enough.
+
+    None unless the rounds explain everything but the noise.
+    """
     if not rounds[-1].is_explained:
         return None
     error, problem, fitted = best_result(rounds)
@@ -123,16 +131,13 @@ def find_redundant_effect(rounds: Rounds, progress: Progress) -> str | None:
 
 
 def reduced_model_error(problem: EstimationProblem, effects: Sequence[str], fitted: Fit) -> float:
-    """Held-out error of a study's model with these of its effects, refitted from a fit that has more."""
+    """Validation error of a problem's model with these of its effects, refitted from a fit that has more."""
     smaller = problem.with_effects(effects)
-    values, own = (
-        values_of_model_effects(smaller, fitted.values),
-        [values_of_model_effects(smaller, v) for v in fitted.per_log],
-    )
+    values = values_of_model_effects(smaller, fitted.values)
+    per_log = [values_of_model_effects(smaller, v) for v in fitted.per_log]
     smaller, names = with_stable_step(smaller, values), free_names(smaller, effects)
     try:
-        return validation_residuals(smaller, fit_model(smaller, values, names, horizons=(0.3, 1.0), start_per_log=own))[
-            0
-        ]
+        refitted = fit_model(smaller, values, names, horizons=(MIDDLE_HORIZON_SHARE, 1.0), start_per_log=per_log)
+        return validation_residuals(smaller, refitted)[0]
     except Failure:
         return float("inf")  # without it the model cannot be simulated

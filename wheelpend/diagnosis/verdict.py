@@ -1,4 +1,4 @@
-"""The verdict: which candidate is named, what stands beside it, and which sizes the data would have shown."""
+"""The verdict: the candidates that are named, their equivalents, and the sizes that the data would have shown."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import derive
-from wheelpend.diagnosis.candidates import MAX_EQUIVALENT_ERROR_DIFFERENCE
-from wheelpend.diagnosis.evidence import MIN_RELATIVE_ERROR_DECREASE, CandidateFit
+from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
 from wheelpend.diagnosis.missing_force.estimate import (
     ForceConcentration,
     MissingForce,
@@ -34,15 +34,13 @@ if TYPE_CHECKING:
 class Diagnosis:
     """What is missing in a model, according to logs."""
 
-    verdict: str
+    verdict: str  # nothing_missing, effect_missing, ambiguous or unexplained
     horizon_s: float
-    error: float  # held out, after refitting the model's own parameters
+    error: float  # on validation data [σ], after refitting the model's own parameters
     noise_floor: float
     fit_percent: dict[str, float]
-    candidates: tuple[
-        CandidateFit, ...
-    ]  # worth naming, best first; then improbable ones that are physically impossible
-    experiment: str | None  # what would tell the first candidate from its equivalents, once advice was asked for
+    candidates: tuple[CandidateFit, ...]  # worth naming, best first; then those that are physically impossible
+    experiment: str | None  # that would tell the first candidate from its equivalents, once advice was asked for
     detectable: dict[str, dict[str, float]]
     where: tuple[ForceConcentration, ...]
     not_judged: dict[str, str]  # effects left out, and why
@@ -51,7 +49,7 @@ class Diagnosis:
     problem: EstimationProblem = field(repr=False)
     missing: MissingForce | None = field(repr=False, default=None)
     score_test: ScoreTest | None = field(repr=False, default=None)
-    tried: tuple[CandidateFit, ...] = field(repr=False, default=())  # every effect that was refitted
+    refitted: tuple[CandidateFit, ...] = field(repr=False, default=())  # every effect that was refitted
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
 
@@ -62,7 +60,7 @@ class Diagnosis:
 
     @property
     def is_explained(self) -> bool:
-        """Whether nothing but noise is left, with the first candidate where there is one."""
+        """Nothing but noise is left, with the first candidate where there is one."""
         left = self.named[0].error_after if self.named else self.error
         return left <= MAX_EXPLAINED_ERROR_RATIO * self.noise_floor
 
@@ -98,74 +96,79 @@ def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Dia
 
 
 def conclude(
-    problem, base, before, residuals, tried, full_score_test: ScoreTest, missing: MissingForce | None
+    problem: EstimationProblem,
+    base: ValidatedFit,
+    candidates: Sequence[CandidateFit],
+    full_score_test: ScoreTest,
+    missing: MissingForce | None,
 ) -> Diagnosis:
-    """Turn the refits into a verdict."""
-    named = [t for t in tried if t.is_supported(before) and improves_on_nested(problem, t, tried)]
-    impossible = [t for t in tried if not t.physical and t.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * before]
-    named = [_with_equivalents(problem, t, named, full_score_test) for t in named]
-    verdict = verdict_on(problem, named, before)
+    """The verdict on refitted candidates, the best first, against the model without them."""
+    supported = [c for c in candidates if c.is_supported(base.error) and improves_on_nested(problem, c, candidates)]
+    lowering = [c for c in candidates if c.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * base.error]
+    named = [_with_equivalents(problem, c, supported, full_score_test) for c in supported]
+    verdict = verdict_on(problem, named, base.error)
+    failing = base.error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
     return Diagnosis(
         verdict=verdict,
         horizon_s=problem.horizon,
-        error=before,
+        error=base.error,
         noise_floor=problem.floor,
-        fit_percent=fit_percent(problem, residuals),
-        candidates=(*named, *impossible),
+        fit_percent=fit_percent(problem, base.residuals),
+        candidates=(*named, *(c for c in lowering if not c.physical)),
         experiment=None,
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
-        where=concentrations(problem, missing)
-        if missing and before > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
-        else (),
-        not_judged={
-            e.name: why
-            for e in derive.effects.applicable_to(problem.plant, problem.model.own)
-            if (why := problem.why_not_testable(e))
-        },
+        where=concentrations(problem, missing) if missing and failing else (),
+        not_judged=not_testable(problem),
         warnings=problem.warnings,
-        fit=base,
+        fit=base.fit,
         problem=problem,
         missing=missing,
         score_test=full_score_test,
-        tried=tuple(tried),
+        refitted=tuple(candidates),
     )
 
 
-def verdict_on(problem: EstimationProblem, named: Sequence[CandidateFit], before: float) -> str:
-    """Verdict on what is worth naming, best first, where the error without it is ``before``."""
+def not_testable(problem: EstimationProblem) -> dict[str, str]:
+    """Effects of the plant that are left out, and why."""
+    rows = derive.effects.applicable_to(problem.plant, problem.model.own)
+    return {e.name: why for e in rows if (why := problem.why_not_testable(e))}
+
+
+def verdict_on(problem: EstimationProblem, named: Sequence[CandidateFit], error_before: float) -> str:
+    """Verdict on the candidates that are worth naming, best first."""
     if not named:
-        return "unexplained" if before > MAX_EXPLAINED_ERROR_RATIO * problem.floor else "nothing_missing"
+        return "unexplained" if error_before > MAX_EXPLAINED_ERROR_RATIO * problem.floor else "nothing_missing"
     return "effect_missing" if problem.validation and not named[0].equivalent_to else "ambiguous"
 
 
-def improves_on_nested(problem: EstimationProblem, tried: CandidateFit, others: Sequence[CandidateFit]) -> bool:
-    """Whether an effect is worth naming over every effect that it contains, and over what it approaches."""
-    smaller = {*problem.module.CONTAINS.get(tried.effect, {}), derive.effects.find(tried.effect).approaches}
-    return all(tried.improves_on(o) for o in others if o.effect in smaller)
+def improves_on_nested(problem: EstimationProblem, candidate: CandidateFit, others: Sequence[CandidateFit]) -> bool:
+    """An effect worth naming over every effect that it contains, and over the one that it approaches."""
+    smaller = {*problem.module.CONTAINS.get(candidate.effect, {}), derive.effects.find(candidate.effect).approaches}
+    return all(candidate.improves_on(o) for o in others if o.effect in smaller)
 
 
-def structurally_equivalent(problem: EstimationProblem, tried: CandidateFit) -> set[str]:
+def structurally_equivalent(problem: EstimationProblem, candidate: CandidateFit) -> set[str]:
     """Effects that the equations cannot tell from one.
 
     With several logs one with a value in each is not matched by one with a value for all.
     """
-    own = derive.effects.find(tried.effect)
+    effect = derive.effects.find(candidate.effect)
     single = len(problem.noise) == 1
     judged = {e.name: e for e in problem.candidates()}
-    alike = [judged[n] for n in problem.module.TWINS.get(tried.effect, ()) if n in judged]
-    return {e.name for e in alike if single or per_log_names(e.full_names) or not per_log_names(own.full_names)}
+    alike = [judged[n] for n in problem.module.TWINS.get(candidate.effect, ()) if n in judged]
+    return {e.name for e in alike if single or per_log_names(e.full_names) or not per_log_names(effect.full_names)}
 
 
 def _with_equivalents(
-    problem: EstimationProblem, tried: CandidateFit, named: Sequence[CandidateFit], full_score_test: ScoreTest
+    problem: EstimationProblem, candidate: CandidateFit, named: Sequence[CandidateFit], full_score_test: ScoreTest
 ) -> CandidateFit:
     close = {
         o.effect
         for o in named
-        if o is not tried and abs(o.error_after / tried.error_after - 1.0) <= MAX_EQUIVALENT_ERROR_DIFFERENCE
+        if o is not candidate and abs(o.error_after / candidate.error_after - 1.0) <= MAX_EQUIVALENT_ERROR_DIFFERENCE
     }
-    close |= set(full_score_test.twins.get(tried.effect, ())) | structurally_equivalent(problem, tried)
-    return replace(tried, equivalent_to=tuple(sorted(close)))
+    close |= set(full_score_test.twins.get(candidate.effect, ())) | structurally_equivalent(problem, candidate)
+    return replace(candidate, equivalent_to=tuple(sorted(close)))
 
 
 def detectable(problem: EstimationProblem, full_score_test: ScoreTest) -> dict[str, dict[str, float]]:

@@ -17,8 +17,12 @@ from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import input_table, measured_states, port_motion
 
-PIECES_PER_SEGMENT = 10  # of each segment
+PIECES_PER_SEGMENT = 10
 QUANTILE_BIN_COUNT = 12
+FORCE_SIZE_GRID_V = np.geomspace(1e-3, 30.0, 19)  # V, standard deviations of the prior that are compared
+FIRST_FORCE_SIZE_V = 0.1  # V
+MIN_SIGNAL_TO_BAND_RATIO = 0.25  # mean square of the force over that of its standard error, below which it is nowhere
+MIN_CONCENTRATION = 0.15  # excess share and predictability, above which a range is named
 
 
 class MissingForce(NamedTuple):
@@ -42,66 +46,66 @@ class ForceConcentration(NamedTuple):
 
 
 def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingForce:
-    """Estimate the missing force along the first training log, at a fit to the study's training parts."""
-    part = problem.training[0]
+    """Estimate the missing force along the first training log, at a fit to the problem's training segments."""
+    segments = problem.training[0]
     names = [n for n in problem.module.PARAMETERS if n.startswith("missing.")]
-    gram, centres = _linearised(problem, fitted, part, names)
-    nx = problem.module.NX
-    responses, answers = [], []
-    for g in gram:
-        scale = np.sqrt(np.maximum(np.diag(g)[:nx], 1e-300))
-        states = g[:nx, :nx] / np.outer(scale, scale) + 1e-9 * np.eye(nx)
-        mixed = g[:nx, nx:] / scale[:, None]
-        reduced = g[nx:, nx:] - mixed.T @ np.linalg.solve(states, mixed)
-        responses.append(0.5 * (reduced[:-1, :-1] + reduced[:-1, :-1].T))
-        answers.append(reduced[:-1, -1])
-    sizes = _prior_standard_deviations(responses, answers, len(names))
+    gram, centres = _linearise(problem, fitted, segments, names)
+    equations = [_without_states(g, problem.module.NX) for g in gram]
+    sizes = _prior_standard_deviations(equations, len(names))
     force, sigma = [], []
-    for information, score in zip(responses, answers, strict=True):
+    for information, score in equations:
         prior = np.tile(1.0 / sizes**2, PIECES_PER_SEGMENT)
         covariance = np.linalg.inv(information + np.diag(prior))
         force.append((covariance @ score).reshape(PIECES_PER_SEGMENT, -1))
         sigma.append(np.sqrt(np.diag(covariance)).reshape(PIECES_PER_SEGMENT, -1))
-    force_, sigma_ = np.concatenate(force), np.concatenate(sigma)
-    return MissingForce(part.log.t[centres], force_, sigma_, _variables(problem, part, centres), part.log.name)
+    variables = _variables(problem, segments, centres)
+    return MissingForce(
+        segments.log.t[centres], np.concatenate(force), np.concatenate(sigma), variables, segments.log.name
+    )
 
 
-def _linearised(
-    problem: EstimationProblem, fitted: Fit, part: Segments, names: list[str]
+def _linearise(
+    problem: EstimationProblem, fitted: Fit, segments: Segments, names: list[str]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Gram matrices of the segments in states and force pieces, and the samples in the middle of the pieces."""
-    parameters = kernel_parameters(problem.module, fitted.of_log(0), part.log)
-    length = int(np.max(part.bounds[:, 1] - part.bounds[:, 0]))
+    parameters = kernel_parameters(problem.module, fitted.of_log(0), segments.log)
+    length = int(np.max(segments.bounds[:, 1] - segments.bounds[:, 0]))
     edges = np.linspace(0, length, PIECES_PER_SEGMENT + 1).astype(np.int64)
     columns = [problem.module.PARAMETERS.index(n) for _ in range(PIECES_PER_SEGMENT) for n in names]
     window = np.array([[edges[k], edges[k + 1]] for k in range(PIECES_PER_SEGMENT) for _ in names], dtype=np.int64)
-    shot = shoot(
-        problem.module, part, fitted.states[0], parameters, columns, window, problem.max_step, keep_residual=False
+    linearisation = shoot(
+        problem.module, segments, fitted.states[0], parameters, columns, window, problem.max_step, keep_residual=False
     )
     middle = (edges[:-1] + edges[1:]) // 2
-    centres = np.minimum(part.bounds[:, :1] + middle[None, :], part.bounds[:, 1:] - 1).ravel()
-    return shot.gram, centres
+    centres = np.minimum(segments.bounds[:, :1] + middle[None, :], segments.bounds[:, 1:] - 1).ravel()
+    return linearisation.gram, centres
 
 
-def _prior_standard_deviations(responses: list[np.ndarray], answers: list[np.ndarray], rows: int) -> np.ndarray:
-    """Standard deviation of each row's missing force by maximum likelihood on a grid, row after row."""
-    sizes = np.full(rows, 0.1)
+def _without_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
+    """Information (n, n) and score (n,) of a segment's force pieces, its initial state eliminated."""
+    scale = np.sqrt(np.maximum(np.diag(gram)[:nx], 1e-300))
+    states = gram[:nx, :nx] / np.outer(scale, scale) + 1e-9 * np.eye(nx)
+    mixed = gram[:nx, nx:] / scale[:, None]
+    reduced = gram[nx:, nx:] - mixed.T @ np.linalg.solve(states, mixed)
+    return 0.5 * (reduced[:-1, :-1] + reduced[:-1, :-1].T), reduced[:-1, -1]
+
+
+def _prior_standard_deviations(equations: list[tuple[np.ndarray, np.ndarray]], rows: int) -> np.ndarray:
+    """Standard deviation (rows,) of each row's missing force [V] by maximum likelihood on a grid, row after row."""
+    sizes = np.full(rows, FIRST_FORCE_SIZE_V)
     for _ in range(2):
         for row in range(rows):
-            trials = np.geomspace(1e-3, 30.0, 19)
             likelihood = []
-            for trial in trials:
-                guess = sizes.copy()
-                guess[row] = trial
-                likelihood.append(
-                    sum(_log_marginal_likelihood(i, s, guess) for i, s in zip(responses, answers, strict=True))
-                )
-            sizes[row] = trials[int(np.argmax(likelihood))]
+            for size in FORCE_SIZE_GRID_V:
+                trial = sizes.copy()
+                trial[row] = size
+                likelihood.append(sum(_log_marginal_likelihood(i, s, trial) for i, s in equations))
+            sizes[row] = FORCE_SIZE_GRID_V[int(np.argmax(likelihood))]
     return sizes
 
 
 def _log_marginal_likelihood(information: np.ndarray, score: np.ndarray, sizes: np.ndarray) -> float:
-    """Logarithm of the likelihood of a segment with forces of these sizes, up to a constant."""
+    """Logarithm of the marginal likelihood of a segment with forces of these sizes, up to a constant."""
     scale = np.tile(sizes, PIECES_PER_SEGMENT)
     whitened = np.eye(len(scale)) + scale[:, None] * information * scale[None, :]
     factor = np.linalg.cholesky(whitened)
@@ -109,11 +113,11 @@ def _log_marginal_likelihood(information: np.ndarray, score: np.ndarray, sizes: 
     return float(0.5 * half @ half - np.log(np.diag(factor)).sum())
 
 
-def _variables(problem: EstimationProblem, part: Segments, centres: np.ndarray) -> dict[str, np.ndarray]:
+def _variables(problem: EstimationProblem, segments: Segments, centres: np.ndarray) -> dict[str, np.ndarray]:
     """States, slip speed, input and time at the pieces."""
-    states = measured_states(problem.module, part.log)
+    states = measured_states(problem.module, segments.log)
     table = {name: states[centres, k] for k, name in enumerate(problem.module.STATES)}
-    width = max(1, round(0.01 / part.log.dt))
+    width = max(1, round(0.01 / segments.log.dt))
     smooth = np.ones(2 * width + 1) / (2 * width + 1)
     for x in problem.module.UNMEASURED:  # a difference of readings, hidden in their noise
         states[:, x] = np.convolve(states[:, x], smooth, mode="same")
@@ -121,8 +125,8 @@ def _variables(problem: EstimationProblem, part: Segments, centres: np.ndarray) 
     for name, weights in port_motion(problem.module).items():
         if not weights[: problem.module.NQ].any():
             table[name] = states[centres] @ weights
-    table |= input_table(problem.module, part.log.voltage[centres])
-    table["t"] = part.log.t[centres]
+    table |= input_table(problem.module, segments.log.voltage[centres])
+    table["t"] = segments.log.t[centres]
     return table
 
 
@@ -137,35 +141,34 @@ def concentrations(
     found = []
     for row, name in enumerate(problem.module.ROWS):
         force, band = missing.force[:, row], missing.sigma[:, row]
-        if np.mean(force**2) < 0.25 * np.mean(band**2):
+        if np.mean(force**2) < MIN_SIGNAL_TO_BAND_RATIO * np.mean(band**2):
             continue
         for variable, values in missing.variables.items():
-            place = _strongest_concentration(force, values)
-            if place is not None:
-                low, high, share, excess = place
+            strongest = _strongest_concentration(force, values)
+            if strongest is not None:
+                low, high, share, excess = strongest
                 found.append((excess, ForceConcentration(name, variable, low, high, share)))
     found.sort(key=lambda pair: -pair[0])
-    return tuple(place for _, place in found[:max_count])
+    return tuple(concentration for _, concentration in found[:max_count])
 
 
 def _strongest_concentration(force: np.ndarray, values: np.ndarray) -> tuple[float, float, float, float] | None:
-    """The run of quantile bins whose share of the sum of squares exceeds its share of the samples most."""
+    """Low and high end, share and weight of the quantile bins whose share of the squares exceeds their samples most."""
     edges = np.quantile(values, np.linspace(0, 1, QUANTILE_BIN_COUNT + 1))
     if not np.all(np.diff(edges) > 0):
         return None
     bins = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, QUANTILE_BIN_COUNT - 1)
     means = np.array([force[bins == b].mean() if (bins == b).any() else 0.0 for b in range(QUANTILE_BIN_COUNT)])
     counts = np.bincount(bins, minlength=QUANTILE_BIN_COUNT) / len(values)
-    explained = counts * means**2
     total = float(np.mean(force**2)) + 1e-300
-    predictable = float(explained.sum()) / total
-    best = None
+    predictable = float((counts * means**2).sum()) / total
+    best, largest = (0, 0, 0.0), -np.inf
     for a in range(QUANTILE_BIN_COUNT):
         for b in range(a + 1, QUANTILE_BIN_COUNT + 1):
             share = float(np.sum(force[(bins >= a) & (bins < b)] ** 2)) / (len(force) * total)
             excess = share - float(counts[a:b].sum())
-            if best is None or excess > best[3]:
-                best = (float(edges[a]), float(edges[b]), share, excess)
-    assert best is not None
-    weight = best[3] + predictable
-    return (best[0], best[1], best[2], weight) if weight > 0.15 else None
+            if excess > largest:
+                best, largest = (a, b, share), excess
+    low, high, share = best
+    weight = largest + predictable
+    return (float(edges[low]), float(edges[high]), share, weight) if weight > MIN_CONCENTRATION else None

@@ -6,9 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from derive.plant_signature import PlantSignature
-
 from derive import effects as library
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.missing_force.law_terms import Term
 from wheelpend.model.user_effects import effect_from_table
 
@@ -17,7 +16,7 @@ LAW_EFFECT_SENTENCE = "A free-form law that was fitted to what no effect explain
 
 
 class LawEffect(NamedTuple):
-    """The terms that act at one place, as an effect of one's own."""
+    """The terms that act on one port, as an effect of one's own."""
 
     name: str
     on: str
@@ -26,7 +25,7 @@ class LawEffect(NamedTuple):
     origin: dict[str, tuple[int, str]]  # for each parameter its term's number and its name there
 
     def table(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """The effect as a table of effects.toml, with the size that was found as the typical one."""
+        """The effect as a table of effects.toml, with the estimated size as the typical one."""
         parameters = {}
         for name, given in self.parameters.items():
             found = values.get(f"{self.name}.{name}", given.get("starts", [0.1])[0])
@@ -43,9 +42,9 @@ class LawEffect(NamedTuple):
 
 
 def effects_from_terms(terms: Mapping[int, Term], name: str) -> tuple[LawEffect, ...]:
-    """The effects that numbered terms make: one for each place, and one apart for friction that also holds at rest.
+    """The effects that numbered terms make: one for each port, and one apart for dry friction.
 
-    A single one has the given name, several have the place added.
+    A single one has the given name, several have the port added.
     """
     groups: dict[tuple[str, bool], list[int]] = {}
     for number, term in terms.items():

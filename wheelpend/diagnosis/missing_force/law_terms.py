@@ -6,30 +6,27 @@ makes it a force [V]; a shape (a width, a place) has a value that is tried and l
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from derive.plant_signature import PlantSignature, PortSpec
 
 from derive.effects.row import DIRECTION_ARGUMENT
-from derive.lazy import sp, symbol
+from derive.plant_signature import PlantSignature, PortSpec
+from wheelpend.diagnosis.criteria import MIN_WAVE_PHASE_RAD
 from wheelpend.estimation.state_reconstruction import combination_text
 
-LAMBDIFY_MODULES = [{"Sign": np.sign, "Step": lambda x: 1.0 * (x > 0), "Magnitude": np.abs,
-            "Ramp": lambda x: np.maximum(x, 0.0)}, "numpy"]  # fmt: skip
 WIDTH_QUANTILES = (0.1, 0.3, 0.6, 0.9)  # quantiles of a speed's magnitude that are tried as the width of a bend
-BUMP_PLACE_COUNT, BUMP_WIDTH_SHARES = (
-    10,
-    (0.3, 0.15, 0.07),
-)  # of a bump: places along the track, and widths as shares of it
+MIN_WIDTH_SHARE = 0.02  # of such a width, that it may be refitted to
+BUMP_PLACE_COUNT = 10  # places of a bump along the track
+BUMP_WIDTH_SHARES = (0.3, 0.15, 0.07)  # widths of a bump as shares of the track
+MIN_BUMP_WIDTH_SHARE = 0.01  # of the track, that a width may be refitted to
+MIN_BUMP_TRACK_RAD = 0.5  # rad that a log must cover to show a bump
 HARMONICS_PER_TURN = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)  # periods per turn
-MIN_WAVE_PHASE_RAD = 3.0  # rad of phase that a log must cover to tell a wave
 
 
 class ShapeParameter(NamedTuple):
-    """A number inside a term that is no size."""
+    """A parameter of a term in which it is not linear."""
 
     name: str
     unit: str
@@ -44,21 +41,21 @@ class Term(NamedTuple):
     text: str  # with its coefficients and shapes by name
     sizes: tuple[tuple[str, str], ...]  # coefficients in which the term is linear, with their units
     shapes: tuple[ShapeParameter, ...] = ()
-    per_log: bool = False  # whether every log has coefficients of its own, as the phase of a wave has
+    per_log: bool = False  # every log has coefficients of its own, as the phase of a wave has
 
     @property
     def dry(self) -> bool:
-        """Whether it also holds at rest."""
+        """Acting at rest too, as dry friction does."""
         return DIRECTION_ARGUMENT in self.text
 
     @property
     def key(self) -> str:
-        """What tells it from other terms."""
+        """Text and shapes, by which terms differ."""
         return f"{self.port}: {self.text} {[s.value for s in self.shapes]}"
 
 
 class CoveredRange(NamedTuple):
-    """What the logs cover: least, greatest value and quantiles of the magnitude of each variable."""
+    """Ranges that the logs cover: least, greatest value and quantiles of the magnitude of each variable."""
 
     low: dict[str, float]
     high: dict[str, float]
@@ -152,7 +149,7 @@ def rate_terms(rates: Sequence[str], covered: CoveredRange) -> Iterator[TermSpec
         yield f"size*{x}^2", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
         yield f"size*{x}^3", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
         for width in covered.widths.get(name, ()):
-            yield f"size*tanh({x}/width)", {}, (ShapeParameter("width", "rad/s", width, 0.02 * width),)
+            yield f"size*tanh({x}/width)", {}, (ShapeParameter("width", "rad/s", width, MIN_WIDTH_SHARE * width),)
 
 
 def dry_friction_terms(speed: str, covered: CoveredRange) -> Iterator[TermSpec]:
@@ -160,7 +157,7 @@ def dry_friction_terms(speed: str, covered: CoveredRange) -> Iterator[TermSpec]:
     yield f"size*{DIRECTION_ARGUMENT}", {}, ()
     for width in covered.widths.get(speed, ()):
         yield (f"size*{DIRECTION_ARGUMENT}*exp(-({bracketed(speed)}/width)^2)", {},
-               (ShapeParameter("width", "rad/s", width, 0.02 * width),))  # fmt: skip
+               (ShapeParameter("width", "rad/s", width, MIN_WIDTH_SHARE * width),))  # fmt: skip
 
 
 def spring_terms(angles: Sequence[str]) -> Iterator[TermSpec]:
@@ -191,7 +188,7 @@ def drift_terms(speed: str) -> Iterator[TermSpec]:
 
 
 def input_terms(name: str, speed: str) -> Iterator[TermSpec]:
-    """What a motor or driver makes of the voltage, and friction that grows with the load."""
+    """Nonlinearities of a motor or driver in the voltage, and friction that grows with the load."""
     x = bracketed(speed)
     yield f"size*abs({name})", VOLTAGE_UNIT_POWERS, ()
     yield f"size*{name}*abs({name})", product_powers(VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS), ()
@@ -205,54 +202,21 @@ def input_terms(name: str, speed: str) -> Iterator[TermSpec]:
 def ripple_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
     """Ripples that repeat over a turn of a port, where the logs turn far enough to tell."""
     x = bracketed(angle)
-    reach = covered.high.get(angle, 0.0) - covered.low.get(angle, 0.0)
+    covered_angle = covered.high.get(angle, 0.0) - covered.low.get(angle, 0.0)
     return [
         Term(port, f"sine*sin({n}*{x}) + cosine*cos({n}*{x})", (("sine", "V"), ("cosine", "V")), per_log=True)
-        for n in HARMONICS_PER_TURN if n * reach > MIN_WAVE_PHASE_RAD
+        for n in HARMONICS_PER_TURN if n * covered_angle > MIN_WAVE_PHASE_RAD
     ]  # fmt: skip
 
 
 def bump_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
     """Pushes at a place."""
     low, high = covered.low.get(angle, 0.0), covered.high.get(angle, 0.0)
-    if high - low < 0.5:
+    if high - low < MIN_BUMP_TRACK_RAD:
         return []
     return [
         Term(port, f"size*exp(-(({angle} - place)/width)^2)", (("size", "V"),),
              (ShapeParameter("place", "rad", float(place), None), ShapeParameter("width", "rad", share * (high - low),
-                                                              0.01 * (high - low))))
+                                                              MIN_BUMP_WIDTH_SHARE * (high - low))))
         for share in BUMP_WIDTH_SHARES for place in np.linspace(low, high, BUMP_PLACE_COUNT)
     ]  # fmt: skip
-
-
-# ---- numbers
-
-
-def term_regressors(term: Term, motion: Mapping[str, np.ndarray], plant: PlantSignature) -> np.ndarray:
-    """What multiplies each coefficient (N, sizes) along a motion, from the very text of the term."""
-    rates = [c.dq for c in plant.coordinates]
-    slip = sum(w * motion[n] for w, n in zip(plant.port(term.port).weights, rates, strict=True))
-    known = {**{n: v for n, v in motion.items() if n.isidentifier()}, DIRECTION_ARGUMENT: np.sign(slip)}
-    columns = [function(*(known[n] for n in inputs)) for inputs, function in compiled_regressors(term, tuple(known))]
-    return np.column_stack([np.broadcast_to(np.asarray(c, dtype=float), np.shape(slip)) for c in columns])
-
-
-@lru_cache(maxsize=4096)
-def compiled_regressors(term: Term, known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], Callable], ...]:
-    """For each coefficient the inputs, and the function of them, that multiply it."""
-    from derive.grammar import parse
-
-    names = [*known, *(n for n, _ in term.sizes), *(s.name for s in term.shapes)]
-    expression = parse(term.text, {n: symbol(n) for n in names})
-    expression = expression.subs({symbol(s.name): s.value for s in term.shapes})
-    found = []
-    for size, _ in term.sizes:
-        column = expression.diff(symbol(size))
-        inputs = tuple(n for n in known if column.has(symbol(n)))
-        found.append((inputs, sp.lambdify([symbol(n) for n in inputs], column, LAMBDIFY_MODULES)))
-    return tuple(found)
-
-
-def term_directions(term: Term, plant: PlantSignature) -> np.ndarray:
-    """How a term acts on each row (sizes, rows): a resistance opposes its port."""
-    return np.tile(-np.array(plant.port(term.port).weights), (len(term.sizes), 1))

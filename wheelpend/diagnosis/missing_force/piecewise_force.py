@@ -1,4 +1,4 @@
-"""The shooting problem seen through the force that the model lacks.
+"""The shooting problem, linearised in a piecewise constant force that the model lacks.
 
 On short segments the problem is almost linear. Each is cut into pieces over which a force on each row is constant; a
 law is a set of columns, forces that follow the motion. Initial states are eliminated, and the model's own parameters
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.diagnosis.refit import SHORT_HORIZON_SHARE
+from wheelpend.diagnosis.criteria import SHORT_HORIZON_SHARE
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
@@ -28,13 +28,13 @@ from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import input_table, port_motion
 
-PIECES_PER_SEGMENT = 5  # of a short segment
+PIECES_PER_SEGMENT = 5
 FOLD_COUNT = 5
 FOLD_RUN_COUNT = 10  # consecutive stretches of a log, dealt to the folds in turn
 
 
 class PiecewiseForce(NamedTuple):
-    """What a log's segments know of parameters and of a force on each row in each piece."""
+    """Normal equations of a log's segments in parameters and in a force on each row in each piece."""
 
     information: np.ndarray  # (S, n, n): parameters first, then the forces, piece by piece and in it row by row
     score: np.ndarray  # (S, n)
@@ -61,44 +61,48 @@ def linearise_logs(problem: EstimationProblem, base: Fit) -> list[LinearisedLogs
     """
     free = base.names
     short = fit_model(problem, base.values, free, horizons=(SHORT_HORIZON_SHARE,), start_per_log=base.per_log)
-    parts = shortened_segments(problem, SHORT_HORIZON_SHARE * problem.horizon)
+    log_segments = shortened_segments(problem, SHORT_HORIZON_SHARE * problem.horizon)
     fits = [short]
     for origin in problem.fallback_starts:
-        there = fit_segments(problem, parts, {**short.values, **origin}, free, start_per_log=short.per_log, rounds=0)
+        there = fit_segments(
+            problem, log_segments, {**short.values, **origin}, free, start_per_log=short.per_log, rounds=0
+        )
         fits += [there] if np.isfinite(there.cost) else []
-    return [linearise_at(problem, fit, parts) for fit in fits]
+    return [linearise_at(problem, fitted, log_segments) for fitted in fits]
 
 
-def linearise_at(problem: EstimationProblem, fitted: Fit, parts: Sequence[Segments]) -> LinearisedLogs:
-    """Linearise parts at a fit to them."""
+def linearise_at(problem: EstimationProblem, fitted: Fit, log_segments: Sequence[Segments]) -> LinearisedLogs:
+    """Linearise the segments of all logs at a fit to them."""
     own = tuple(fitted.names)
-    pieces = tuple(piecewise_force(problem, fitted, part, number, own) for number, part in enumerate(parts))
+    pieces = tuple(
+        piecewise_force(problem, fitted, segments, number, own) for number, segments in enumerate(log_segments)
+    )
     noise = fitted.count - sum(s.size for s in fitted.states)
     return LinearisedLogs(fitted, own, pieces, noise, fitted.cost, limits_of(own, problem.plant, problem.module.SIGNED))
 
 
 def piecewise_force(
-    problem: EstimationProblem, fitted: Fit, part: Segments, number: int, own: Sequence[str]
+    problem: EstimationProblem, fitted: Fit, segments: Segments, number: int, own: Sequence[str]
 ) -> PiecewiseForce:
-    """Linearise a part's shooting problem, at a fit to it as log ``number``, in parameters and constant forces."""
+    """Linearise a log's shooting problem, at a fit to it as log ``number``, in parameters and constant forces."""
     module = problem.module
     forces = [n for n in module.PARAMETERS if n.startswith("missing.")]
-    length = int(np.max(part.bounds[:, 1] - part.bounds[:, 0]))
+    length = int(np.max(segments.bounds[:, 1] - segments.bounds[:, 0]))
     edges = np.linspace(0, length, min(PIECES_PER_SEGMENT, length) + 1).astype(np.int64)
     pairs = list(itertools.pairwise(edges))
     window = np.array([[0, length]] * len(own) + [p for p in pairs for _ in forces], dtype=np.int64)
     columns = [module.PARAMETERS.index(n) for n in (*own, *(forces * len(pairs)))]
-    parameters = kernel_parameters(module, fitted.of_log(number), part.log)
-    shot = shoot(
-        module, part, fitted.states[number], parameters, columns, window, problem.max_step, keep_residual=False
+    parameters = kernel_parameters(module, fitted.of_log(number), segments.log)
+    linearisation = shoot(
+        module, segments, fitted.states[number], parameters, columns, window, problem.max_step, keep_residual=False
     )
-    information, score = eliminate_states(shot.gram, module.NX)
-    spans = np.minimum(part.bounds[:, :1, None] + np.array(pairs), part.bounds[:, 1:, None])
-    return PiecewiseForce(information, score, len(own), spans, fitted_motion(problem, fitted, part, number))
+    information, score = eliminate_states(linearisation.gram, module.NX)
+    spans = np.minimum(segments.bounds[:, :1, None] + np.array(pairs), segments.bounds[:, 1:, None])
+    return PiecewiseForce(information, score, len(own), spans, fitted_motion(problem, fitted, segments, number))
 
 
 def eliminate_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
-    """Information (S, n, n) and score (S, n) of what stands behind the initial states, those eliminated."""
+    """Information (S, n, n) and score (S, n) of all columns but the initial states, those eliminated."""
     scale = np.sqrt(np.maximum(np.einsum("sii->si", gram)[:, :nx], 1e-300))
     states = gram[:, :nx, :nx] / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(nx)
     mixed = gram[:, :nx, nx:] / scale[:, :, None]
@@ -107,16 +111,16 @@ def eliminate_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]
     return 0.5 * (information + information.transpose(0, 2, 1)), rest[:, :-1, -1]
 
 
-def fitted_motion(problem: EstimationProblem, fitted: Fit, part: Segments, number: int) -> dict[str, np.ndarray]:
-    """States, the drive's angle and speed, input and time (N,) as a fit has them; 0 outside the part's segments.
+def fitted_motion(problem: EstimationProblem, fitted: Fit, segments: Segments, number: int) -> dict[str, np.ndarray]:
+    """States, the drive's angle and speed, input and time (N,) as a fit has them; 0 outside the segments.
 
     On short segments its trajectories are the measured motion without the sensors' noise, and they are those along
     which the parameters' own influence is known, so that what a parameter contains is no law.
     """
-    module, log, names = problem.module, part.log, problem.module.STATES
+    module, log, names = problem.module, segments.log, problem.module.STATES
     parameters = kernel_parameters(module, fitted.of_log(number), log)
     states = np.zeros((len(log.t), len(names)))
-    for (a, b), start in zip(part.bounds, fitted.states[number], strict=True):
+    for (a, b), start in zip(segments.bounds, fitted.states[number], strict=True):
         states[a:b] = module.simulate(log.t[a:b], log.voltage[a:b], start, parameters, problem.max_step)[
             :, : len(names)
         ]
@@ -128,10 +132,10 @@ def fitted_motion(problem: EstimationProblem, fitted: Fit, part: Segments, numbe
     return table
 
 
-def values_in_segments(view: LinearisedLogs, name: str) -> np.ndarray:
+def values_in_segments(linearised: LinearisedLogs, name: str) -> np.ndarray:
     """Values of a variable within the segments of all logs."""
     found = []
-    for p in view.pieces:
+    for p in linearised.pieces:
         used = np.zeros(len(p.motion["t"]), dtype=bool)
         for a, b in zip(p.sample_ranges[:, 0, 0], p.sample_ranges[:, -1, 1], strict=True):
             used[a:b] = True
@@ -140,7 +144,7 @@ def values_in_segments(view: LinearisedLogs, name: str) -> np.ndarray:
 
 
 def piece_means(pieces: PiecewiseForce, values: np.ndarray) -> np.ndarray:
-    """Means (S, pieces, m) over the pieces of what is given at every sample (N, m); 0 for a piece without samples."""
+    """Means (S, pieces, m) over the pieces of values at every sample (N, m); 0 for a piece without samples."""
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     samples = np.maximum(pieces.sample_ranges[..., 1] - pieces.sample_ranges[..., 0], 1)[..., None]
     return (total[pieces.sample_ranges[..., 1]] - total[pieces.sample_ranges[..., 0]]) / samples
@@ -167,13 +171,13 @@ class FoldedLeastSquares:
     prior_information: np.ndarray  # (n,) diagonal of the information that is there before any data
     cost: float  # sum of squares without any change
 
-    def places(self, names: Sequence[str]) -> list[int]:
-        """Where parameters and columns stand."""
+    def indices(self, names: Sequence[str]) -> list[int]:
+        """Sorted positions of parameters and columns."""
         return sorted(k for n in dict.fromkeys(names) for k in self.index.get(n, ()))
 
     @cached_property
     def index(self) -> dict[str, list[int]]:
-        """Where each parameter or column stands, once or once for every log."""
+        """Positions of each parameter or column, one or one for every log."""
         found: dict[str, list[int]] = {}
         for k, label in enumerate(self.labels):
             found.setdefault(label.split("@")[0], []).append(k)
@@ -181,51 +185,51 @@ class FoldedLeastSquares:
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
         """Change of the named parameters and columns, within bounds, from all folds but one."""
-        chosen, kept = self.places(names), [k for k in range(FOLD_COUNT) if k != left_out]
+        chosen, kept = self.indices(names), [k for k in range(FOLD_COUNT) if k != left_out]
         normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior_information[chosen])
         right = self.right[np.ix_(kept, chosen)].sum(axis=0)
         return bounded_step(normal, right, 0.0, self.lowest[chosen], self.highest[chosen])
 
     def gain(self, names: Sequence[str], change: np.ndarray, fold: int) -> float:
         """Fall of the sum of squares of a fold with a change."""
-        chosen = self.places(names)
+        chosen = self.indices(names)
         own = self.normal[fold][np.ix_(chosen, chosen)]
         return float(2.0 * change @ self.right[fold][chosen] - change @ own @ change)
 
-    def left(self, names: Sequence[str]) -> float:
-        """Sum of squares that is left when every fold is predicted with the coefficients that the others give."""
+    def cross_validated_cost(self, names: Sequence[str]) -> float:
+        """Sum of squares that is left when every fold is predicted with the coefficients of the others."""
         return self.cost - sum(self.gain(names, self.solve(names, k), k) for k in range(FOLD_COUNT))
 
 
 def build_least_squares(
-    view: LinearisedLogs,
+    linearised: LinearisedLogs,
     names: Sequence[str],
     columns: Sequence[np.ndarray],
     *,
     per_log: Sequence[str] = (),
     ridge: float = 0.0,
 ) -> FoldedLeastSquares:
-    """Least squares in a view's parameters and in named columns, (S, pieces · rows, m) for each log.
+    """Least squares in the model's parameters and in named columns, (S, pieces · rows, m) for each log.
 
     ``ridge`` is the prior information of every column; those in ``per_log`` have a coefficient for each log.
     """
-    everything = [*view.own, *names]
-    plan = parameter_layout(everything, [*per_log_names(view.own), *per_log], len(view.pieces))
-    size = len(plan.labels)
+    everything = [*linearised.own, *names]
+    layout = parameter_layout(everything, [*per_log_names(linearised.own), *per_log], len(linearised.pieces))
+    size = len(layout.labels)
     normal, right = np.zeros((FOLD_COUNT, size, size)), np.zeros((FOLD_COUNT, size))
-    for pieces, column, places in zip(view.pieces, columns, plan.places, strict=True):
+    for pieces, column, places in zip(linearised.pieces, columns, layout.places, strict=True):
         for k, (block, score) in enumerate(normal_equations_by_fold(pieces, column)):
             normal[k][np.ix_(places, places)] += block
             right[k][places] += score
-    lowest, highest = change_bounds(view, plan.labels)
-    prior = np.array([0.0 if label.split("@")[0] in view.own else ridge for label in plan.labels])
-    return FoldedLeastSquares(plan.labels, normal, right, lowest, highest, prior, view.cost)
+    lowest, highest = change_bounds(linearised, layout.labels)
+    prior = np.array([0.0 if label.split("@")[0] in linearised.own else ridge for label in layout.labels])
+    return FoldedLeastSquares(layout.labels, normal, right, lowest, highest, prior, linearised.cost)
 
 
 def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """For each fold information (n, n) and score (n,) in a log's parameters and in columns (S, pieces · rows, m)."""
     own, folds, found = pieces.own, fold_numbers(len(columns)), []
-    pulled = pieces.information[:, :, own:] @ columns  # what parameters and forces know of the columns
+    pulled = pieces.information[:, :, own:] @ columns  # (S, n, m) information between everything and the columns
     for k in range(FOLD_COUNT):
         inside = folds == k
         flat = columns[inside].reshape(-1, columns.shape[2])
@@ -236,13 +240,13 @@ def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> lis
     return found
 
 
-def change_bounds(view: LinearisedLogs, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+def change_bounds(linearised: LinearisedLogs, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
     """How far each parameter may change: the model's own are never negative; columns are free."""
     lowest, highest = [], []
     for label in labels:
         name, _, log = label.partition("@")
-        low, high = view.limits.get(name, (-np.inf, np.inf))
-        value = view.fit.of_log(int(log or 0)).get(name, 0.0)
+        low, high = linearised.limits.get(name, (-np.inf, np.inf))
+        value = linearised.fit.of_log(int(log or 0)).get(name, 0.0)
         lowest.append(low - value)
         highest.append(high - value)
     return np.minimum(np.array(lowest), 0.0), np.maximum(np.array(highest), 0.0)

@@ -10,15 +10,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from derive.plant_signature import PlantSignature
 
-from wheelpend.diagnosis.missing_force.law_terms import (
-    CoveredRange,
-    Term,
-    covered_range,
-    term_directions,
-    term_regressors,
-)
+from derive.plant_signature import PlantSignature
+from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
+from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, Term, covered_range
 from wheelpend.diagnosis.missing_force.piecewise_force import (
     FoldedLeastSquares,
     LinearisedLogs,
@@ -27,63 +22,64 @@ from wheelpend.diagnosis.missing_force.piecewise_force import (
     piece_means,
     values_in_segments,
 )
+from wheelpend.diagnosis.missing_force.regressors import term_directions, term_regressors
 from wheelpend.diagnosis.score_test import project
 from wheelpend.estimation.state_reconstruction import combination_text
 
-MAX_SINGLE_TERM_STARTS = 4  # single terms of a view that are refitted
+MAX_SINGLE_TERM_STARTS = 4  # single terms at a point that are refitted
 MAX_LAW_STARTS = 10  # sets of terms that are refitted
 MAX_CROSS_VALIDATED_TERMS = 12  # terms with the largest expected gain that are judged on folds
 MIN_TERM_GAIN = 12.0  # noise variances that a term must explain
-MIN_REMAINING_INFORMATION_SHARE = (
-    1e-3  # share of a term's information that must be left beside the parameters and terms that are there
-)
 
 
 class LawStart(NamedTuple):
-    """Terms, and where the linearised problem puts parameters and coefficients."""
+    """Terms, with the solution of the linearised problem for parameters and coefficients."""
 
     terms: tuple[Term, ...]
     values: tuple[dict[str, float], ...]  # of each log: the model's parameters
     sizes: tuple[dict[str, float], ...]  # of each log: coefficients by column
-    left: float  # sum of squares on folds that did not make the coefficients
+    cross_validated_cost: float  # sum of squares on folds that did not make the coefficients
 
 
 def search_laws(
-    views: Sequence[LinearisedLogs], candidates: Sequence[Term], max_terms: int, plant: PlantSignature, min_gain_share: float
+    linearisations: Sequence[LinearisedLogs],
+    candidates: Sequence[Term],
+    max_terms: int,
+    plant: PlantSignature,
+    min_gain_share: float,
 ) -> list[LawStart]:
-    """Single terms, and sets of at most so many, that predict best in any view; the best first.
+    """Single terms, and sets of at most so many, that predict best from any point of linearisation; the best first.
 
-    A term pays if it explains the share ``pays`` of what is left above the noise.
+    A term counts if it explains the share ``min_gain_share`` of what is left above the noise.
     """
     best: dict[frozenset[Term], LawStart] = {}
-    for view in views:
-        for start in forward_selection(view, candidates, max_terms, plant, min_gain_share):
+    for linearised in linearisations:
+        for start in forward_selection(linearised, candidates, max_terms, plant, min_gain_share):
             key = frozenset(start.terms)
-            if key not in best or start.left < best[key].left:
+            if key not in best or start.cross_validated_cost < best[key].cross_validated_cost:
                 best[key] = start
-    return sorted(best.values(), key=lambda s: s.left)[:MAX_LAW_STARTS]
+    return sorted(best.values(), key=lambda s: s.cross_validated_cost)[:MAX_LAW_STARTS]
 
 
 def forward_selection(
-    view: LinearisedLogs, candidates: Sequence[Term], max_terms: int, plant: PlantSignature, min_gain_share: float
+    linearised: LinearisedLogs, candidates: Sequence[Term], max_terms: int, plant: PlantSignature, min_gain_share: float
 ) -> list[LawStart]:
-    """The best single terms in one view, and the set that grows from the best, one term after the other."""
-    given, columns = full_least_squares(view, candidates, plant)
+    """The best single terms at one point, and the set that grows from the best, one term after the other."""
+    least_squares, columns = full_least_squares(linearised, candidates, plant)
     chosen: list[Term] = []
-    left, found = given.left(view.own), []
+    cost, found = least_squares.cross_validated_cost(linearised.own), []
     while len(chosen) < max_terms:
-        trials = [
-            (given.left([*view.own, *_column_names([*chosen, t])]), t)
-            for t in leading_terms(given, view, columns, chosen)
-        ]
-        paying = [(x, t) for x, t in trials if left - x >= max(MIN_TERM_GAIN, min_gain_share * (left - view.noise))]
-        paying.sort(key=lambda pair: pair[0])
+        leading = leading_terms(least_squares, linearised, columns, chosen)
+        names = [[*linearised.own, *_column_names([*chosen, t])] for t in leading]
+        trials = [(least_squares.cross_validated_cost(n), t) for n, t in zip(names, leading, strict=True)]
+        least_gain = max(MIN_TERM_GAIN, min_gain_share * (cost - linearised.noise))
+        paying = sorted(((x, t) for x, t in trials if cost - x >= least_gain), key=lambda pair: pair[0])
         if not paying:
             break
         if not chosen:
-            found += [law_start(given, view, [t], x) for x, t in paying[:MAX_SINGLE_TERM_STARTS]]
-        left, chosen = paying[0][0], [*chosen, paying[0][1]]
-    return [*found, law_start(given, view, chosen, left)] if len(chosen) > 1 else found
+            found += [law_start(least_squares, linearised, [t], x) for x, t in paying[:MAX_SINGLE_TERM_STARTS]]
+        cost, chosen = paying[0][0], [*chosen, paying[0][1]]
+    return [*found, law_start(least_squares, linearised, chosen, cost)] if len(chosen) > 1 else found
 
 
 def column_name(term: Term, size: str) -> str:
@@ -96,34 +92,37 @@ def _column_names(chosen: Sequence[Term]) -> list[str]:
 
 
 def full_least_squares(
-    view: LinearisedLogs, candidates: Sequence[Term], plant: PlantSignature
+    linearised: LinearisedLogs, candidates: Sequence[Term], plant: PlantSignature
 ) -> tuple[FoldedLeastSquares, dict[Term, list[str]]]:
-    """Least squares in a view's parameters and all terms, and the columns of each term."""
+    """Least squares in the model's parameters and all terms, and the columns of each term."""
     directions = np.concatenate([term_directions(t, plant) for t in candidates])
     columns = [
         force_columns(
             piece_means(p, np.concatenate([term_regressors(t, p.motion, plant) for t in candidates], axis=1)),
             directions,
         )
-        for p in view.pieces
+        for p in linearised.pieces
     ]
     of_term = {t: _column_names([t]) for t in candidates}
-    own_logs = [n for t in candidates if t.per_log for n in of_term[t]] if len(view.pieces) > 1 else []
+    own_logs = [n for t in candidates if t.per_log for n in of_term[t]] if len(linearised.pieces) > 1 else []
     return build_least_squares(
-        view, [n for names in of_term.values() for n in names], columns, per_log=own_logs
+        linearised, [n for names in of_term.values() for n in names], columns, per_log=own_logs
     ), of_term
 
 
 def leading_terms(
-    given: FoldedLeastSquares, view: LinearisedLogs, columns: dict[Term, list[str]], chosen: Sequence[Term]
+    least_squares: FoldedLeastSquares,
+    linearised: LinearisedLogs,
+    columns: dict[Term, list[str]],
+    chosen: Sequence[Term],
 ) -> list[Term]:
     """Terms with the largest expected gain beside the parameters and the terms chosen already."""
-    normal, right = given.normal.sum(axis=0), given.right.sum(axis=0)
-    there = given.places([*view.own, *_column_names(chosen)])
-    information, score = project(normal, right, there)
+    normal, right = least_squares.normal.sum(axis=0), least_squares.right.sum(axis=0)
+    present = least_squares.indices([*linearised.own, *_column_names(chosen)])
+    information, score = project(normal, right, present)
     gains = {}
     for term, names in columns.items():
-        own = [k for n in names for k in given.index[n]]
+        own = [k for n in names for k in least_squares.index[n]]
         raw, rest = np.diag(normal)[own], np.diag(information)[own]
         if term in chosen or not np.all(rest > MIN_REMAINING_INFORMATION_SHARE * raw) or not np.all(raw > 0.0):
             continue
@@ -134,21 +133,25 @@ def leading_terms(
     return sorted(gains, key=lambda t: -gains[t])[:MAX_CROSS_VALIDATED_TERMS]
 
 
-def law_start(given: FoldedLeastSquares, view: LinearisedLogs, chosen: Sequence[Term], left: float) -> LawStart:
+def law_start(
+    least_squares: FoldedLeastSquares, linearised: LinearisedLogs, chosen: Sequence[Term], cost: float
+) -> LawStart:
     """Parameters and coefficients of the linearised problem with the chosen terms."""
-    names = [*view.own, *_column_names(chosen)]
-    change = dict(zip((given.labels[k] for k in given.places(names)), given.solve(names), strict=True))
+    names = [*linearised.own, *_column_names(chosen)]
+    changes = dict(
+        zip((least_squares.labels[k] for k in least_squares.indices(names)), least_squares.solve(names), strict=True)
+    )
     values, sizes = [], []
-    for log in range(len(view.pieces)):
-        moved = {n: change.get(n, change.get(f"{n}@{log}", 0.0)) for n in names}
-        values.append({n: v + moved.get(n, 0.0) for n, v in view.fit.of_log(log).items()})
+    for log in range(len(linearised.pieces)):
+        moved = {n: changes.get(n, changes.get(f"{n}@{log}", 0.0)) for n in names}
+        values.append({n: v + moved.get(n, 0.0) for n, v in linearised.fit.of_log(log).items()})
         sizes.append({n: moved[n] for n in _column_names(chosen)})
-    return LawStart(tuple(chosen), tuple(values), tuple(sizes), left)
+    return LawStart(tuple(chosen), tuple(values), tuple(sizes), cost)
 
 
-def range_in_logs(view: LinearisedLogs, plant: PlantSignature) -> CoveredRange:
-    """What the logs cover of every variable that a term may depend on."""
-    values = {n: values_in_segments(view, n) for n in view.pieces[0].motion}
+def range_in_logs(linearised: LinearisedLogs, plant: PlantSignature) -> CoveredRange:
+    """Ranges that the logs cover, of every variable that a term may depend on."""
+    values = {n: values_in_segments(linearised, n) for n in linearised.pieces[0].motion}
     for port in plant.ports:
         weights = dict(zip((c.q for c in plant.coordinates), port.weights, strict=True))
         values.setdefault(combination_text(weights), np.sum([w * values[n] for n, w in weights.items()], axis=0))

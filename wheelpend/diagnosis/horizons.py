@@ -1,0 +1,91 @@
+"""Prediction error over the horizon: how far ahead a model predicts, from a few samples to the whole log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from types import ModuleType
+
+import numpy as np
+
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.prediction import segments_rms_error
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.states import fit_states, initial_states
+from wheelpend.logs.log import Log, segment_bounds
+
+PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
+MAX_FITTED_START_HORIZON_S = 2.0  # s, beyond which initial states are fitted to the beginning of a segment alone
+START_DURATION_S = 0.5  # s, that beginning
+MIN_START_SAMPLES = 6
+MAX_PREDICTED_ANGLE_RAD = np.pi / 2  # rad, beyond which a prediction has left the plant's range
+
+
+@dataclass(frozen=True)
+class HorizonError:
+    """Error of predictions over one length of time."""
+
+    seconds: float
+    error: float | None  # [σ]; None where the prediction diverges
+    diverged: bool
+
+
+def horizons_of(log: Log) -> tuple[float, ...]:
+    """Horizons that a log offers, from five samples to the whole of it [s]."""
+    inner = [h for h in PREDICTION_HORIZONS_S if 5 * log.dt < h < 0.8 * log.duration]
+    return (5 * log.dt, *inner, log.duration)
+
+
+def errors_at(
+    problem: EstimationProblem,
+    log_segments: Sequence[Segments],
+    log_values: Sequence[dict[str, float]],
+    horizon: float,
+) -> HorizonError:
+    """Error of predictions over a horizon [s] in the segments of all logs, each with values of its own."""
+    pairs = zip(log_segments, log_values, strict=True)
+    found = [(error_at(problem, s, v, horizon), s.values) for s, v in pairs]
+    if any(h.error is None for h, _ in found):
+        return HorizonError(horizon, None, True)
+    squares = np.average([(h.error or 0.0) ** 2 for h, _ in found], weights=[float(count) for _, count in found])
+    return HorizonError(horizon, float(np.sqrt(squares)), False)
+
+
+def error_at(problem: EstimationProblem, segments: Segments, values: dict[str, float], horizon: float) -> HorizonError:
+    """Error of predictions over a horizon [s] in the span of a log's segments."""
+    first, last = int(segments.bounds[0, 0]), int(segments.bounds[-1, 1])
+    bounds = np.ascontiguousarray(segment_bounds(segments.log, horizon, first, last))
+    if not len(bounds):
+        return HorizonError(horizon, None, True)
+    cut = replace(segments, bounds=bounds)
+    predicted = _predict(problem, cut, kernel_parameters(problem.module, values, segments.log), horizon)
+    error = segments_rms_error(cut, predicted)
+    diverged = not np.isfinite(error) or is_out_of_range(problem.module, cut, predicted.residual)
+    return HorizonError(horizon, None if diverged else error, diverged)
+
+
+def _predict(
+    problem: EstimationProblem, segments: Segments, parameters: np.ndarray, horizon: float
+) -> ShootingLinearisation:
+    """Predict segments from fitted initial states: over a long horizon fitted to the beginnings alone.
+
+    The plant is unstable, so a fit of the state to a long segment would be one of its end.
+    """
+    states = initial_states(problem.module, segments)
+    if not horizon > MAX_FITTED_START_HORIZON_S:
+        return fit_states(problem.module, segments, states, parameters, problem.max_step)[1]
+    length = max(MIN_START_SAMPLES, round(START_DURATION_S / segments.log.dt))
+    bounds = np.ascontiguousarray([[a, min(b, a + length)] for a, b in segments.bounds])
+    states, _ = fit_states(problem.module, replace(segments, bounds=bounds), states, parameters, problem.max_step)
+    return shoot(problem.module, segments, states, parameters, max_step=problem.max_step)
+
+
+def is_out_of_range(module: ModuleType, segments: Segments, residual: np.ndarray) -> bool:
+    """A prediction that left the plant's range in some segment, by its residual (N, channels) [σ]."""
+    channel = module.RANGE_OUTPUT
+    if channel < 0:
+        return False
+    angle = segments.log.measured[:, channel] - residual[:, channel] * segments.sigma[channel]
+    return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in segments.bounds]))) > MAX_PREDICTED_ANGLE_RAD)

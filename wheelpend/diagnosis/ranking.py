@@ -1,0 +1,60 @@
+"""Order of the refitted effects: by validation error, the simpler one first where the errors are alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import derive
+from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MAX_EVALUATED_COST_RATIO
+from wheelpend.diagnosis.evidence import CandidateFit
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, WRONG_START_ERROR_RATIO
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.problem import EstimationProblem
+
+MAX_SIMILAR_ERROR_RATIO = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
+INTERNAL_EFFECT_ERROR_PENALTY = 1.5  # times its error counts of an internal coordinate that does not reach the noise
+
+
+def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFit]) -> list[CandidateFit]:
+    """Effects by validation error, the best first; one that releases a coordinate and leaves a rest is penalised.
+
+    Where even the best leaves much, its lead over one with fewer parameters says little: more parameters bend further
+    to whatever else is missing. Then the simplest of those that are nearly as good comes first; else only one that the
+    best contains or approaches, and that these data cannot tell from it.
+    """
+
+    def rank(one: CandidateFit) -> float:
+        partial = one.error_after > MAX_EXPLAINED_ERROR_RATIO * problem.floor
+        penalised = partial and derive.effects.find(one.effect).releases
+        return one.error_after * (INTERNAL_EFFECT_ERROR_PENALTY if penalised else 1.0)
+
+    ordered = sorted(candidates, key=rank)
+    if not ordered:
+        return []
+    best = ordered[0]
+    far = best.error_after >= WRONG_START_ERROR_RATIO * problem.floor
+    similar = MAX_SIMILAR_ERROR_RATIO if far else 1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE
+    nested = nested_effects(problem, best.effect)
+    rivals = [c for c in ordered if c.physical and rank(c) < similar * rank(best) and (far or c.effect in nested)]
+    simplest = min(rivals, key=lambda c: (len(c.coefficients), rank(c)), default=best)
+    first = simplest if len(simplest.coefficients) < len(best.coefficients) else best
+    return [first, *(c for c in ordered if c is not first)]
+
+
+def nested_effects(problem: EstimationProblem, effect: str) -> list[str]:
+    """Effects that one contains, and the one that it approaches, as far as the model may be missing them."""
+    approached = derive.effects.find(effect).approaches
+    testable = {e.name for e in problem.candidates()}
+    return [*with_contained(problem, [effect])[1:], *([approached] if approached in testable else [])]
+
+
+def with_contained(problem: EstimationProblem, names: Sequence[str]) -> list[str]:
+    """The names, and those of the effects that they contain: an effect is judged beside what it contains."""
+    testable = {e.name for e in problem.candidates()}
+    contained = [s for n in names for s in problem.module.CONTAINS.get(n, {}) if s in testable]
+    return list(dict.fromkeys([*names, *contained]))
+
+
+def is_clearly_better(best: Fit, other: Fit, floor: float) -> bool:
+    """The best fit on short segments settles the matter: it reaches the noise and the other does not."""
+    return best.error < MAX_EXPLAINED_ERROR_RATIO * floor and other.cost > MAX_EVALUATED_COST_RATIO * best.cost
