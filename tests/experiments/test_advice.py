@@ -66,7 +66,7 @@ def test_turning_the_sensor_separates_by_twice_the_size_over_the_error_of_both_l
     own = question.errors(None)["com_offset.angle"]
     later = replace(question, pieces=()).errors(question.information_of(question.loop.play(best.played.excitation)))
     expected = 2 * 0.02 / np.hypot(own, later["com_offset.angle"])
-    assert best.turn.part == "sensor" and best.separation == pytest.approx(expected, rel=0.2)
+    assert best.reversal.part == "sensor" and best.separation == pytest.approx(expected, rel=0.2)
 
 
 def test_an_absolute_pitch_separates_what_no_command_does_and_a_finer_gyro_does_not():
@@ -74,9 +74,10 @@ def test_an_absolute_pitch_separates_what_no_command_does_and_a_finer_gyro_does_
     played = question.loop.play(builtin_excitations()[0])
     sigma = float(question.problem.noise[0].sigma[1])
     assert question.separation(question.information_of(played)) < 1.0
-    assert question.separation(question.information_of(played, finer={"dtheta_p": 0.1})) < 1.0
+    assert question.separation(question.information_of(played, sigma_factors={"dtheta_p": 0.1})) < 1.0
     assert (
-        question.separation(question.information_of(played, truth={"theta_p": sigma})) > 10.0 * CLEAR_SEPARATION_SIGMA
+        question.separation(question.information_of(played, fault_free_sigma={"theta_p": sigma}))
+        > 10.0 * CLEAR_SEPARATION_SIGMA
     )
 
 

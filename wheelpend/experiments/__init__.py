@@ -1,10 +1,17 @@
-"""Experiments computed in advance, and the command that tells most.
+"""Experiments computed in advance: which log to record next.
 
-1. `question`: what is to be found out, and what the logs at hand say of it.
-2. `excitation`: reference trajectories that may tell it.
-3. `loop`: such an experiment played in closed loop, within limits.
-4. `information`: what its log would tell beside the logs at hand.
-5. `turned`: what turning a part round does to every effect.
-6. `search`: the best trajectory within limits.
-7. `command`: all of it, for `wheelpend design`.
+In: a diagnosis that is ambiguous, logs, or a model as it stands. Out: advice in sentences, or `Design` with the most
+informative command. Question: which experiment would distinguish the effects, or sharpen the parameters?
+
+- `excitation`: reference trajectories of the pitch.
+- `closed_loop`: such an experiment simulated in closed loop, within limits.
+- `information`: the information of logs, added up, and separations and standard errors from it.
+- `question`: effects to be distinguished, or parameters, and the information of the logs at hand.
+- `reversals`: the sign of every effect once a part is turned round.
+- `recommendation`: commands, reversals and sensors, rated by separation.
+- `advice`: the recommendation in sentences.
+- `design_start`: model, values and sensors from which a design starts.
+- `pose`: the question of a design.
+- `search`: the best trajectory within limits.
+- `design`: all of it, for `wheelpend design`.
 """

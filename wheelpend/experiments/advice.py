@@ -1,65 +1,22 @@
-"""Which experiment would tell effects apart, computed from the information that each of many would give.
-
-An experiment is a command, or a part that is turned round, or a better sensor. Each is rehearsed in closed loop with
-the first candidate in the model, at its fitted size, and its information is added to that of the logs at hand. The
-cheapest one that separates clearly is recommended: first a command, then a screwdriver, then a new sensor.
-"""
+"""Advice: which experiment would distinguish the effects that a diagnosis cannot, in sentences."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
-from wheelpend.experiments.excitation import Excitation, builtin_excitations, excitation_family
-from wheelpend.experiments.question import MAX_EQUIVALENT_ERROR_DIFFERENCE, Question, question_of_fit
-from wheelpend.experiments.reversals import PART_REVERSALS, PartReversal, changes_sign, sign_after_reversal
+from wheelpend.experiments.question import Question, question_of_fit
+from wheelpend.experiments.recommendation import CLEAR_SEPARATION_SIGMA, Experiment, recommend
+from wheelpend.experiments.reversals import PartReversal, changes_sign
 
-CLEAR_SEPARATION_SIGMA = 5.0  # standard errors at which two effects count as separated
-MAX_DURATION_RATIO = 30  # times the length of a rehearsal that a recording may reasonably last
-USUAL_LIMITS = Limits(0.4, 24.0)  # rad, V: what the paper's commands take; more where the logs have more
-FINER_SENSOR_NOISE_RATIO = 0.1  # of the present σ, of a finer sensor
-
-
-class Sensor(NamedTuple):
-    """A sensor that the robot might get."""
-
-    description: str
-    channel: str
-    finer: bool  # else one beside the present one, as noisy, that has none of its faults
-
-
-SENSOR_OPTIONS = (
-    Sensor("a gyro with a tenth of the noise", "dtheta_p", True),
-    Sensor("a pitch sensor with a tenth of the noise", "theta_p", True),
-    Sensor("an encoder with ten times the counts", "theta_w", True),
-    Sensor("a second gyro whose zero and scale are known", "dtheta_p", False),
-    Sensor("an absolute reference of the pitch (an inclinometer, a camera), as noisy as the present one", "theta_p",
-           False),
-    Sensor("a second encoder that is known to be true", "theta_w", False),
-)  # fmt: skip
-
-
-class Experiment(NamedTuple):
-    """Something to record, and by how many standard errors it would separate the effects."""
-
-    separation: float
-    played: SimulatedExperiment
-    gap: float = 1.0  # by which share the errors of the rivals would differ; large where sizes are compared instead
-    turn: PartReversal | None = None
-    sensor: Sensor | None = None
-
-    @property
-    def record(self) -> str:
-        """What is to be recorded, for people."""
-        smaller = "" if self.played.factor == 1.0 else f", times {self.played.factor:.2g},"
-        return f"{self.played.log.t[-1]:.0f} s of {self.played.excitation.name}{smaller}"
+MAX_DURATION_RATIO = 30  # times the length of a simulated experiment that a recording may reasonably last
+MIN_NAMED_SEPARATION_SIGMA = 0.5  # standard errors below which commands separate nothing
 
 
 def with_advice(found: Diagnosis) -> Diagnosis:
@@ -71,9 +28,9 @@ def with_advice(found: Diagnosis) -> Diagnosis:
 
 
 def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[CandidateFit] = ()) -> str:
-    """What would separate the first candidate from its equivalents, in one to three sentences.
+    """The experiment that would separate the first candidate from its equivalents, in one to three sentences.
 
-    ``others`` are the refits of other candidates, from which shapes and limits are taken.
+    ``others`` are the refits of other candidates, from which profiled parameters are taken.
     """
     if problem.module.RANGE_OUTPUT < 0 or len(problem.module.INPUTS) != 1:
         return _advice_without_simulation(problem, first)
@@ -91,108 +48,26 @@ def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[Can
 
 
 def _advice_without_simulation(problem: EstimationProblem, first: CandidateFit) -> str:
-    """What to record where no command can be rehearsed: that takes a plant which is held upright."""
+    """The log to record where no command can be simulated: that takes a plant which is held upright."""
     names = ", ".join((first.effect, *first.equivalent_to))
     driven = "small and large commands, slow and fast, both ways, and standstills between them"
     free = "releases from small and large angles, to the very end of each swing"
     return f"To tell {names} apart, record one log with {driven if problem.module.INPUT else free}."
 
 
-def recommend(question: Question) -> list[Experiment]:
-    """The experiments that were looked at, best first: the cheapest clear one, then the others by separation."""
-    seen: list[Experiment] = []
-    for group in experiments(question):
-        clear = [e for e in group if e.separation >= CLEAR_SEPARATION_SIGMA]
-        seen += group
-        if clear:
-            best = max(clear, key=lambda e: e.separation)
-            return [best, *sorted((e for e in seen if e is not best), key=lambda e: -e.separation)]
-    return sorted(seen, key=lambda e: -e.separation)
-
-
-def experiments(question: Question) -> Iterator[list[Experiment]]:
-    """Groups of experiments, the cheapest first."""
-    limits = usual_limits(question)
-    known = list(_command_experiments(question, builtin_excitations(), Limits(np.pi / 2, np.inf)))
-    yield known
-    further = list(_command_experiments(question, excitation_family(), limits))
-    yield further
-    yield [
-        e for turn in PART_REVERSALS if has_sign_contrast(turn, question) for e in _reversal_experiments(question, turn)
-    ]
-    best = max([*known, *further], key=lambda e: e.separation, default=None)
-    tried = {e.played.excitation.name: e.played for e in [*known, *([best] if best else [])]}
-    yield [e for sensor in SENSOR_OPTIONS for e in _sensor_experiments(question, sensor, list(tried.values()))]
-
-
-def usual_limits(question: Question) -> Limits:
-    """What the paper's commands take, or what the robot has done already."""
-    logs = [p.log for p in question.problem.training]
-    pitch = [float(np.nanmax(np.abs(log.measured[:, log.channels.index("theta_p")]))) for log in logs]
-    return Limits(
-        max(USUAL_LIMITS.pitch, *pitch, 0.0),
-        max(USUAL_LIMITS.voltage, 0.0, *(float(np.nanmax(np.abs(x.voltage))) for x in logs)),
-    )
-
-
-def has_sign_contrast(turn: PartReversal, question: Question) -> bool:
-    """Whether turning a part changes the sign of some effect in question, but not of all."""
-    return len({changes_sign(turn, e) for e in (question.first, *question.others)}) > 1
-
-
-def _command_experiments(question: Question, excitations: Sequence[Excitation], limits: Limits) -> Iterator[Experiment]:
-    for excitation in excitations:
-        played = question.loop.play_within(excitation, limits)
-        if played is not None:
-            apart = question.separation(question.information_of(played))
-            yield Experiment(apart, played, question.gap(apart, played))
-
-
-def _reversal_experiments(question: Question, turn: PartReversal) -> Iterator[Experiment]:
-    """A second log with a part turned round: sizes keep their values or change their signs."""
-    ties = {n: sign_after_reversal(turn, n) for n in question.names}
-    values: dict[str, float] = {n: v * (sign_after_reversal(turn, n) or 1) for n, v in question.sizes[-1].items()}
-    loop = question.loop.with_values(values)
-    for excitation in builtin_excitations():
-        played = loop.play(excitation)
-        if played is not None:
-            yield Experiment(question.separation(question.information_of(played), ties), played, turn=turn)
-
-
-def _sensor_experiments(
-    question: Question, sensor: Sensor, rehearsals: Sequence[SimulatedExperiment]
-) -> Iterator[Experiment]:
-    """Rehearsed records, had they been made with a sensor."""
-    channels = question.problem.module.OUTPUTS
-    if sensor.channel not in channels:
-        return
-    sigma = float(question.problem.noise[0].sigma[channels.index(sensor.channel)])
-    chosen: Mapping[str, float] = {sensor.channel: FINER_SENSOR_NOISE_RATIO if sensor.finer else sigma}
-    for played in rehearsals:
-        told = (
-            question.information_of(played, sigma_factors=chosen)
-            if sensor.finer
-            else question.information_of(played, fault_free_sigma=chosen)
-        )
-        apart = question.separation(told)
-        yield Experiment(apart, played, question.gap(apart, played), sensor=sensor)
-
-
-# ---- in words
-
-
 def recommendation_text(question: Question, found: Sequence[Experiment]) -> str:
     """The recommendation, or that there is none."""
     best, effects = found[0], effects_text(question)
-    commands = [e for e in found if not e.turn and not e.sensor]
+    commands = [e for e in found if not e.reversal and not e.sensor]
     most = max((e.separation for e in commands), default=0.0)
     if best.separation < CLEAR_SEPARATION_SIGMA:
         return _no_experiment_text(question, best)
     record = best.record
     clearly = f"{best.separation:.0f} standard errors"
-    if best.turn:
-        return (f"{best.turn.instruction} and record {record}: {_sign_changes_text(best.turn, question)}, which is "
-                f"{clearly}. {_command_limit_text(most, question)}.")  # fmt: skip
+    if best.reversal:
+        changes = _sign_changes_text(best.reversal, question)
+        return (f"{best.reversal.instruction} and record {record}: {changes}, which is {clearly}. "
+                f"{_command_limit_text(most, question)}.")  # fmt: skip
     if best.sensor:
         return (
             f"{_command_limit_text(most, question)}. Record {record} with "
@@ -213,7 +88,7 @@ def _between_option_text(question: Question) -> str:
 
 
 def _equivalence_warning_text(best: Experiment) -> str:
-    """Warn where the diagnosis will not look as clear as the statistics are."""
+    """A warning where the validation errors will differ less than the statistics say."""
     if best.gap >= MAX_EQUIVALENT_ERROR_DIFFERENCE:
         return ""
     return (f"; the errors would differ by {100 * best.gap:.2g} % only, so that `diagnose` would still list both, and "
@@ -221,7 +96,7 @@ def _equivalence_warning_text(best: Experiment) -> str:
 
 
 def _already_separated_text(question: Question, first: CandidateFit, others: Sequence[CandidateFit]) -> str:
-    """That no experiment is needed, where the logs tell already; a diagnosis looks at the errors alone."""
+    """Advice that no experiment is needed, where the logs at hand separate the effects already."""
     rivals = [t for t in others if t.effect in first.equivalent_to]
     if len(rivals) < len(first.equivalent_to) or question.separation(None) < CLEAR_SEPARATION_SIGMA:
         return ""
@@ -240,35 +115,35 @@ def effects_text(question: Question) -> str:
 
 
 def _command_limit_text(most: float, question: Question) -> str:
-    if most < 0.5:
+    if most < MIN_NAMED_SEPARATION_SIGMA:
         return f"No command of these sensors separates {effects_text(question)}: {_equivalence_text(question)}"
     return f"No command alone separates {effects_text(question)} by more than {most:.1f}"
 
 
 def _equivalence_text(question: Question) -> str:
-    """In what sense the rivals look the same: for all sizes, if the equations say so, else while they are small."""
+    """The sense in which rivals are equivalent: for all sizes, if the equations say so, else while they are small."""
     twins = question.problem.module.TWINS.get(question.first, ())
     exactly = any(o in twins for o in question.others)
     return "they change every log in the same way" + ("" if exactly else ", to first order in their sizes")
 
 
-def _sign_changes_text(turn: PartReversal, question: Question) -> str:
-    """Whose size changes its sign, and whose does not."""
+def _sign_changes_text(reversal: PartReversal, question: Question) -> str:
+    """Effects whose size changes its sign, and those whose does not."""
     effects = (question.first, *question.others)
-    turning = [e for e in effects if changes_sign(turn, e)]
+    turning = [e for e in effects if changes_sign(reversal, e)]
     keeping = [e for e in effects if e not in turning]
     return f"the size of {' or '.join(turning)} would change its sign, that of {' or '.join(keeping)} would not"
 
 
 def _no_experiment_text(question: Question, best: Experiment) -> str:
-    """No experiment is clear: say how long the best would have to last, if that is within reason."""
+    """Advice where no experiment is clear: how long the best would have to last, if that is within reason."""
     effects, seconds = effects_text(question), float(question.loop.t[-1])
     longer = (CLEAR_SEPARATION_SIGMA / max(best.separation, 1e-9)) ** 2
     if longer > MAX_DURATION_RATIO:
         return (f"No command, no part turned round and no better sensor of angle, pitch or rate separates {effects}: "
                 f"{_equivalence_text(question)}. Measure one of them by other means.")  # fmt: skip
     how = f" with {best.sensor.description}" if best.sensor else ""
-    how = f" with the {best.turn.part} turned round" if best.turn else how
+    how = f" with the {best.reversal.part} turned round" if best.reversal else how
     name, minutes = best.played.excitation.name, longer * seconds / 60
     return (
         f"No record of {seconds:.0f} s separates {effects} by {CLEAR_SEPARATION_SIGMA:.0f} standard errors. "

@@ -1,6 +1,6 @@
-"""An experiment played in advance: the model under its controller along a reference, with noisy sensors.
+"""An experiment simulated in advance: the model under its controller along a reference, with noisy sensors.
 
-Noise belongs to it: at the paper's gains it shakes the voltage by more than a volt, which costs room below a limit and
+Noise belongs to it: at the paper's gains it shakes the voltage by more than a volt, which takes up part of a limit and
 keeps dry friction from sticking.
 """
 
@@ -22,19 +22,20 @@ from wheelpend.logs.noise import Noise, rounding_sigma
 
 MAX_SHRINK_STEPS = 8  # times that a trajectory is made smaller to fit the limits
 LIMIT_MARGIN = 0.98  # of a limit that is aimed at
-LOOP_TO_FALL_SPEED_RATIO = 5.0  # how much faster than the fall a controller of our own is to be
-MAX_LOOP_SPEED_RAD_PER_SAMPLE = 0.2  # rad per sample that such a controller may be fast
+LOOP_TO_FALL_SPEED_RATIO = 5.0  # speed of the closed loop over that of the fall, with a controller of our own
+MAX_LOOP_SPEED_RAD_PER_SAMPLE = 0.2  # rad per sample, of such a controller
+PITCH_STEP = 1e-4  # rad, rad/s, V of the differences that linearise the pitch
 
 
 class Limits(NamedTuple):
-    """What the robot may do."""
+    """Bounds within which the robot is operated."""
 
     pitch: float  # rad
     voltage: float  # V
 
 
 class SimulatedExperiment(NamedTuple):
-    """An experiment as it would go."""
+    """A simulated experiment."""
 
     excitation: Excitation
     log: Log
@@ -55,11 +56,11 @@ class SimulatedExperiment(NamedTuple):
 
     @property
     def travel(self) -> float:
-        """How far the wheels turn from one end of the track to the other [rad]."""
+        """Range of the wheel angle [rad]."""
         return float(np.ptp(self.states[:, 0]))
 
     def is_within(self, limits: Limits) -> bool:
-        """Whether the robot keeps the limits."""
+        """Both peaks within the limits."""
         return self.peak_pitch <= limits.pitch and self.peak_voltage <= limits.voltage
 
 
@@ -91,8 +92,8 @@ class ClosedLoop:
         """Follow a trajectory; None where the robot falls."""
         module, channels = self.module, tuple(self.module.OUTPUTS)
         angle, rate = excitation.trajectory(self.t, factor)
-        still = Log(excitation.name, self.t, angle, np.zeros_like(self.noise), channels)
-        parameters = kernel_parameters(module, self.values, still)
+        empty = Log(excitation.name, self.t, angle, np.zeros_like(self.noise), channels)
+        parameters = kernel_parameters(module, self.values, empty)
         states, measured, voltage = module.closed_loop(
             self.t, angle, rate, self.gains, np.zeros(module.NX), parameters, self.noise, self.quantum, self.max_step
         )  # fmt: skip
@@ -136,14 +137,14 @@ def balancing_gains(module: ModuleType, values: Mapping[str, float], dt: float) 
 
 def _linearised_pitch(module: ModuleType, values: Mapping[str, float]) -> tuple[float, float, float]:
     """Derivatives of the pitch's acceleration about the vertical in pitch, its rate, and the voltage."""
-    plain = {n: v for n, v in values.items() if "." not in n}
-    nowhere = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
-    parameters = kernel_parameters(module, plain, nowhere)
+    without_effects = {n: v for n, v in values.items() if "." not in n}
+    empty = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
+    parameters = kernel_parameters(module, without_effects, empty)
 
     def pitch(state: np.ndarray, voltage: float) -> float:
         return float(module.acceleration(0.0, state, voltage, parameters)[1])
 
-    small, size = 1e-4, module.NX
+    small, size = PITCH_STEP, module.NX
     angle, rate = np.eye(size)[1] * small, np.eye(size)[module.NQ + 1] * small
     slopes = [(pitch(s, v) - pitch(-s, -v)) / (2 * small)
               for s, v in ((angle, 0.0), (rate, 0.0), (np.zeros(size), small))]  # fmt: skip

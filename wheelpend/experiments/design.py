@@ -1,4 +1,4 @@
-"""The command that excites what the last log left open, within limits of pitch and voltage."""
+"""The command that adds most to the information of the logs at hand, within limits of pitch and voltage."""
 
 from __future__ import annotations
 
@@ -11,21 +11,23 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import effect_parameter, per_log_names
 from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
-from wheelpend.experiments.excitation import Excitation, builtin_excitations
+from wheelpend.experiments.excitation import builtin_excitations
 from wheelpend.experiments.pose import DesignProblem, pose_problem
 from wheelpend.experiments.question import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Question
+from wheelpend.experiments.recommendation import USUAL_LIMITS
 from wheelpend.experiments.search import MAX_GENERATIONS, RatedTrajectory, best_trajectory, search_trajectory
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.references import BUILT_IN_DURATION_S
 
-USUAL_LIMITS = Limits(0.4, 24.0)  # rad, V: what the paper's commands take
-MIN_DURATION_S = 2.0  # s of a command
+MIN_DURATION_S, MAX_DURATION_S = 2.0, 600.0  # s of a command
+MIN_RELATIVE_SCALE = 0.1  # of an effect's typical size, against which an error counts at least
+MIN_PARAMETER_SCALE = 1e-3  # the same of a base parameter
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """What a command asks of the robot."""
+    """Peaks of a command, as simulated."""
 
     pitch: float  # rad
     voltage: float  # V
@@ -45,19 +47,19 @@ class ExpectedErrors:
 
 @dataclass(frozen=True)
 class Design:
-    """A designed command and what it is expected to bring."""
+    """A designed command and the standard errors expected with it."""
 
-    between: tuple[str, ...]  # effects to be told apart; empty where the parameters are the aim
-    command: str  # what the trajectory is
+    between: tuple[str, ...]  # effects to be distinguished; empty where the parameters are the aim
+    command: str  # the trajectory, in words
     duration_s: float
     sample_s: float
     limits: Limits
     separation: dict[str, float | None] | None  # standard errors with logs, builtin, designed; None without effects
-    gap: float | None  # by which share the rivals' errors over all logs will then differ; None without effects
+    gap: float | None  # relative difference of the rivals' errors over all logs then; None without effects
     parameters: dict[str, ExpectedErrors]
     builtin: str | None  # the best built-in command; None where none keeps the limits
     peaks: dict[str, Peaks]  # of builtin and designed
-    gains: tuple[float, ...]  # of the controller it was rehearsed with
+    gains: tuple[float, ...]  # of the controller it was simulated with
     own_controller: bool
     sentences: tuple[str, ...]  # what was assumed
     t: np.ndarray = field(repr=False)  # (N,) s
@@ -78,12 +80,12 @@ def design(
     generations: int = MAX_GENERATIONS,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Design:
-    """Find the reference trajectory that tells most beside the logs, within limits of pitch [rad] and voltage [V].
+    """Find the most informative reference trajectory beside the logs, within limits of pitch [rad] and voltage [V].
 
-    With two effects in ``between`` it is to tell these apart; else what a diagnosis of the logs leaves ambiguous; else
+    With two effects in ``between`` it is to distinguish these; else what a diagnosis of the logs leaves ambiguous; else
     it is to sharpen the parameters that are known worst. ``sample`` [s] is that of the log, or 1 ms. Raises Failure for
-    what cannot be judged or rehearsed, and where the limits leave no room.
-    """  # fmt: skip
+    what cannot be judged or simulated, and where the limits leave no room.
+    """
     limits = Limits(pitch_limit, voltage_limit)
     _check_arguments(limits, duration, sample)
     plant = model.plant_signature
@@ -93,14 +95,15 @@ def design(
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
     found = pose_problem(model, logs, between, duration, sample, progress)
     question = found.question
-    worth = criterion_of(question)
+    criterion = criterion_of(question)
     progress("rehearsing the built-in commands")
     check_room_within_limits(question, limits)
-    known = best_trajectory([b for b in builtin_excitations() if b.builtin != "upright"], question.loop, limits, worth)
-    best = search_trajectory(question.loop, limits, worth, generations=generations, progress=progress)
+    builtin = [b for b in builtin_excitations() if b.builtin != "upright"]
+    known = best_trajectory(builtin, question.loop, limits, criterion)
+    best = search_trajectory(question.loop, limits, criterion, generations=generations, progress=progress)
     if best is None:
         raise Failure(_no_room_text(limits, "no trajectory keeps them"))
-    if known and known.worth > best.worth:
+    if known and known.criterion > best.criterion:
         best = known
     return _result(found, limits, known, best)
 
@@ -110,8 +113,8 @@ def _check_arguments(limits: Limits, duration: float, sample: float | None) -> N
         raise Failure(f"--pitch-limit must be an angle in rad between 0 and π/2, not {limits.pitch:g}.")
     if not limits.voltage > 0.0:
         raise Failure(f"--voltage-limit must be a voltage above 0, not {limits.voltage:g}.")
-    if not MIN_DURATION_S <= duration <= 600.0:
-        raise Failure(f"--duration must be a time of {MIN_DURATION_S:g} to 600 s, not {duration:g}.")
+    if not MIN_DURATION_S <= duration <= MAX_DURATION_S:
+        raise Failure(f"--duration must be a time of {MIN_DURATION_S:g} to {MAX_DURATION_S:g} s, not {duration:g}.")
     if sample is not None and not MIN_SAMPLE_INTERVAL_S <= sample <= MAX_SAMPLE_INTERVAL_S:
         raise Failure(
             f"--sample must be an interval of {MIN_SAMPLE_INTERVAL_S:g} to {MAX_SAMPLE_INTERVAL_S:g} s, not {sample:g}."
@@ -137,7 +140,7 @@ def _no_room_text(limits: Limits, why: str) -> str:
 
 
 def criterion_of(question: Question) -> Callable[[SimulatedExperiment], float]:
-    """What is to be made large: the least separation, or the sharpness of the parameters."""
+    """The criterion of a simulated log: the least separation of the effects, or A-optimality of the parameters."""
     if question.first:
         return lambda played: question.separation(question.information_of(played))
     return lambda played: a_optimality(question, question.information_of(played))
@@ -160,11 +163,12 @@ def a_optimality(question: Question, piece: np.ndarray | None) -> float:
 def _scale(name: str, values) -> float:
     """Size against which a parameter's error counts: its value, of an effect at least a tenth of a typical one."""
     parameter, value = effect_parameter(name), abs(values.get(name, 0.0))
-    least = 0.1 * abs(parameter.typical) if parameter else 1e-3
+    least = MIN_RELATIVE_SCALE * abs(parameter.typical) if parameter else MIN_PARAMETER_SCALE
     return max(value, least) if np.isfinite(value) else least
 
 
 def _result(found: DesignProblem, limits: Limits, known: RatedTrajectory | None, best: RatedTrajectory) -> Design:
+    """The design with the best trajectory, compared with the best known one and with the logs alone."""
     question, t = found.question, best.played.log.t
     pieces = {
         "logs": None,
@@ -202,14 +206,11 @@ def _result(found: DesignProblem, limits: Limits, known: RatedTrajectory | None,
 
 
 def _trajectory_text(found: RatedTrajectory) -> str:
-    """What a trajectory is, with the factor by which it was made smaller."""
+    """A trajectory, with the factor by which it was made smaller."""
     factor, excitation = found.played.factor, found.excitation
     return excitation.name if factor == 1.0 else f"{excitation.name}, times {factor:.3g}"
 
 
 def peaks(played: SimulatedExperiment) -> Peaks:
-    """What a rehearsed command asks of the robot."""
+    """Peaks of a simulated command."""
     return Peaks(played.peak_pitch, played.peak_voltage, played.travel, played.factor)
-
-
-__all__ = ["Design", "Excitation", "ExpectedErrors", "Peaks", "design"]

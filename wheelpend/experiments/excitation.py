@@ -1,4 +1,4 @@
-"""Reference trajectories of the pitch that may tell something: stand still, drive, step, sweep, and sums of sines."""
+"""Excitations: reference trajectories of the pitch, which drive, step, sweep, or are sums of sines."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 from wheelpend.simulation.references import BUILT_IN_COMMANDS_DEG
 
 FADE_DURATION_S = 1.0  # s in which a trajectory sets in and fades out, so that it starts and ends at rest
+LEAN_DURATION_S = 1.5  # s of leaning, in which a drive gains or loses its speed
 STEP_RISE_TIME_S = 0.15  # s in which a step of the pitch is taken
 MULTISINE_COMPONENTS = 4  # sines of a multisine
-MIN_FREQUENCY_HZ, MAX_FREQUENCY_HZ = 0.04, 3.0  # Hz, of a multisine's components
+MIN_FREQUENCY_HZ = 0.04  # of a multisine's components
+MAX_FREQUENCY_HZ = 3.0
 
 
 class Excitation(NamedTuple):
@@ -48,7 +50,7 @@ def excitation_family() -> tuple[Excitation, ...]:
 
 def steady_drives(lean: float, hold: float) -> Excitation:
     """Lean to gain speed, roll at it, lean back to lose it, and the same the other way, again and again."""
-    push = 1.5  # s of leaning
+    push = LEAN_DURATION_S
     one_way = 2 * (push + hold)
 
     def angle(t: np.ndarray) -> np.ndarray:

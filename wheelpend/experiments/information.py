@@ -1,8 +1,8 @@
-"""What logs tell about parameters, and what one more log would: information matrices, added up.
+"""Information that logs have on parameters, and that one more log would add: Fisher information matrices, added up.
 
 For every log M = Σ over its segments of Jpᵀ W Jp − Jpᵀ W Jx (Jxᵀ W Jx)⁻¹ Jxᵀ W Jp, with the sensitivities J of the
 readings in the parameters p and in the segments' initial states x, and W = 1/σ². Over logs I = Σ Sᵀ M S, where S says
-which of the joint parameters each of a log's own is, and with which sign.
+which joint parameter each of a log's own is, and with which sign.
 """
 
 from __future__ import annotations
@@ -22,9 +22,23 @@ from wheelpend.estimation.parameters import parameter_layout
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, shoot
 
-SignTies = Mapping[
-    str, int
-]  # by name: how a parameter of the last log follows from that of the log before; 0 it does not
+SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last log follows from the log before; 0 none
+
+
+class SimulatedSegments(NamedTuple):
+    """Segments of a log with the point at which they are linearised."""
+
+    module: ModuleType
+    segments: Segments
+    states: np.ndarray  # (segments, NX) initial states
+    parameters: np.ndarray  # (NP,)
+    max_step: float  # s
+
+    def gram(self, names: Sequence[str]) -> np.ndarray:
+        """Gram matrices (segments, n + 1, n + 1) in the initial states, the named parameters, and the residual."""
+        columns = [self.module.PARAMETERS.index(n) for n in names]
+        linearisation = shoot(self.module, self.segments, self.states, self.parameters, columns, max_step=self.max_step)
+        return linearisation.gram
 
 
 class JointInformation(NamedTuple):
@@ -33,42 +47,36 @@ class JointInformation(NamedTuple):
     labels: tuple[str, ...]  # name, or name@log where a log has its own
     information: np.ndarray  # (labels, labels)
 
-    def places(self, names: Collection[str]) -> list[int]:
-        """Where the parameters of these names stand."""
+    def indices(self, names: Collection[str]) -> list[int]:
+        """Positions of the parameters of these names."""
         return [k for k, label in enumerate(self.labels) if label.split("@")[0] in names]
 
 
 def information_of_segments(
-    module: ModuleType,
-    part: Segments,
-    states: np.ndarray,
-    parameters: np.ndarray,
-    names: Sequence[str],
-    max_step: float,
-    fault_free_sigma: Mapping[str, float] | None = None,
+    point: SimulatedSegments, names: Sequence[str], fault_free_sigma: Mapping[str, float] | None = None
 ) -> np.ndarray:
-    """Information (names, names) of one log, the initial states (segments, NX) eliminated.
+    """Information (names, names) of one log, the initial states eliminated.
 
-    ``truth`` adds sensors that read a channel without the effects of the present one: channel to σ.
-    """  # fmt: skip
-    columns = [module.PARAMETERS.index(n) for n in names]
-    shot = shoot(module, part, states, parameters, columns, max_step=max_step)
+    ``fault_free_sigma`` adds sensors that read a channel without the effects of the present one: channel to σ.
+    """
+    gram = point.gram(names)
     if fault_free_sigma:
-        more = _fault_free_gram(module, part, states, parameters, names, max_step, fault_free_sigma)
-        shot = ShootingLinearisation(shot.gram + more, shot.residual)
-    return eliminate_initial_states([shot], module.NX, parameter_layout(names, (), 1)).information
+        gram = gram + _fault_free_gram(point, names, fault_free_sigma)
+    linearisation = ShootingLinearisation(gram, np.zeros((0, point.module.NY)))
+    return eliminate_initial_states([linearisation], point.module.NX, parameter_layout(names, (), 1)).information
 
 
 def _fault_free_gram(
-    module, part: Segments, states, parameters, names: Sequence[str], max_step: float, fault_free_sigma
+    point: SimulatedSegments, names: Sequence[str], fault_free_sigma: Mapping[str, float]
 ) -> np.ndarray:
     """The Gram matrices of sensors that no sensor effect touches."""
-    sigma = np.array([fault_free_sigma.get(c, np.inf) for c in part.log.channels])
-    plain, columns = parameters.copy(), [module.PARAMETERS.index(n) for n in names]
-    for place, name in enumerate(module.PARAMETERS):
+    module, segments = point.module, point.segments
+    sigma = np.array([fault_free_sigma.get(c, np.inf) for c in segments.log.channels])
+    plain = point.parameters.copy()
+    for index, name in enumerate(module.PARAMETERS):
         if is_sensor_parameter(name):
-            plain[place] = module.ABSENT[place]
-    gram = shoot(module, replace(part, sigma=sigma), states, plain, columns, max_step=max_step).gram
+            plain[index] = module.ABSENT[index]
+    gram = point._replace(segments=replace(segments, sigma=sigma), parameters=plain).gram(names)
     silent = [module.NX + k for k, n in enumerate(names) if is_sensor_parameter(n)]
     gram[:, silent, :] = 0.0
     gram[:, :, silent] = 0.0
@@ -76,7 +84,7 @@ def _fault_free_gram(
 
 
 def is_sensor_parameter(name: str) -> bool:
-    """Whether a parameter is one of a sensor's effects."""
+    """A parameter of one of the sensors' effects."""
     effect, dot, _ = name.partition(".")
     if not dot or effect == "missing":
         return False
@@ -114,7 +122,7 @@ def _joint_label(name: str, number: int, per_log: Collection[str], ties: SignTie
 
 
 def separation(
-    known: JointInformation,
+    joint: JointInformation,
     sizes: Sequence[Mapping[str, float]],
     first: Collection[str],
     other: Collection[str],
@@ -124,11 +132,11 @@ def separation(
 
     √(δᵀ (I_ff − I_fr I_rr⁻¹ I_rf) δ), with the sizes δ of ``first`` in each log and r the parameters that are refitted,
     ``base`` and ``other``. Its square is the sum of squares that the best refit leaves above the noise.
-    """  # fmt: skip
-    lead, rest = known.places(first), known.places([*base, *other])
-    information, _ = project(known.information, np.zeros(len(known.labels)), rest)
-    size = np.array([_value_of(known.labels[k], sizes) for k in lead])
-    return float(np.sqrt(max(size @ information[np.ix_(lead, lead)] @ size, 0.0)))
+    """
+    first_indices, refitted = joint.indices(first), joint.indices([*base, *other])
+    information, _ = project(joint.information, np.zeros(len(joint.labels)), refitted)
+    size = np.array([_value_of(joint.labels[k], sizes) for k in first_indices])
+    return float(np.sqrt(max(size @ information[np.ix_(first_indices, first_indices)] @ size, 0.0)))
 
 
 def _value_of(label: str, sizes: Sequence[Mapping[str, float]]) -> float:
@@ -136,14 +144,14 @@ def _value_of(label: str, sizes: Sequence[Mapping[str, float]]) -> float:
     return sizes[min(int(number or 0), len(sizes) - 1)][name]
 
 
-def standard_errors(known: JointInformation, names: Collection[str]) -> dict[str, float]:
-    """Standard error of each parameter, the others being fitted too; infinite where these logs say nothing of it.
+def standard_errors(joint: JointInformation, names: Collection[str]) -> dict[str, float]:
+    """Standard error of each parameter, the others being fitted too; infinite where these logs do not identify it.
 
     Of a parameter with a value in each log that of the last one.
     """
-    places = known.places(names)
-    labels = [known.labels[k] for k in places]
-    covariance, _, flat = covariance_of(known.information[np.ix_(places, places)], labels)
+    indices = joint.indices(names)
+    labels = [joint.labels[k] for k in indices]
+    covariance, _, flat = covariance_of(joint.information[np.ix_(indices, indices)], labels)
     errors = {label.split("@")[0]: np.inf if label in flat else float(np.sqrt(covariance[k, k]))
               for k, label in enumerate(labels)}  # fmt: skip
     return {n: errors[n] for n in names}

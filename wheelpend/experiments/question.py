@@ -1,4 +1,4 @@
-"""What is to be found out: which of some effects it is, or the parameters themselves; and what the logs at hand say."""
+"""The question of a design: which of some effects it is, or the parameters; and the information of the logs at hand."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from wheelpend.experiments.closed_loop import ClosedLoop, SimulatedExperiment, b
 from wheelpend.experiments.information import (
     JointInformation,
     SignTies,
+    SimulatedSegments,
     add_information,
     information_of_segments,
     separation,
@@ -24,22 +25,23 @@ from wheelpend.experiments.information import (
 )
 from wheelpend.logs.log import segment_bounds
 
-MAX_EQUIVALENT_ERROR_DIFFERENCE = 0.01  # relative difference of two errors within which a diagnosis lists both effects
-MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S = 0.02, 5e-4  # s between samples of a rehearsal, at most and at least
+MAX_SAMPLE_INTERVAL_S = 0.02  # s between samples of a simulated experiment, beyond which no controller balances
+MIN_SAMPLE_INTERVAL_S = 5e-4  # s, below which the simulation is not worth its time
+ADVICE_DURATION_S = 20.0  # s of an experiment that is advised
 
 
 @dataclass(frozen=True)
 class Question:
-    """Effects to be told apart, or none: then the model's parameters are to be known better."""
+    """Effects to be distinguished, or none: then the model's parameters are to be estimated better."""
 
     problem: EstimationProblem
     loop: ClosedLoop
     base: tuple[str, ...]  # names of the parameters that every rival has: of the plant and of the model's effects
-    first: str  # the effect that the rehearsed machine has; empty where no effects are to be told apart
+    first: str  # the effect of the simulated machine; empty where no effects are to be distinguished
     others: tuple[str, ...]  # effects that may be it instead
     sizes: tuple[Mapping[str, float], ...]  # parameter values in each log at hand, the first effect's among them
     pieces: tuple[np.ndarray, ...]  # information (names, names) of each log at hand
-    density: float = 1.0  # samples of the record to be made, per sample of its rehearsal
+    density: float = 1.0  # samples of the log to be recorded, per sample of its simulation
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -48,7 +50,7 @@ class Question:
 
     @property
     def has_own_controller(self) -> bool:
-        """Whether the rehearsals use the robot's own controller."""
+        """The simulations use the robot's own controller."""
         return self.problem.model.controller is not None
 
     def information_of(
@@ -57,38 +59,36 @@ class Question:
         sigma_factors: Mapping[str, float] | None = None,
         fault_free_sigma: Mapping[str, float] | None = None,
     ) -> np.ndarray:
-        """Information (names, names) of a rehearsed log.
+        """Information (names, names) of a simulated log.
 
-        ``finer`` multiplies the σ of channels, ``truth`` adds sensors without faults: channel to σ.
+        ``sigma_factors`` multiplies the σ of channels, ``fault_free_sigma`` adds sensors without faults: channel to σ.
         """
         problem = self.problem
         sigma = problem.noise[0].sigma * np.array([(sigma_factors or {}).get(c, 1.0) for c in played.log.channels])
-        part = Segments(played.log, sigma, np.ascontiguousarray(segment_bounds(played.log, problem.horizon)))
-        states = played.states[part.bounds[:, 0]]
-        told = information_of_segments(
-            problem.module, part, states, played.parameters, self.names, problem.max_step, fault_free_sigma
-        )
-        return self.density * told
+        bounds = np.ascontiguousarray(segment_bounds(played.log, problem.horizon))
+        segments, states = Segments(played.log, sigma, bounds), played.states[bounds[:, 0]]
+        point = SimulatedSegments(problem.module, segments, states, played.parameters, problem.max_step)
+        return self.density * information_of_segments(point, self.names, fault_free_sigma)
 
     def information_with(self, piece: np.ndarray | None, ties: SignTies | None = None) -> JointInformation:
-        """What the logs at hand say, with one more log where it is given."""
+        """Information of the logs at hand, and of one more log where it is given."""
         pieces = self.pieces if piece is None else (*self.pieces, piece)
         return add_information(pieces, self.names, per_log_names(self.names), ties if self.pieces else None)
 
     def separation(self, piece: np.ndarray | None, ties: SignTies | None = None) -> float:
         """Standard errors between the first effect and the closest of the others."""
-        known = self.information_with(piece, ties)
-        lead = rival_parameters(self.first, ())
-        each = [separation(known, self.sizes, lead, rival_parameters("", [o]), self.base) for o in self.others]
-        return min(each, default=np.inf)
+        joint = self.information_with(piece, ties)
+        own = rival_parameters(self.first, ())
+        separations = [separation(joint, self.sizes, own, rival_parameters("", [o]), self.base) for o in self.others]
+        return min(separations, default=np.inf)
 
     def gap(self, separation: float, played: SimulatedExperiment) -> float:
-        """By which share the rivals' errors over all logs would differ: √(1 + separation²/values) − 1."""
+        """Relative difference of the rivals' errors over all logs: √(1 + separation²/values) − 1."""
         values = sum(p.values for p in self.problem.training) + self.density * played.log.measured.size
         return float(np.sqrt(1.0 + separation**2 / values) - 1.0)
 
     def errors(self, piece: np.ndarray | None) -> dict[str, float]:
-        """Standard errors of the parameters of the model that was rehearsed."""
+        """Standard errors of the parameters of the simulated model."""
         return standard_errors(self.information_with(piece), (*self.base, *rival_parameters(self.first, ())))
 
 
@@ -103,19 +103,31 @@ def question_of_fit(problem: EstimationProblem, first: CandidateFit, others: Seq
     fitted, rivals = first.fit, first.equivalent_to
     kept = [e for e in problem.model.effects if e not in problem.replaced(first.effect)]
     base = tuple(free_names(problem, kept))
-    shapes = profiled_values_of(rivals, {f"{t.effect}.{p}": v for t in others for p, v in t.coefficients.items()})
-    sizes = tuple({**fitted.of_log(k), **shapes} for k in range(len(problem.training)))
+    profiled = profiled_values_of(rivals, {f"{t.effect}.{p}": v for t in others for p, v in t.coefficients.items()})
+    sizes = tuple({**fitted.of_log(k), **profiled} for k in range(len(problem.training)))
     names = (*base, *rival_parameters(first.effect, rivals))
     pieces = tuple(
-        information_of_segments(
-            problem.module, part, states, kernel_parameters(problem.module, own, part.log), names, problem.max_step
-        )
-        for part, states, own in zip(problem.training, fitted.states, sizes, strict=True)
+        information_at(problem, segments, states, own, names)
+        for segments, states, own in zip(problem.training, fitted.states, sizes, strict=True)
     )
     log = problem.training[-1].log
-    t = sample_times(20.0, log.dt)
+    t = sample_times(ADVICE_DURATION_S, log.dt)
     loop = closed_loop_of(problem, sizes[-1], t)
     return Question(problem, loop, base, first.effect, rivals, sizes, pieces, (t[1] - t[0]) / log.dt)
+
+
+def information_at(
+    problem: EstimationProblem,
+    segments: Segments,
+    states: np.ndarray,
+    values: Mapping[str, float],
+    names: Sequence[str],
+) -> np.ndarray:
+    """Information (names, names) of one log at hand at some values, with its initial states (segments, NX)."""
+    parameters = kernel_parameters(problem.module, values, segments.log)
+    return information_of_segments(
+        SimulatedSegments(problem.module, segments, states, parameters, problem.max_step), names
+    )
 
 
 def profiled_values_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
@@ -126,7 +138,7 @@ def profiled_values_of(effects: Sequence[str], known: Mapping[str, float]) -> di
 
 
 def sample_times(duration: float, sample: float) -> np.ndarray:
-    """Sample times (N,) of a rehearsal [s]: within what a controller can balance with, and what is worth computing."""
+    """Sample times (N,) of a simulated experiment [s], from the sample interval of a log [s]."""
     step = round(float(np.clip(sample, MIN_SAMPLE_INTERVAL_S, MAX_SAMPLE_INTERVAL_S)), 9)
     return np.arange(round(duration / step) + 1) * step
 

@@ -1,4 +1,4 @@
-"""What turning a part round does to every effect, found from the laws.
+"""Reversals of a part: the sign of every effect once the part is turned round, from the laws.
 
 The same machine is recorded once more with one part turned: the robot on its track, the pitch sensor in its holder, the
 two leads of the motors. What belongs to the turned part, or to the ground in the robot's own frame, is then mirrored;
@@ -19,8 +19,12 @@ from derive.effects import Deformation, Effect, InputMap, SensorMap
 from derive.functions import TIME_SYMBOL
 
 TRACK_SLOPE_SYMBOL = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
-NUMERIC_FUNCTIONS = {"Sign": np.sign, "Magnitude": np.abs, "Step": lambda x: np.heaviside(x, 0.0),
-           "Ramp": lambda x: np.maximum(x, 0.0)}  # fmt: skip
+NUMERIC_FUNCTIONS = {
+    "Sign": np.sign,
+    "Magnitude": np.abs,
+    "Step": lambda x: np.heaviside(x, 0.0),
+    "Ramp": lambda x: np.maximum(x, 0.0),
+}  # of the functions that SymPy does not know
 PITCH_SENSOR_CHANNELS = ("theta_p", "dtheta_p")  # channels of the pitch sensor
 
 
@@ -40,19 +44,19 @@ PART_REVERSALS = (
 )
 
 
-def sign_after_reversal(turn: PartReversal, name: str) -> int:
-    """How a parameter effect.parameter changes: 1 it keeps its value, -1 it changes its sign, 0 it is a new one."""
+def sign_after_reversal(reversal: PartReversal, name: str) -> int:
+    """Sign of a parameter effect.parameter after a reversal: 1 or -1; 0 where it takes another value altogether."""
     if "." not in name:
         return 1
     effect = derive.effects.find(name.partition(".")[0])
     if sum(p.scope == "per log" for p in effect.parameters) > 1:
         return 0  # amplitude and phase: every log begins elsewhere
-    return _effect_sign(turn.part, effect)
+    return _effect_sign(reversal.part, effect)
 
 
-def changes_sign(turn: PartReversal, effect: str) -> bool:
-    """Whether an effect changes its sign."""
-    return any(sign_after_reversal(turn, n) == -1 for n in derive.effects.find(effect).full_names)
+def changes_sign(reversal: PartReversal, effect: str) -> bool:
+    """An effect whose size changes its sign."""
+    return any(sign_after_reversal(reversal, n) == -1 for n in derive.effects.find(effect).full_names)
 
 
 @lru_cache(maxsize=256)
@@ -68,7 +72,7 @@ def _effect_sign(part: str, effect: Effect) -> int:
 
 
 def _law_parity(law: Callable[..., sp.Expr], effect: Effect) -> int:
-    """Whether the mirrored law, −law(−x), is the law itself (1), that with the opposite size (-1), or neither (0)."""
+    """1 where the mirrored law, −law(−x), is the law itself, -1 where that with the opposite size, else 0."""
     x, sizes = sp.Symbol("x", real=True), effect.symbols
     mirrored = -law(-x, **sizes)
     for found in (1, -1):
@@ -79,7 +83,7 @@ def _law_parity(law: Callable[..., sp.Expr], effect: Effect) -> int:
 
 
 def _is_zero(rest: sp.Expr, symbols: list[sp.Symbol]) -> bool:
-    """Whether an expression is zero at many generic points; laws with corners do not simplify."""
+    """An expression that is zero at many generic points; laws with corners do not simplify."""
     value = sp.lambdify(symbols, rest, [NUMERIC_FUNCTIONS, "numpy"])
     points = np.random.default_rng(0).uniform(0.1, 1.0, size=(len(symbols), 40))
     points[0] *= np.where(np.arange(40) % 2, 3.0, -3.0)

@@ -1,7 +1,8 @@
-"""The trajectory that tells most within limits: known ones first, then multisines by differential evolution."""
+"""The most informative trajectory within limits: known ones first, then multisines by differential evolution."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -21,14 +22,15 @@ from wheelpend.experiments.excitation import (
 POPULATION_SIZE = 24  # multisines of a generation
 MAX_GENERATIONS = 12
 MIN_AMPLITUDE_SHARE = 0.01  # amplitude of a sine as a share of the limit of pitch, at least
+FAILED_COST = 1e6  # of a trajectory that cannot keep the limits: nothing is worse
 
-Criterion = Callable[[SimulatedExperiment], float]  # how much a rehearsed log would tell; the larger the better
+Criterion = Callable[[SimulatedExperiment], float]  # of a simulated log; the larger, the more informative
 
 
 class RatedTrajectory(NamedTuple):
-    """A trajectory within the limits, and how much it tells."""
+    """A trajectory within the limits, and its criterion."""
 
-    worth: float
+    criterion: float
     excitation: Excitation
     played: SimulatedExperiment
 
@@ -41,7 +43,7 @@ def best_trajectory(
     for excitation in excitations:
         played = loop.play_within(excitation, limits)
         value = -np.inf if played is None else criterion(played)
-        if played is not None and (best is None or value > best.worth):
+        if played is not None and (best is None or value > best.criterion):
             best = RatedTrajectory(value, excitation, played)
     return best
 
@@ -58,32 +60,16 @@ def search_trajectory(
 
     Sines of free frequency, amplitude and phase are evolved from a spread of random ones; what breaks a limit is made
     smaller. The best of the known family wins where it is better than all of them.
-    """  # fmt: skip
-    best = best_trajectory(excitation_family(), loop, limits, criterion)
-    longest = max(MIN_FREQUENCY_HZ, 1.0 / float(loop.t[-1]))  # a slower sine would not come round within the record
-    low, high = np.log(longest), np.log(max(MAX_FREQUENCY_HZ, 2.0 * longest))
-    bounds = (
-        [(low, high)] * MULTISINE_COMPONENTS
-        + [(np.log(MIN_AMPLITUDE_SHARE), 0.0)] * MULTISINE_COMPONENTS
-        + [(-np.pi, np.pi)] * MULTISINE_COMPONENTS
-    )
-    generation = 0
+    """
+    search = MultisineSearch(loop, limits, criterion)
+    bounds = search.bounds()
+    count = itertools.count(1)
 
-    def cost(x: np.ndarray) -> float:
-        nonlocal best
-        found = _with_played_amplitudes(best_trajectory([_multisine_of(x, limits)], loop, limits, criterion), x, limits)
-        if found is None or not np.isfinite(found.worth):
-            return 1e6  # nothing is worse
-        best = found if best is None or found.worth > best.worth else best
-        return -found.worth
-
-    def after(_x: np.ndarray, convergence: float = 0.0) -> None:
-        nonlocal generation
-        generation += 1
-        progress(f"trying trajectories: generation {generation} of {generations}")
+    def after_generation(_x: np.ndarray, convergence: float = 0.0) -> None:
+        progress(f"trying trajectories: generation {next(count)} of {generations}")
 
     differential_evolution(
-        cost,
+        search.cost,
         bounds,
         maxiter=generations,
         popsize=1,
@@ -91,13 +77,37 @@ def search_trajectory(
         tol=0.0,
         polish=False,
         seed=0,
-        callback=after,
+        callback=after_generation,
     )
-    return best
+    return search.best
+
+
+class MultisineSearch:
+    """Multisines by logarithms of frequency [Hz] and of amplitude [of the pitch limit], and phase; and the best one."""
+
+    def __init__(self, loop: ClosedLoop, limits: Limits, criterion: Criterion) -> None:
+        self.loop, self.limits, self.criterion = loop, limits, criterion
+        self.best = best_trajectory(excitation_family(), loop, limits, criterion)
+
+    def bounds(self) -> list[tuple[float, float]]:
+        """Bounds of the variables: of all frequencies, all amplitudes and all phases."""
+        slowest = max(MIN_FREQUENCY_HZ, 1.0 / float(self.loop.t[-1]))  # one period within the log
+        frequency = (np.log(slowest), np.log(max(MAX_FREQUENCY_HZ, 2.0 * slowest)))
+        amplitude = (np.log(MIN_AMPLITUDE_SHARE), 0.0)
+        return [b for b in (frequency, amplitude, (-np.pi, np.pi)) for _ in range(MULTISINE_COMPONENTS)]
+
+    def cost(self, x: np.ndarray) -> float:
+        """Negative criterion of a multisine, made smaller until it keeps the limits; large where none does."""
+        found = best_trajectory([_multisine_of(x, self.limits)], self.loop, self.limits, self.criterion)
+        if found is None or not np.isfinite(found.criterion):
+            return FAILED_COST
+        if self.best is None or found.criterion > self.best.criterion:
+            self.best = _with_played_amplitudes(found, x, self.limits)
+        return -found.criterion
 
 
 def _initial_population(bounds: Sequence[tuple[float, float]]) -> np.ndarray:
-    """The first generation (POPULATION, variables), evenly spread over each variable."""
+    """The first generation (POPULATION_SIZE, variables), evenly spread over each variable."""
     random = np.random.default_rng(1)
     ranks = np.array([random.permutation(POPULATION_SIZE) for _ in bounds]).T
     low, high = np.array(bounds).T
@@ -109,10 +119,7 @@ def _multisine_of(x: np.ndarray, limits: Limits, factor: float = 1.0) -> Excitat
     return multisine(np.exp(frequency), factor * limits.pitch * np.exp(amplitude), phase)
 
 
-def _with_played_amplitudes(found: RatedTrajectory | None, x: np.ndarray, limits: Limits) -> RatedTrajectory | None:
+def _with_played_amplitudes(found: RatedTrajectory, x: np.ndarray, limits: Limits) -> RatedTrajectory:
     """A multisine with the amplitudes that the limits left it."""
-    if found is None:
-        return None
-    return found._replace(
-        excitation=_multisine_of(x, limits, found.played.factor), played=found.played._replace(factor=1.0)
-    )
+    excitation = _multisine_of(x, limits, found.played.factor)
+    return found._replace(excitation=excitation, played=found.played._replace(factor=1.0))
