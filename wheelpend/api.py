@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.diagnosis import explain as ladder
-from wheelpend.diagnosis import stepwise
 from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import explain as error_ladder
 from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS
+from wheelpend.diagnosis.stepwise import diagnose as diagnose_stepwise
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.experiments.advice import with_advice
 from wheelpend.logs.log import Log
@@ -30,7 +30,7 @@ def diagnose(
     With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
     Raises Failure where the logs or the model cannot be used.
     """
-    return with_advice(stepwise.diagnose(model, logs, holdout, without=without, law=law, progress=progress))
+    return with_advice(diagnose_stepwise(model, logs, holdout, without=without, law=law, progress=progress))
 
 
 def explain(
@@ -48,6 +48,6 @@ def explain(
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     Raises Failure where the logs or the model cannot be used.
     """
-    found = ladder.explain(model, logs, holdout, max_effects=max_effects, without=without, law=law, progress=progress)
+    found = error_ladder(model, logs, holdout, max_effects=max_effects, without=without, law=law, progress=progress)
     first, last = with_advice(found.first), with_advice(found.last)
     return replace(found, first=first, last=last, experiment=first.experiment or last.experiment)

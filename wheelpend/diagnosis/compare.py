@@ -89,8 +89,7 @@ def compare(
     progress("predicting segments")
     error, residuals = predict_segments(compared)
     progress("predicting further ahead")
-    shortest = min((s.log for s in log_segments), key=lambda log: log.duration)
-    horizons = tuple(errors_at(problem, log_segments, log_values, h) for h in horizons_of(shortest))
+    horizons = horizon_errors(compared)
     force_error, bursts = force_errors(compared)
     progress("estimating the missing force")
     missing = None
@@ -141,6 +140,13 @@ def predict_segments(compared: ComparedModel) -> tuple[float, list[np.ndarray]]:
         squares += float(np.nansum(residual**2))
         count += segments.values - problem.module.NX * len(segments.bounds)
     return float(np.sqrt(squares / max(count, 1))), residuals
+
+
+def horizon_errors(compared: ComparedModel) -> tuple[HorizonError, ...]:
+    """Errors of predictions over growing horizons, as far as the shortest log reaches."""
+    problem, log_segments, log_values, _ = compared
+    shortest = min((s.log for s in log_segments), key=lambda log: log.duration)
+    return tuple(errors_at(problem, log_segments, log_values, h) for h in horizons_of(shortest))
 
 
 def force_errors(compared: ComparedModel) -> tuple[dict[str, float | None], list[dict[str, Any]]]:

@@ -109,9 +109,7 @@ def evaluate_candidate(
     sizes = [n for n in fitted.free if n.split("@")[0] in size_names(effect)]
     size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
     discovery = max([size_p_value, *(incremental[s] for s in problem.replaced(effect.name))])
-    confirmation = None
-    if problem.validation:
-        confirmation = min(1.0, confirmation_p_value(problem, residuals_before, residuals) * comparisons.validated)
+    confirmation = _corrected_confirmation(problem, residuals_before, residuals, comparisons.validated)
     return CandidateFit(
         effect=effect.name,
         family=effect.family,
@@ -134,6 +132,13 @@ def evaluate_candidate(
 def _size_p_value(problem: EstimationProblem, effect: Effect, fitted: Fit, sizes: Sequence[str]) -> float:
     """P-value, not corrected, of the sizes of an effect (labels of a fit) against those at which it does nothing."""
     return wald_p_value(fitted, sizes, deviation_from_absence(fitted, sizes, null_values(problem, effect)))
+
+
+def _corrected_confirmation(
+    problem: EstimationProblem, before: Sequence[np.ndarray], after: Sequence[np.ndarray], validated: int
+) -> float | None:
+    """P-value of the encompassing test, corrected for so many effects; None without validation data."""
+    return min(1.0, confirmation_p_value(problem, before, after) * validated) if problem.validation else None
 
 
 def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -> tuple[LogEstimate, ...]:
