@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
+import shutil
+import stat
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import lru_cache
@@ -16,20 +20,37 @@ _texts_in_memory: dict[Path, str] = {}  # by file, those that this process has r
 
 
 def cache_folder() -> Path:
-    """Folder of texts and machine code: in $WHEELPEND_CACHE, else in the user's cache, else a temporary one."""
+    """Folder of texts and machine code: in $WHEELPEND_CACHE, else in the user's cache, else a temporary one.
+
+    What lies in it is executed. So it must belong to the user and be writable by nobody else, or another is taken.
+    """
     root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
     return _folder(Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend")
 
 
 @lru_cache
 def _folder(wanted: Path) -> Path:
-    try:
-        wanted.mkdir(parents=True, exist_ok=True)
-        return wanted
-    except OSError:
-        folder = Path(tempfile.gettempdir()) / f"wheelpend-{os.getuid()}"
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+    for folder in (wanted, Path(tempfile.gettempdir()) / f"wheelpend-{os.getuid()}"):
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if not (reason := distrust(folder)):
+            return folder
+        print(f"{folder} is not used as a cache, because it {reason}.", file=sys.stderr, flush=True)
+    passing = Path(tempfile.mkdtemp(prefix="wheelpend-"))  # of this process alone
+    atexit.register(shutil.rmtree, passing, ignore_errors=True)
+    return passing
+
+
+def distrust(folder: Path) -> str:
+    """Why machine code in a folder may be somebody else's, with the cure; empty where it is the user's alone."""
+    status = folder.stat()
+    if status.st_uid != os.getuid():
+        return "belongs to another user; give one of your own in $WHEELPEND_CACHE"
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return f"can be written by others; empty it and run: chmod go-w {folder}"
+    return ""
 
 
 @lru_cache

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import derive
 from wheelpend.kernels.cache import cache_folder, cached_text
+from wheelpend.kernels.numba_start import import_numba
 
 if TYPE_CHECKING:
     from wheelpend.kernels.first_use import FirstUseNotice
@@ -99,6 +100,7 @@ def load_module(text: str, name: str) -> ModuleType:
     if module_name in sys.modules:
         return sys.modules[module_name]
     path = _module_file(module_name, text)
+    import_numba()
     from wheelpend.kernels.machine_code import install_fast_load_cache  # imported late: numba is slow to load
 
     spec = importlib.util.spec_from_file_location(module_name, path)
@@ -124,6 +126,7 @@ def _module_file(module_name: str, text: str) -> Path:
 @lru_cache
 def first_use_notice() -> FirstUseNotice:
     """The process's one notice of what is derived or compiled for later runs to find."""
+    import_numba()
     from wheelpend.kernels.first_use import FirstUseNotice  # imported late: numba is slow to load
 
     return FirstUseNotice(KERNEL_MODULE_PREFIX)

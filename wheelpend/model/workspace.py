@@ -40,14 +40,15 @@ def generated_code_diff(model: Model) -> str:
 
 
 def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) -> None:
-    """Save model, generated code and history, the model last: an interruption leaves the old one in force."""
+    """Save generated code, model and history, in this order: what was interrupted is not in the history."""
     folder = model.workspace
     model_kernels.derived_files(model)  # a model that does not derive changes nothing
     added = [entries] if isinstance(entries, dict) else list(entries)
-    if added:
-        write_text(folder / HISTORY_FILE, json.dumps([*history(folder), *added], indent=1))
+    changes = [*history(folder), *added]  # read first: one that cannot be read changes nothing
     write_generated_code(folder / "generated", model)
     model.save()
+    if added:
+        write_text(folder / HISTORY_FILE, json.dumps(changes, indent=1))
 
 
 def history(folder: Path) -> list[dict]:
