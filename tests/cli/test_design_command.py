@@ -15,8 +15,7 @@ def workspace(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_what_design_writes_simulate_plays(workspace, monkeypatch):
-    monkeypatch.setattr("wheelpend.experiments.design.GENERATIONS", 1)
+def test_what_design_writes_simulate_plays(workspace):
     found = json.loads(run("design", "--between", "slope,com_offset", "--duration", 4, "--sample", 0.004, "-o", "d.csv",
                            "--json", "-").stdout)  # fmt: skip
     assert (found["schema"], found["between"], found["file"]) == (1, ["slope", "com_offset"], "d.csv")
