@@ -8,11 +8,12 @@ import pytest
 from wheelpend.benchmarks.speed import reference, regression, simulation
 from wheelpend.benchmarks.speed.environment import OWN_ENVIRONMENT_PATH, peer
 from wheelpend.benchmarks.speed.page import BEGIN_MARK, END_MARK, table_text, write
-from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row, Times, time_text
+from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row, Times
 from wheelpend.benchmarks.speed.rows import all_rows, measure, select_rows
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.benchmarks.speed.timing import best_in_turn
 from wheelpend.errors import Failure
+from wheelpend.reports.numbers import time_text
 
 TWICE = Row("twice", "adding up", "C", Goal("at least", 2.0), lambda s: Times(50e-9, 110e-9), "sample")
 

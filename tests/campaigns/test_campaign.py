@@ -104,7 +104,7 @@ def test_an_interruption_says_what_is_kept_and_leaves_no_table(workspace, monkey
     def add(self, source, found):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner.Kept, "add", add)
+    monkeypatch.setattr(runner.PartialResults, "add", add)
     result = run("campaign", "drive0.csv", "--method", "inverse", code=130)
     assert "goes on from there" in result.stderr
     assert not (workspace / "campaign.csv").exists()

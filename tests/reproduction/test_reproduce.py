@@ -9,10 +9,10 @@ import pytest
 
 from wheelpend import Failure, Model
 from wheelpend.paper import numbers
+from wheelpend.reports.numbers import positional_number_text
 from wheelpend.reproduction import run
 from wheelpend.reproduction.estimators import METHOD_ESTIMATORS
 from wheelpend.reproduction.experiment import Setup, load_robot, play
-from wheelpend.reproduction.number_text import number_text
 from wheelpend.reproduction.table_text import error_table
 from wheelpend.reproduction.tables import cells, prediction_errors, printed_error
 from wheelpend.reproduction.trials import PREDICTION_SETUP, Trial, run_trial
@@ -133,7 +133,7 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path):
 
 
 def test_numbers_read_well():
-    assert [number_text(x) for x in (0.0, 12.34, -0.0001234, 1.26e-6, 3.4e8, None)] == [
+    assert [positional_number_text(x) for x in (0.0, 12.34, -0.0001234, 1.26e-6, 3.4e8, None)] == [
         "0", "12", "−0.00012", "1.3·10⁻⁶", "3.4·10⁸", "–",
     ]  # fmt: skip
 

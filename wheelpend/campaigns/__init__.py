@@ -1,10 +1,12 @@
-"""Campaigns: the same question to many logs, on all cores, and what the answers have in common.
+"""Campaigns: the same analysis of many logs, on all cores.
 
-one_log    one log's answer
-study      all of them, each kept as it comes
-summary    what they have in common: bias, spread and coverage of simulated ones, agreement of measured ones
+In: a model, and logs or seeds of simulated ones. Out: a result per log, a summary, a CSV table. Question: do the logs
+agree, and does the method recover what was simulated?
+
+one_log            the result of one log
+runner             all of them, on all cores
+journal            results of a resumable run in a file as they come
+partial_results    the journal of a campaign: which logs are done, and what belongs to the same question
+summary            bias, spread and coverage over simulated logs, agreement of measured ones
+table              one line per log, for other programs
 """
-
-from wheelpend.campaigns.runner import Campaign, campaign
-
-__all__ = ["Campaign", "campaign"]

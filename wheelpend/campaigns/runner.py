@@ -1,8 +1,8 @@
-"""All logs of a campaign, on all cores."""
+"""All logs of a campaign, analysed on all cores."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
@@ -11,7 +11,6 @@ from pathlib import Path
 from time import monotonic
 from typing import Literal
 
-from wheelpend.campaigns.journal import PartialResults
 from wheelpend.campaigns.one_log import (
     LOG_ANALYSES,
     CampaignSetting,
@@ -21,6 +20,7 @@ from wheelpend.campaigns.one_log import (
     analyse_log,
     simulate_log,
 )
+from wheelpend.campaigns.partial_results import PartialResults
 from wheelpend.campaigns.summary import Summary, summarise
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
 from wheelpend.identification.method_options import METHOD_NAMES, check_tau
@@ -36,7 +36,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Campaign:
-    """What many logs answer to one question."""
+    """Results of the same analysis of many logs."""
 
     do: str
     method: str | None  # of identify
@@ -63,9 +63,9 @@ def campaign(
     """Identify, compare, diagnose or explain every log by itself, measured ones or one simulated with each seed.
 
     ``command``, ``duration`` [s] and ``hide`` are those of ``simulate``, ``method`` and ``tau`` [s] those of
-    ``identify``. A log that cannot be used has a failure in its answer, and the others go on. ``keep`` is a file for
-    the answers as they come, from which an interrupted campaign of the same setting goes on. On several cores the logs
-    are asked in processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``.
+    ``identify``. A log that cannot be used has a failure in its result, and the others go on. ``keep`` is a file for
+    the results as they come, from which an interrupted campaign of the same setting goes on. On several cores the logs
+    are analysed in processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``.
     Raises Failure for a question that no log could answer.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
@@ -74,21 +74,13 @@ def campaign(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
     check_setting(setting)
-    kept = PartialResults(keep, setting, model)
-    before = {k: known for k, source in enumerate(sources) if (known := kept.known(source))}
-    left = {k: source for k, source in enumerate(sources) if k not in before}
-    if left:
-        compile_and_try_first(model, setting, sources, progress)
-        if aside := kept.begin():
-            progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
-    found = analyse_logs(setting, left, before, kept, progress)
-    answers = tuple(found[k] for k in range(len(sources)))
+    results = analyse_logs(model, setting, sources, PartialResults(keep, setting, model), progress)
     identified = method if do == "identify" else None
-    return Campaign(do, identified, simulated, answers, summarise(model, simulated, answers), model)
+    return Campaign(do, identified, simulated, results, summarise(model, simulated, results), model)
 
 
 def check_sources(logs: Sequence[str | Path | Log], seeds: Collection[int]) -> list[LogSource]:
-    """The logs that are asked; raises Failure unless they are of one kind, and each there once."""
+    """Measured logs or seeds; raises Failure unless they are of one kind, and each there once."""
     if bool(logs) == bool(seeds):
         raise Failure("A campaign must have measured logs or the seeds of simulated ones, not "
                       f"{'both' if logs else 'neither'}.")  # fmt: skip
@@ -116,7 +108,7 @@ def check_setting(setting: CampaignSetting) -> None:
 def compile_and_try_first(
     model: Model, setting: CampaignSetting, sources: Sequence[LogSource], progress: Progress
 ) -> None:
-    """Compile once what every process will want, and see that there is something to simulate."""
+    """Compile once what every process will want; raises Failure where nothing can be simulated."""
     modules = precompile.module_loaders(model)
     if setting.do in ("identify", "compare"):
         modules = {name: load for name, load in modules.items() if name in ("library", "model")}
@@ -128,30 +120,44 @@ def compile_and_try_first(
 
 
 def analyse_logs(
+    model: Model,
     setting: CampaignSetting,
-    asked: Mapping[int, LogSource],
-    before: Mapping[int, LogResult],
-    kept: PartialResults,
+    sources: Sequence[LogSource],
+    journal: PartialResults,
     progress: Progress,
-) -> dict[int, LogResult]:
-    """Answers of logs by number, those from before included, on all cores; every answer is kept as it comes."""
-    found, begin, whole = dict(before), monotonic(), len(before) + len(asked)
-    places, jobs = list(asked), [partial(analyse_log, setting, source) for source in asked.values()]
-    progress(f"{len(found)} of {whole} logs")
+) -> tuple[LogResult, ...]:
+    """Results of all logs, in their order; those that are not in the journal are computed."""
+    results = {k: known for k, source in enumerate(sources) if (known := journal.known(source))}
+    left = [k for k in range(len(sources)) if k not in results]
+    if left:
+        compile_and_try_first(model, setting, sources, progress)
+        if aside := journal.begin():
+            progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
+    progress(f"{len(results)} of {len(sources)} logs")
+    begin = monotonic()
+    with closing(_completed(setting, {k: sources[k] for k in left})) as completed:
+        for finished, (k, result) in enumerate(completed, 1):
+            results[k] = result
+            journal.add(sources[k], result)
+            remaining_s = (monotonic() - begin) / finished * (len(left) - finished)
+            progress(f"{len(results)} of {len(sources)} logs, about {duration_text(remaining_s)} left")
+    return tuple(results[k] for k in range(len(sources)))
+
+
+def _completed(
+    setting: CampaignSetting, sources: Mapping[int, LogSource]
+) -> Generator[tuple[int, LogResult], None, None]:
+    """Numbers and results of logs as they come, on all cores; raises Failure where a process was killed."""
+    numbers, jobs = list(sources), [partial(analyse_log, setting, source) for source in sources.values()]
     try:
-        with closing(results_as_completed(jobs)) as ended:
-            for place, told in ended:
-                number = places[place]
-                found[number] = told
-                kept.add(asked[number], told)
-                each = (monotonic() - begin) / (len(found) - len(before))
-                progress(f"{len(found)} of {whole} logs, about {duration_text(each * (whole - len(found)))} left")
+        with closing(results_as_completed(jobs)) as completed:
+            for place, result in completed:
+                yield numbers[place], result
     except BrokenExecutor:
         raise Failure("The processes of a campaign must live to its end, but one was ended from outside; was there too "
                       "little memory? The same command goes on from what came so far.") from None  # fmt: skip
-    return found
 
 
 def duration_text(seconds: float) -> str:
-    """A time as one would say it."""
+    """A time in s, or in min from 100 s on."""
     return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

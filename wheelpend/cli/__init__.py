@@ -1,4 +1,13 @@
 """The command line: one function per command, thin.
 
 In: arguments. Out: results as text or JSON, exit codes. Question: what did the user ask for?
+
+main         entry point
+app          the Typer application
+options      arguments and options that several commands share, or that make one long
+loop         identify, compare, diagnose, add, remove, explain, report, demo
+logs         simulate, inspect, design, campaign
+workspace    new, equations, generate, history, effects, warm
+paper        verify, reproduce
+change, design, campaign, demo    what these commands do around a result: files, history, interruptions
 """

@@ -1,4 +1,12 @@
 """Results for people: terminal text, pictures and the HTML page.
 
 In: results of every room above. Out: text and files. Question: how is it said?
+
+numbers    numbers as text; nothing else in the reports rounds
+names      names of states and signals with Greek letters and dots
+console    the terminal: results, tables, progress, failures
+ladder     the error ladder: rungs, lengths of bars, an SVG picture
+html       pages from a template and a style sheet
+text/      results as sentences, lines and tables, a file per result
+page/      the self-contained page: template, style sheet, figures, rows of tables
 """

@@ -14,7 +14,6 @@ drawing        grids of axes as PNG
 charts         the tables as charts
 paper_figures  Figures 2 to 6
 figures        all pictures of a result
-number_text    numbers as text
 sentences      findings as sentences
 table_text     head and rows of the tables
 gallery        one self-contained HTML page

@@ -11,9 +11,16 @@ from typing import TYPE_CHECKING, NamedTuple
 from markupsafe import Markup
 
 from wheelpend.reports.html import rendered_page
-from wheelpend.reproduction import results_text
 from wheelpend.reproduction.estimators import METHOD_LABELS
 from wheelpend.reproduction.figures import SHOWN_SEED
+from wheelpend.reproduction.sentences import bound_sentence, effect_sentences, finding_sentences
+from wheelpend.reproduction.table_text import (
+    case_title,
+    condition_table,
+    deviation_table,
+    error_table,
+    prediction_tables,
+)
 
 if TYPE_CHECKING:
     from wheelpend.reproduction.record import Reproduction
@@ -38,8 +45,8 @@ def render(result: Reproduction, pictures: Mapping[str, bytes]) -> str:
         "gallery.html.j2",
         "gallery.css",
         sections=list(sections(result)),
-        findings=results_text.finding_sentences(result),
-        choices=[(c, results_text.effect_sentences(c)) for c in result.choices],
+        findings=finding_sentences(result),
+        choices=[(c, effect_sentences(c)) for c in result.choices],
         sources=sources,
         result=result,
     )
@@ -55,7 +62,7 @@ def sections(result: Reproduction) -> Iterator[Section]:
         yield Section("Condition numbers", [
             "Of ΦᵀΦ, as the regressor stands and with its columns scaled to unit length, which takes the parameters' "
             "units out. Medians over seeds; the filtered regressor with FOH.",
-        ], [("", results_text.condition_table(result))], [])  # fmt: skip
+        ], [("", condition_table(result))], [])  # fmt: skip
     if result.table3:
         yield table3(result)
     if result.predictions:
@@ -66,7 +73,7 @@ def table12(result: Reproduction, which: int) -> Section:
     """Table 1 or 2."""
     cells = result.table1 if which == 1 else result.table2
     titles = ("Table 1: differentiation and filtering, simple command", "Table 2: filtering, both commands")
-    grids = [(f"{command.capitalize()} command", results_text.error_table(list(own)))
+    grids = [(f"{command.capitalize()} command", error_table(list(own)))
              for command, own in groupby(cells, key=lambda c: c.command)]  # fmt: skip
     failed = [f"{METHOD_LABELS[m]} gave no estimate in {n} of {result.seeds} seeds on the {c} command."
               for m, c, n in dict.fromkeys((c.method, c.command, c.failed) for c in cells if c.failed)]  # fmt: skip
@@ -74,7 +81,7 @@ def table12(result: Reproduction, which: int) -> Section:
         f"Absolute error in % over {result.seeds} seeds: median, and in brackets the range from 10 to 90 %. "
         "The rank is the share of our draws whose error is smaller than that of the paper's single draw. "
         "All methods see the same data.",
-        *([results_text.bound_sentence(result)] if which == 1 or not result.table1 else []), *failed,
+        *([bound_sentence(result)] if which == 1 or not result.table1 else []), *failed,
     ]  # fmt: skip
     return Section(
         titles[which - 1], text, grids, [(f"table{which}", "Dots are medians, whiskers run from 10 to 90 %.")]
@@ -86,7 +93,7 @@ def table3(result: Reproduction) -> Section:
     grids = []
     for _, own in groupby(result.table3, key=lambda r: r.case):
         rows = list(own)
-        grids.append((results_text.case_title(rows[0]), results_text.deviation_table(rows)))
+        grids.append((case_title(rows[0]), deviation_table(rows)))
     text = [
         "Error in %, without noise, so there is nothing random in it. The range is what the absolute error would be "
         "over durations from 10 to 30 s, both signs of the deviation, and whether the filters or the robot are off.",
@@ -108,7 +115,7 @@ def paper_figures(result: Reproduction) -> Iterator[Section]:
         "as printed; recomputed with the paper's printed estimates; of our estimates (filtered, FOH) the median over "
         f"{result.seeds} seeds and the range from 10 to 90 %; in how many seeds the predicted robot falls over.",
     ]  # fmt: skip
-    yield Section("Figures 4 to 6: predictions", text, results_text.prediction_tables(result.predictions), [
+    yield Section("Figures 4 to 6: predictions", text, prediction_tables(result.predictions), [
         ("figure4", "Figure 4. Outputs predicted by the closed loop: exact red, identified from the simple command "
                     "blue, from the aggressive command green."),
         ("figure5", f"Figure 5. Errors of these predictions; RMSE of this draw (seed {SHOWN_SEED}) and the paper's."),

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from wheelpend.reports.numbers import positional_number_text, range_text
 from wheelpend.reproduction.choices import Choice, ChoiceEffect
 from wheelpend.reproduction.estimators import METHOD_LABELS
-from wheelpend.reproduction.number_text import number_text, range_text
 from wheelpend.reproduction.tables import Deviation, Prediction, by_method
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def case_sentence(case: str, rows: Sequence[Deviation]) -> str:
         ratios = [r.ratio for r in own]
         farthest.append(max(abs(ratio - 1.0) for ratio in ratios))
         parts.append(f"{range_text(min(ratios), max(ratios))} times the printed ones with {hold.upper()}, at most "
-                     f"{number_text(max(abs(r.error) for r in own))} %")  # fmt: skip
+                     f"{positional_number_text(max(abs(r.error) for r in own))} %")  # fmt: skip
     verdict = (
         "agrees with print within a third"
         if min(farthest) <= MAX_AGREEING_RATIO_DEVIATION
@@ -103,8 +103,8 @@ def bound_sentence(result: Reproduction) -> str:
         "The Cramér-Rao bound is that of the estimator which gives every half-second segment an initial state of its "
         "own, as multiple shooting does. With a single initial state for the whole log the bound would be far smaller "
         f"and mean nothing: on this unstable plant the sensitivities of an open-loop prediction grow as "
-        f"e^({number_text(pole)} t), {number_text(growth, 1)}-fold over {result.duration_s:g} s, a precision that any "
-        "disturbance destroys. Therefore it is not drawn. A median error is "
+        f"e^({positional_number_text(pole)} t), {positional_number_text(growth, 1)}-fold over {result.duration_s:g} s, "
+        "a precision that any disturbance destroys. Therefore it is not drawn. A median error is "
         "0.67 standard deviations where errors are normally distributed."
     )
 

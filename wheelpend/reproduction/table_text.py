@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
+from wheelpend.reports.numbers import positional_number_text
 from wheelpend.reproduction.estimators import METHOD_LABELS
-from wheelpend.reproduction.number_text import number_text, spread_text
 from wheelpend.reproduction.tables import Cell, Deviation, Prediction, by_method
 
 if TYPE_CHECKING:
@@ -34,8 +34,8 @@ def _error_row(name: str, found: dict[str, dict[str, Cell]]) -> list[str]:
     for method, cells in found.items():
         cell = cells[name]
         if cell.paper is not None and method != "filtered_foh":
-            row.append(number_text(cell.paper, 3))
-        row.append(number_text(cell.median) if method == "cramer_rao" else spread_text(cell))
+            row.append(positional_number_text(cell.paper, 3))
+        row.append(positional_number_text(cell.median) if method == "cramer_rao" else spread_text(cell))
         if cell.percentile is not None:
             row.append(f"{cell.percentile:.0f} %")
     return row
@@ -48,12 +48,12 @@ def deviation_table(rows: Sequence[Deviation]) -> tuple[list[str], list[list[str
     body = [
         [
             z.parameter,
-            number_text(z.paper_error, 3),
-            number_text(z.error, 3),
-            number_text(z.ratio),
-            number_text(f.error, 3),
-            number_text(f.ratio),
-            f"{number_text(f.lowest)}–{number_text(f.highest)}",
+            positional_number_text(z.paper_error, 3),
+            positional_number_text(z.error, 3),
+            positional_number_text(z.ratio),
+            positional_number_text(f.error, 3),
+            positional_number_text(f.ratio),
+            f"{positional_number_text(f.lowest)}–{positional_number_text(f.highest)}",
         ]
         for z, f in zip(holds["zoh"], holds["foh"], strict=True)
     ]
@@ -66,9 +66,9 @@ def prediction_table(rows: Sequence[Prediction]) -> tuple[list[str], list[list[s
     body = [
         [
             f"{OUTPUT_LABELS[r.channel]} [{OUTPUT_UNITS[r.channel]}]",
-            number_text(r.paper, 3),
-            number_text(r.from_printed, 3),
-            f"{number_text(r.median)} ({number_text(r.p10)}–{number_text(r.p90)})",
+            positional_number_text(r.paper, 3),
+            positional_number_text(r.from_printed, 3),
+            _median_text(r.median, r.p10, r.p90),
             str(r.fallen),
         ]
         for r in rows
@@ -86,7 +86,12 @@ def condition_table(result: Reproduction) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the condition numbers."""
     head = ["command", "regressor", "of ΦᵀΦ", "columns scaled"]
     return head, [
-        [c.command, METHOD_LABELS[c.method].split(",")[0], number_text(c.plain), number_text(c.scaled)]
+        [
+            c.command,
+            METHOD_LABELS[c.method].split(",")[0],
+            positional_number_text(c.plain),
+            positional_number_text(c.scaled),
+        ]
         for c in result.conditions
     ]
 
@@ -95,3 +100,13 @@ def case_title(row: Deviation) -> str:
     """Caption of a case of Table 3."""
     off = f"initial pitch off by {row.deviation_deg:g}°" if row.deviation_deg else "correct initial pitch"
     return f"Case {row.case}: τ1 = τ2 = {row.tau:g} s, {off}"
+
+
+def spread_text(cell: Cell) -> str:
+    """Median and 10 to 90 % range."""
+    return _median_text(cell.median, cell.p10, cell.p90)
+
+
+def _median_text(median: float, p10: float, p90: float) -> str:
+    low, high = positional_number_text(p10), positional_number_text(p90)
+    return f"{positional_number_text(median)} ({low}–{high})"

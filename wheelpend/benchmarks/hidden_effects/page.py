@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from wheelpend.benchmarks.hidden_effects.summary import Summary
 from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.proportion import Proportion
+from wheelpend.reports.numbers import fixed_number_text, percent_range_text, percent_text
 
 PAGE_TEMPLATE_PATH = Path(__file__).with_name("page.md")
+NOT_TRIED = "not tried"  # in place of a rate or a number
 UNBOUNDED_SIZE = 1e9  # standard deviations: upper edge from which a bin of sizes has no end
 TableRow = tuple[str, ...]
 
@@ -46,7 +46,7 @@ def hit_rate_rows(summary: Summary) -> Iterator[TableRow]:
     for source, rate in singles.items():
         yield f"… logs from the {source}", rate_text(rate), ""
     yield "… dry friction that engages slowly", rate_text(summary.soft), ""
-    yield "mean number of declared equivalents", number_text(summary.equivalents, 2), ""
+    yield "mean number of declared equivalents", fixed_number_text(summary.equivalents, 2, NOT_TRIED), ""
     yield "both effects of a pair found, each costing at least 5 % beside the other", rate_text(summary.pairs), "≥ 95 %"
     yield "… pairs of which one costs less", rate_text(summary.faint), ""
     yield "all three of a triple found", rate_text(summary.triples), ""
@@ -68,11 +68,11 @@ def accuracy_rows(summary: Summary) -> Iterator[TableRow]:
     )
     stick_slip = rate_text(summary.stick_slip)
     yield "error after at most 1.05 times the true model's", rate_text(summary.near_truth), "all"
-    yield "… largest ratio", number_text(summary.worst, 3), "≤ 1.05"
+    yield "… largest ratio", fixed_number_text(summary.worst, 3, NOT_TRIED), "≤ 1.05"
     yield "true values inside 95 % intervals", rate_text(summary.coverage), "92 to 98 %"
-    yield spread, number_text(widest, 2), "≤ 1.15"
+    yield spread, fixed_number_text(widest, 2, NOT_TRIED), "≤ 1.15"
     yield "dry friction that truly sticks, sampled at 1 kHz: first answer right", stick_slip, "≥ 98 %"
-    yield "… largest error of the true model", number_text(summary.sticking, 3), "≤ 1.05"
+    yield "… largest error of the true model", fixed_number_text(summary.sticking, 3, NOT_TRIED), "≤ 1.05"
 
 
 def size_rows(summary: Summary) -> Iterator[TableRow]:
@@ -102,11 +102,5 @@ def exception_sections(summary: Summary) -> Iterator[str]:
 def rate_text(rate: Proportion) -> str:
     """Hits, trials, percentage and 95 % confidence interval."""
     if not rate.of:
-        return "not tried"
-    low, high = rate.interval
-    return f"{rate.hits} of {rate.of}, {100 * rate.share:.1f} % ({100 * low:.0f}–{100 * high:.0f})"
-
-
-def number_text(value: float, decimals: int) -> str:
-    """A number with so many decimals, "not tried" for NaN and infinity."""
-    return f"{value:.{decimals}f}" if np.isfinite(value) else "not tried"
+        return NOT_TRIED
+    return f"{rate.hits} of {rate.of}, {percent_text(rate.share, 1)} ({percent_range_text(rate.interval, '–')})"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields
 from functools import partial
@@ -13,6 +11,7 @@ from time import monotonic
 import wheelpend
 from wheelpend.benchmarks.hidden_effects.cases import Case, plan
 from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
+from wheelpend.campaigns.journal import Journal, fingerprint_of, with_tuples
 from wheelpend.kernels.cache import derivation_fingerprint
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
@@ -32,53 +31,33 @@ def run(
     """
     wanted = list(plan() if cases is None else cases)
     folder.mkdir(parents=True, exist_ok=True)
-    book = folder / f"outcomes-{fingerprint()}.jsonl"
-    known = {o.key: o for o in read(book)}
+    code = fingerprint()
+    journal = Journal(folder / f"outcomes-{code}.jsonl", code)
+    known = {key: outcome_of(data) for key, data in journal.results.items()}
     left = [c for c in wanted if c.key not in known]
     if left:
         compile_all(Model.default(), progress)  # once, before every process wants it
     progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
+    journal.begin()
     begin, seconds = monotonic(), float("inf") if minutes is None else 60 * minutes
-    with book.open("a", encoding="utf-8") as file:
-        for number, (_, outcome) in enumerate(results_as_completed([partial(try_case, c) for c in left], seconds), 1):
-            file.write(json.dumps(plain_data(outcome), allow_nan=False) + "\n")
-            file.flush()
-            known[outcome.key] = outcome
-            spent = monotonic() - begin
-            whole = spent / number * len(left) / 60
-            progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
-                     f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
+    for number, (_, outcome) in enumerate(results_as_completed([partial(try_case, c) for c in left], seconds), 1):
+        journal.add(outcome.key, plain_data(outcome))
+        known[outcome.key] = outcome
+        spent = monotonic() - begin
+        whole = spent / number * len(left) / 60
+        progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
+                 f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
     return [known[c.key] for c in wanted if c.key in known]
-
-
-def read(book: Path) -> list[Outcome]:
-    """Outcomes written down; a line that an interruption cut off is dropped."""
-    if not book.exists():
-        return []
-    found = []
-    for line in book.read_text(encoding="utf-8").splitlines():
-        try:
-            found.append(outcome_of(json.loads(line)))
-        except json.JSONDecodeError:
-            continue
-    return found
 
 
 def outcome_of(data: dict) -> Outcome:
     """An outcome from JSON, whose lists become tuples again."""
-    return Outcome(**{f.name: _tuples(data[f.name]) for f in fields(Outcome) if f.name in data})
-
-
-def _tuples(value):
-    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+    return Outcome(**{f.name: with_tuples(data[f.name]) for f in fields(Outcome) if f.name in data})
 
 
 def fingerprint() -> str:
     """Hash of all code that an outcome depends on."""
-    digest = hashlib.sha256(derivation_fingerprint().encode())
-    for path in _sources(Path(wheelpend.__file__).parent):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:12]
+    return fingerprint_of([derivation_fingerprint()], _sources(Path(wheelpend.__file__).parent))[:12]
 
 
 def _sources(package: Path) -> Iterable[Path]:

@@ -19,6 +19,7 @@ from wheelpend.identification.inverse_dynamics import stretch_equations
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.reports.ladder import ladder_rungs
 
 INK_COLOUR, MUTED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR = "#243447", "#8a97a6", "#d1592a", "#1f6f8b"
 FORCE_PER_VOLT_N = 35.1507
@@ -55,10 +56,15 @@ def save_svg(figure, path: Path) -> None:
         figure.savefig(path, metadata={"Date": None})
 
 
+def bar_heights(rungs: Sequence) -> np.ndarray:
+    """Heights (rungs,) of horizontal bars, the first on top."""
+    return np.arange(len(rungs))[::-1]
+
+
 def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
     """Force error of every rung on both logs."""
     figure, (ax,) = new_figure(7, 2.6)
-    y = np.arange(len(rungs))[::-1]
+    y = bar_heights(rungs)
     ax.barh(y + 0.18, [r.estimation_error for r in rungs], 0.34, color=AFTER_COLOUR, label="estimation log")
     ax.barh(y - 0.18, [r.pulses_error for r in rungs], 0.34, color=BEFORE_COLOUR, label="log with pulses")
     ax.set_yticks(y, RUNG_LABELS[: len(rungs)])
@@ -133,11 +139,10 @@ def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]])
 def draw_error_ladder(path: Path, found: Explanation) -> None:
     """Validation error of the refitted model and after every step, with the noise floor."""
     figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
-    names = ["parameters refitted", *(f"+ {s.effect}" for s in found.steps)]
-    errors = [found.base_error, *(s.error_after for s in found.steps)]
-    y = np.arange(len(names))[::-1]
-    ax.barh(y, errors, color=[BEFORE_COLOUR, *[AFTER_COLOUR] * len(found.steps)])
+    rungs = [rung for rung in ladder_rungs(found) if rung.kind != "nominal"]
+    y = bar_heights(rungs)
+    ax.barh(y, [r.error for r in rungs], color=[AFTER_COLOUR if r.kind == "step" else BEFORE_COLOUR for r in rungs])
     ax.axvline(found.noise_floor, color=MUTED_COLOUR, lw=1, ls="--")
-    ax.set_yticks(y, names)
+    ax.set_yticks(y, [rung.label for rung in rungs])
     ax.set_xlabel("held-out error [σ]; dashed: noise floor")
     save_svg(figure, path)

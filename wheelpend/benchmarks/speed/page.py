@@ -11,10 +11,11 @@ from pathlib import Path
 import llvmlite.binding as llvm
 
 from wheelpend.benchmarks.markdown import replace_between
-from wheelpend.benchmarks.speed.record import Measured, NotMeasurableError, number_text, time_text
+from wheelpend.benchmarks.speed.record import Measured, NotMeasurableError
 from wheelpend.benchmarks.speed.reference import compiler
 from wheelpend.benchmarks.speed.rows import wide_vectors
 from wheelpend.files import write_text
+from wheelpend.reports.numbers import time_text, whole_digits_text
 
 TABLE_HEADER = ("work", "ours", "reference", "ratio", "goal", "met")
 BEGIN_MARK, END_MARK = "<!-- written by make bench -->", "<!-- end -->"
@@ -30,7 +31,14 @@ def row_cells(found: Measured) -> tuple[str, ...]:
     if found.times is None:
         return row.work, "", row.reference, "", str(row.goal), met
     ours, theirs = (time_text(x, row.piece) for x in found.times)
-    return row.work, ours, f"{theirs}, {row.reference}", number_text(row.goal.ratio(found.times)), str(row.goal), met
+    return (
+        row.work,
+        ours,
+        f"{theirs}, {row.reference}",
+        whole_digits_text(row.goal.ratio(found.times)),
+        str(row.goal),
+        met,
+    )
 
 
 def notes(results: Sequence[Measured]) -> list[str]:

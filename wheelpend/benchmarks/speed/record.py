@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from wheelpend.reports.numbers import time_text, whole_digits_text
+
 if TYPE_CHECKING:
     from wheelpend.benchmarks.speed.setting import Setting
-
-
-TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
 
 
 class NotMeasurableError(Exception):
@@ -72,20 +71,9 @@ class Measured:
         if self.times is None:
             return f"absent: {self.absent}"
         ours, theirs = (time_text(x, self.row.piece) for x in self.times)
-        return f"ours {ours}, {self.row.reference} {theirs}, ratio {number_text(self.row.goal.ratio(self.times))}"
+        return f"ours {ours}, {self.row.reference} {theirs}, ratio {whole_digits_text(self.row.goal.ratio(self.times))}"
 
     @property
     def met(self) -> bool | None:
         """True if the goal is met; None where it was not measured."""
         return None if self.times is None else self.row.goal.met(self.times)
-
-
-def time_text(seconds: float, piece: str = "") -> str:
-    """A time to three digits, in the unit that suits it."""
-    unit, size = next((u for u in TIME_UNITS if seconds >= u[1]), TIME_UNITS[-1])
-    return f"{number_text(seconds / size)} {unit}{'/' if piece else ''}{piece}"
-
-
-def number_text(value: float) -> str:
-    """Three digits, or all before the point."""
-    return f"{value:.0f}" if value >= 100 else f"{value:.3g}"

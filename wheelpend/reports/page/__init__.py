@@ -1,1 +1,15 @@
-"""The self-contained HTML page: template, style, figures, tables."""
+"""The self-contained HTML page of an explanation.
+
+In: an Explanation. Out: one file that needs no network. Question: what was missing, and how is it known?
+
+page               the page from its template (page.html.j2, sections/) and style sheet (style.css)
+rows               rows of its tables
+equations          equations of motion before and after
+charts             its charts as markup
+figures            ladder, predictions, parameters
+force_figures      the missing force over time and states
+effect_figures     every effect drawn with its band
+effect_laws        axes and lines of an effect's drawing
+law_expressions    laws as expressions and as functions of arrays
+style              colours and frames
+"""
