@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, shoot
 from wheelpend.estimation.states import fit_states, initial_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, segment_bounds
 
 PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
@@ -82,7 +82,7 @@ def _predict(
     return shoot(problem.module, segments, states, parameters, max_step=problem.max_step)
 
 
-def is_out_of_range(module: ModuleType, segments: Segments, residual: np.ndarray) -> bool:
+def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarray) -> bool:
     """A prediction that left the plant's range in some segment, by its residual (N, channels) [σ]."""
     channel = module.RANGE_OUTPUT
     if channel < 0:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +22,7 @@ from wheelpend.estimation.parameters import parameter_layout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting_problem import ShootingProblem
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 
 SAME_FIT_RELATIVE_TOLERANCE = 1e-3  # relative difference of the errors of two fits that ended at the same minimum
@@ -76,7 +76,7 @@ def shooting_problem(
 
 def kernels_for(
     problem: EstimationProblem, free: Sequence[str], *values: Mapping[str, float] | Sequence[Mapping[str, float]]
-) -> ModuleType:
+) -> KernelModule:
     """The problem's kernels, or those of the bare plant, several times faster, where no effect is fitted or present."""
     absent = dict(zip(problem.module.PARAMETERS, problem.module.ABSENT, strict=True))
     given = [v for each in values for v in ([each] if isinstance(each, Mapping) else each)]

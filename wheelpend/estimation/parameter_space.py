@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 
 import numpy as np
 
 from wheelpend.estimation.normal_equations import ReducedNormalEquations, bounded_step
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
+from wheelpend.kernels.kernel_module import KernelModule
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class ParameterSpace:
     @classmethod
     def of(
         cls,
-        module: ModuleType,
+        module: KernelModule,
         layout: ParameterLayout,
         shared: Mapping[str, float],
         per_log: Sequence[Mapping[str, float]],

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 
-def kernel_parameters(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
+def kernel_parameters(module: KernelModule, values: Mapping[str, float], log: Log) -> np.ndarray:
     """Parameter vector (NP,) of a kernel module: named values, the log's origin, else the values of absence.
 
     A constant that is not known is 1; what needs it has no influence while its own parameter is zero.

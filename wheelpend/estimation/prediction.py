@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 
@@ -12,11 +11,12 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation
 from wheelpend.estimation.states import fit_states, initial_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import segment_bounds
 
 
 def prediction_error(
-    module: ModuleType, segments: Segments, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
+    module: KernelModule, segments: Segments, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
 ) -> tuple[float, np.ndarray]:
     """Error of a model on segments [σ] and its residual (N, channels) [σ]; only the initial states are fitted.
 

@@ -9,13 +9,11 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from types import ModuleType
 
 import numpy as np
 
-import derive
-from derive.effects import HysteresisForce
 from wheelpend.estimation.segments import Segments
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.parallel import thread_budget, threads
 
 NO_WINDOW_END = np.iinfo(np.int64).max
@@ -37,7 +35,7 @@ class ShootingLinearisation:
 
 
 def shoot(
-    module: ModuleType,
+    module: KernelModule,
     segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
@@ -84,7 +82,7 @@ def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -
         list(_pool().map(job, edges[:-1], edges[1:]))
 
 
-def _worker_count(module: ModuleType, segments: Segments, parameters: np.ndarray) -> int:
+def _worker_count(module: KernelModule, segments: Segments, parameters: np.ndarray) -> int:
     """Number of threads for some segments: one where these are coupled, or few."""
     alone = len(segments.bounds) < MIN_PARALLEL_SEGMENTS or has_coupled_segments(module, parameters)
     return 1 if alone else thread_budget.share()
@@ -95,9 +93,6 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=threads())
 
 
-def has_coupled_segments(module: ModuleType, parameters: np.ndarray) -> bool:
+def has_coupled_segments(module: KernelModule, parameters: np.ndarray) -> bool:
     """True where a segment depends on the one before: with internal coordinates, or friction that has a memory."""
-    library = derive.effects.EFFECT_LIBRARY.values()
-    with_memory = [e.full_names[0] for e in library if isinstance(e.enters, HysteresisForce)]
-    places = [module.PARAMETERS.index(n) for n in with_memory if n in module.PARAMETERS]
-    return module.NA > module.NQ or bool(np.any(parameters[places] != 0.0))
+    return module.NA > module.NQ or bool(np.any(parameters[list(module.HYSTERESIS_SIZES)] != 0.0))

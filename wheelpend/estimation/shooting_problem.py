@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +15,7 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
 from wheelpend.estimation.states import fit_states, initial_states, sequential_states
+from wheelpend.kernels.kernel_module import KernelModule
 
 STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
 
@@ -37,7 +37,7 @@ class LinearisedPoint(NamedTuple):
 class ShootingProblem:
     """A kernel module's residuals on the segments of several logs."""
 
-    module: ModuleType
+    module: KernelModule
     segments: Sequence[Segments]  # of each log
     space: ParameterSpace
     max_step: float  # s

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from types import ModuleType
 
 import numpy as np
 
@@ -11,13 +10,14 @@ from wheelpend.estimation.normal_equations import solve_damped
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
 from wheelpend.estimation.state_reconstruction import states_from
+from wheelpend.kernels.kernel_module import KernelModule
 
 MAX_STATE_UPDATE_ROUNDS = 3  # rounds up to which initial states are only brought up to date, from one start
 PARABOLA_DURATION_S, MIN_PARABOLA_SAMPLES = 0.03, 6  # s and samples, through which the first guess is drawn
 START_STATE_DAMPING = 1e-4  # of the unit diagonal
 
 
-def initial_states(module: ModuleType, segments: Segments) -> np.ndarray:
+def initial_states(module: KernelModule, segments: Segments) -> np.ndarray:
     """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
     Positions and rates come from short parabolas through the first samples, or what these allow.
@@ -50,7 +50,7 @@ def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that diverges gives infinities, and is rejected
 def fit_states(
-    module: ModuleType,
+    module: KernelModule,
     segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
@@ -80,7 +80,7 @@ def fit_states(
 
 
 def sequential_states(
-    module: ModuleType, segments: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+    module: KernelModule, segments: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
 ) -> np.ndarray:
     """Initial states (segments, NX) of coupled segments, fitted one after the other.
 

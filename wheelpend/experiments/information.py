@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from wheelpend.estimation.normal_equations import covariance_of, eliminate_initi
 from wheelpend.estimation.parameters import parameter_layout
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.kernels.kernel_module import KernelModule
 
 SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last log follows from the log before; 0 none
 
@@ -28,7 +28,7 @@ SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last
 class SimulatedSegments(NamedTuple):
     """Segments of a log with the point at which they are linearised."""
 
-    module: ModuleType
+    module: KernelModule
     segments: Segments
     states: np.ndarray  # (segments, NX) initial states
     parameters: np.ndarray  # (NP,)

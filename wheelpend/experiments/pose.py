@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ from wheelpend.experiments.question import (
     sample_times,
 )
 from wheelpend.experiments.reversals import PART_REVERSALS, changes_sign
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels, workspace
 from wheelpend.model.record import Model
@@ -92,7 +92,7 @@ def order_rivals(model: Model, between: Sequence[str]) -> tuple[str, tuple[str, 
     return first, (other,)
 
 
-def _check_separable(module: ModuleType, first: str, other: str) -> None:
+def _check_separable(module: KernelModule, first: str, other: str) -> None:
     """Raise Failure where the equations say that no command distinguishes two effects."""
     if other in module.TWINS.get(first, ()):
         helps = [t.instruction for t in PART_REVERSALS if changes_sign(t, first) != changes_sign(t, other)]

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states
 from wheelpend.identification import instrumental
 from wheelpend.identification.instrumental import ClosedLoop
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise, rounding_sigma
 from wheelpend.model.record import Model
@@ -75,7 +75,7 @@ class ParametricBootstrap:
 
 def parametric_bootstrap(
     model: Model,
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     progress: Callable[[str], None] = lambda text: None,
@@ -91,7 +91,7 @@ def parametric_bootstrap(
         return _open_loop_bootstrap(model, module, log, progress)
 
 
-def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> ParametricBootstrap:
+def _closed_loop_bootstrap(model: Model, module: KernelModule, log: Log, parameters: np.ndarray) -> ParametricBootstrap:
     noise = noise_of(log, model)
     found = instrumental.instrumental_estimate(model, module, log, parameters, instrumental.IV_TIME_CONSTANTS_S)
     centre = instrumental.with_linear_values(module, parameters, found.fit.estimate)
@@ -112,7 +112,7 @@ def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameter
 
 
 def _open_loop_bootstrap(
-    model: Model, module: ModuleType, log: Log, progress: Callable[[str], None]
+    model: Model, module: KernelModule, log: Log, progress: Callable[[str], None]
 ) -> ParametricBootstrap:
     problem, fitted = shooting_fit(model, [log], progress)
     values, segments = fitted.of_log(0), problem.training[0]

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -32,6 +31,7 @@ from wheelpend.identification.regression import (
     regression_problem,
 )
 from wheelpend.identification.time_constants import TimeConstantChoice
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
 
@@ -165,7 +165,7 @@ def _unexcited_warnings(names: Iterable[str]) -> tuple[str, ...]:
                  for n in sorted(names))  # fmt: skip
 
 
-def _units(module: ModuleType) -> dict[str, str]:
+def _units(module: KernelModule) -> dict[str, str]:
     return dict(zip(module.PARAMETERS, module.UNITS, strict=True))
 
 

@@ -3,6 +3,7 @@
 In: plant, assumptions and effects. Out: a generated module, derived and compiled once per machine and kept. Question:
 where is the machine code that simulates and linearises this model?
 
+- kernel_module: what a generated module offers, typed
 - plant_signature: names, units and numbers of a plant, from the cache
 - load: modules of a model, of the whole library, and with free forces
 - cache: derived texts in files, by a hash of what decides them

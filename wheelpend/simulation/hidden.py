@@ -58,7 +58,7 @@ def with_absorbed_effects(model: Model, values: Mapping[str, float]) -> dict[str
 def base_parameter_names(model: Model) -> tuple[str, ...]:
     """Names of the plant's own parameters under the model's assumptions."""
     module = library_module_of(model)
-    return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
+    return module.PARAMETERS[: module.OWN_PARAMETERS]
 
 
 def parse_hidden(texts: Sequence[str]) -> dict[str, float]:

@@ -48,7 +48,7 @@ class ForceConcentration(NamedTuple):
 def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingForce:
     """Estimate the missing force along the first training log, at a fit to the problem's training segments."""
     segments = problem.training[0]
-    names = [n for n in problem.module.PARAMETERS if n.startswith("missing.")]
+    names = list(problem.module.MISSING_FORCES)
     gram, centres = _linearise(problem, fitted, segments, names)
     equations = [_without_states(g, problem.module.NX) for g in gram]
     sizes = _prior_standard_deviations(equations, len(names))

@@ -86,7 +86,7 @@ def piecewise_force(
 ) -> PiecewiseForce:
     """Linearise a log's shooting problem, at a fit to it as log ``number``, in parameters and constant forces."""
     module = problem.module
-    forces = [n for n in module.PARAMETERS if n.startswith("missing.")]
+    forces = list(module.MISSING_FORCES)
     length = int(np.max(segments.bounds[:, 1] - segments.bounds[:, 0]))
     edges = np.linspace(0, length, min(PIECES_PER_SEGMENT, length) + 1).astype(np.int64)
     pairs = list(itertools.pairwise(edges))
