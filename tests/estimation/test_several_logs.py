@@ -8,7 +8,7 @@ import pytest
 
 from wheelpend import Model, identify, simulate
 from wheelpend.estimation.data import prepare
-from wheelpend.estimation.parameters import parameter_layout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
 
 
@@ -33,8 +33,10 @@ def test_two_logs_are_identified_with_one_machine_and_two_biases():
 
 
 def test_pairs_that_are_tied_move_with_equal_amplitudes_only():
-    plan = parameter_layout(["X1", "e.sine", "e.cosine"], ["e.sine", "e.cosine"], 3)
-    tied = TiedAmplitudes.of(plan.labels, [("e.sine", "e.cosine")])
+    plan = ParameterLayout.of(
+        [FreeParameter("X1"), *(FreeParameter(n, scope="per log") for n in ("e.sine", "e.cosine"))], 3
+    )
+    tied = TiedAmplitudes.of(plan.elements, [("e.sine", "e.cosine")])
     theta = tied.with_equal_amplitudes(np.array([5.0, 1.0, 0.0, 0.0, 2.0, -1.0, 1.0]))
     lengths = [np.hypot(*theta[p]) for p in tied.pairs[0]]
     assert lengths == pytest.approx([lengths[0]] * 3)

@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from derive.parameter_name import full_name
 from wheelpend.api import diagnose, explain
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
@@ -156,7 +157,7 @@ def diagnose_log(begin: LogResult, model: Model, log: Log, setting: CampaignSett
         error=found.error,
         error_after=first[0].error_after if first else None,
         noise_floor=found.noise_floor,
-        parameters={f"{t.effect}.{n}": Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
+        parameters={full_name(t.effect, n): Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
     )
 
 

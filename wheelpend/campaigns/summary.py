@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
+from derive.parameter_name import effect_of
 from wheelpend.campaigns.one_log import LogResult, SimulationSpec
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model import model_kernels
@@ -113,7 +114,7 @@ def summarise(model: Model, simulated: SimulationSpec | None, answers: Sequence[
 def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, float], tuple[str, ...]]:
     """What the simulated machine has: every parameter, and the effects that are hidden from the model."""
     machine = machine_values(model, simulated.hide)
-    present = tuple(dict.fromkeys(n.partition(".")[0] for n in machine if "." in n))
+    present = tuple(e for e in dict.fromkeys(map(effect_of, machine)) if e)
     module = model_kernels.library_module_of(model, present)
     truth = {**dict(zip(module.PARAMETERS, module.ABSENT, strict=True)), **machine}
     known = {n: float(v) for n, v in truth.items() if np.isfinite(v)}

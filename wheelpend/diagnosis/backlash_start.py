@@ -163,7 +163,7 @@ def sequential_fit(search: BacklashProblem, values: Mapping[str, float], iterati
         normal, right = difference_normal_equations(search, values, names, scale, here)
         while damping < MAX_DAMPING:
             step = _damped_step(normal, right, damping) * scale
-            moved = {n: float(np.clip(values[n] + s, *limits.get(n, (-np.inf, np.inf))))
+            moved = {n: float(np.clip(values[n] + s, *limits[n]))
                      for n, s in zip(names, step, strict=True)}  # fmt: skip
             there = sequential_residuals(search, {**values, **moved})
             if there.robust_cost < here.robust_cost:

@@ -14,14 +14,14 @@ import numpy as np
 
 from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
-from wheelpend.diagnosis.score_test import solve
+from wheelpend.diagnosis.score_test import linear_names, solve
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import with_interleaved_validation
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import event_time_names
 from wheelpend.estimation.normal_equations import eliminate_initial_states, segment_informations
-from wheelpend.estimation.parameters import kernel_parameters, parameter_layout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
@@ -108,7 +108,7 @@ def locate_event(
     best = int(np.argmax(pull**2 / weight))
     middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
     start = dict(zip(times, [float(middle[begin[best]]), float(middle[end[best] - 1])], strict=False))
-    start |= {f"{effect.name}.{p.name}": float(pull[best] / weight[best]) for p in effect.linear}
+    start |= dict.fromkeys(linear_names(effect), float(pull[best] / weight[best]))
     gain = float(pull[best] ** 2 / weight[best]) / information.noise
     return EventCandidate(effect, number, start, gain, len(begin), dict(origin))
 
@@ -123,8 +123,9 @@ def event_information(
     parameters = kernel_parameters(module, {**values, **throughout}, segments.log)
     states, _ = fit_states(module, segments, initial_states(module, segments), parameters,
                            problem.max_step, rounds=2, keep_residual=False)  # fmt: skip
-    names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
-    columns, layout = [module.PARAMETERS.index(n) for n in names], parameter_layout(names, (), 1)
+    names = [*own, *linear_names(effect)]
+    columns = [module.PARAMETERS.index(n) for n in names]
+    layout = ParameterLayout.of(map(FreeParameter, names), 1)
     linearisation = shoot(module, segments, states, parameters, columns, max_step=problem.max_step, keep_residual=False)
     reduced = eliminate_initial_states([linearisation], nx, layout)
     scores = np.nan_to_num(reduced.scores)

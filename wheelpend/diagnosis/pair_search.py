@@ -41,7 +41,7 @@ def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.releases]
     point = FittedSegments(problem, fitted, problem.training)
     layout, linearisations = shoot_with_candidates(point, [n for e in effects for n in linear_names(e)], {})
-    names = [label.split("@")[0] for label in layout.labels]
+    names = [p.name for p in layout.elements]
     base = [k for k, n in enumerate(names) if n in fitted.names]
     order = [*base, *(k for k in range(len(names)) if k not in base), len(names)]
     grams = fold_normal_equations(linearisations, problem.module.NX, layout)[:, order][:, :, order]
@@ -56,7 +56,7 @@ def fold_normal_equations(
     linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, folds: int = FOLD_COUNT
 ) -> np.ndarray:
     """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual, the states eliminated."""
-    reduced, size = eliminate_initial_states(linearisations, nx, layout), len(layout.labels)
+    reduced, size = eliminate_initial_states(linearisations, nx, layout), len(layout.elements)
     grams = np.zeros((len(reduced.scores), size + 1, size + 1))
     grams[:, :-1, :-1] = segment_informations(linearisations, nx, layout, reduced)
     grams[:, :-1, -1] = grams[:, -1, :-1] = reduced.scores

@@ -16,9 +16,9 @@ import derive
 from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import per_log_names
+from wheelpend.estimation.free_parameters import free_parameters
 from wheelpend.estimation.normal_equations import eliminate_initial_states
-from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters, parameter_layout
+from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem, with_stable_step
 from wheelpend.estimation.profiled_starts import ProfileGrid
 from wheelpend.estimation.segments import Segments
@@ -28,11 +28,26 @@ MIN_TWIN_CORRELATION = 0.99999  # correlation of two projected sensitivities abo
 MIN_TWIN_INFORMATION_SHARE = 1e-7  # of an effect's information, beside base parameters, below which it has no twin
 
 
+class EffectSize(NamedTuple):
+    """Values of an effect's parameters, in one log or in several."""
+
+    values: dict[str, float]  # by name; of a per-log parameter the first log's
+    further: dict[int, dict[str, float]]  # by log: the values of per-log parameters in logs after the first
+
+    def value(self, name: str, log: int) -> float:
+        """Value of a parameter in a log."""
+        return self.further.get(log, {}).get(name, self.values[name])
+
+    def with_values(self, values: Mapping[str, float]) -> EffectSize:
+        """The size with some values set otherwise."""
+        return self._replace(values={**self.values, **values})
+
+
 class Candidate(NamedTuple):
     """An effect with the size that the linearisation gives it."""
 
     effect: Effect
-    starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first; by name@log
+    starts: tuple[EffectSize, ...]  # one, or one per setting of a profiled parameter, best first
     gain: float  # expected fall of the sum of squares with the first
     sigma: dict[str, float]  # of each coefficient, if nothing else were missing; empty where it is not believed
     trials: int  # number of independent settings that were compared for it
@@ -61,10 +76,10 @@ class FittedSegments(NamedTuple):
 class ProjectedNormalEquations(NamedTuple):
     """Normal equations in some parameters, without what initial states and base parameters explain."""
 
-    labels: tuple[str, ...]  # base parameters first
-    information: np.ndarray  # (labels, labels)
-    score: np.ndarray  # (labels,)
-    unprojected_information: np.ndarray  # (labels,) diagonal of the information with the base parameters held fixed
+    layout: ParameterLayout  # base parameters first
+    information: np.ndarray  # (free, free)
+    score: np.ndarray  # (free,)
+    unprojected_information: np.ndarray  # (free,) diagonal of the information with the base parameters held fixed
     cost: float  # sum of squares
     left: float  # expected sum of squares once states and base parameters are refitted
 
@@ -82,7 +97,7 @@ def score_test(
     equations = linearise(point, [n for e in linear for n in linear_names(e)], {})
     found = [_score_linear(e, equations, point.values) for e in linear]
     found += [_score_profiled(point, e, grids[e.name], equations) for e in effects if e.name in grids]
-    indices = {e.name: _label_indices(equations.labels, linear_names(e)) for e in linear}
+    indices = {e.name: equations.layout.indices(linear_names(e)) for e in linear}
     twins = find_twins(indices, equations.information, equations.unprojected_information)
     return ScoreTest(tuple(sorted(found, key=lambda c: -c.gain)), twins)
 
@@ -95,17 +110,15 @@ def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str,
     reduced = eliminate_initial_states(linearisations, nx, layout)
     cost = sum(s.cost for s in linearisations)
     if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
-        size = len(layout.labels)
-        return ProjectedNormalEquations(
-            layout.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf
-        )
-    base = _label_indices(layout.labels, point.fit.names)
+        size = len(layout.elements)
+        return ProjectedNormalEquations(layout, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf)
+    base = layout.indices(point.fit.names)
     step = solve(reduced.information[np.ix_(base, base)], reduced.score[base])[0]
     pairs = zip(linearisations, reduced.steps, strict=True)
     by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in pairs)
     information, score = project(reduced.information, reduced.score, base)
     left = cost - by_states - float(reduced.score[base] @ step)
-    return ProjectedNormalEquations(layout.labels, information, score, np.diag(reduced.information), cost, left)
+    return ProjectedNormalEquations(layout, information, score, np.diag(reduced.information), cost, left)
 
 
 def shoot_with_candidates(
@@ -114,7 +127,7 @@ def shoot_with_candidates(
     """One pass over the data at a fit: its free parameters and the named ones, some values set otherwise."""
     module, fitted = point.problem.module, point.fit
     free = [*fitted.names, *names]
-    layout = parameter_layout(free, per_log_names(free), len(point.log_segments))
+    layout = ParameterLayout.of(free_parameters(point.problem, free), len(point.log_segments))
     columns = [module.PARAMETERS.index(n) for n in free]
     linearisations = []
     for k, (segments, states) in enumerate(zip(point.log_segments, fitted.states, strict=True)):
@@ -136,14 +149,10 @@ def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tupl
     return rest * np.outer(back, back), (right - scaled[:, base] @ solved[:, -1]) * back
 
 
-def _label_indices(labels: Sequence[str], names: Sequence[str]) -> list[int]:
-    return [k for k, label in enumerate(labels) if label.split("@")[0] in names]
-
-
 def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: int) -> Candidate:
     """Score an effect by its linear parameters; values is the number of measured values."""
     start, sigma, gain = _estimate_effect(linear_names(effect), equations)
-    indices = _label_indices(equations.labels, linear_names(effect))
+    indices = equations.layout.indices(linear_names(effect))
     least = MIN_REMAINING_INFORMATION_SHARE * equations.unprojected_information[indices]
     absorbed = (np.diag(equations.information)[indices] < least).any()
     trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start of a refit counts
@@ -162,9 +171,9 @@ def _score_profiled(
         here = linearise(extended, names or list(setting), setting)
         start, sigma, gain = _estimate_effect(names or list(setting), here)
         gain += equations.left - here.left
-        found.append((gain if np.isfinite(gain) else -np.inf, {**start, **setting}, sigma))
+        found.append((gain if np.isfinite(gain) else -np.inf, start.with_values(setting), sigma))
     found.sort(key=lambda f: -f[0])
-    gain, _, sigma = found[0] if found else (-np.inf, {}, {})
+    gain, sigma = (found[0][0], found[0][2]) if found else (-np.inf, {})
     starts = tuple(start for _, start, _ in found)
     gain /= residual_variance_ratio(equations, point.values)
     return Candidate(effect, starts, gain, sigma if names else {}, max(grid.trials, 1))
@@ -177,20 +186,16 @@ def residual_variance_ratio(equations: ProjectedNormalEquations, values: int) ->
 
 def _estimate_effect(
     names: Sequence[str], equations: ProjectedNormalEquations
-) -> tuple[dict[str, float], dict[str, float], float]:
-    """Size and standard error of the named parameters, and the expected gain.
-
-    Sizes of further logs, where they have their own, come as name@log; a standard error is that of the first.
-    """
-    indices = _label_indices(equations.labels, names)
+) -> tuple[EffectSize, dict[str, float], float]:
+    """Size of the named parameters, their standard errors in the first log, and the expected gain."""
+    indices = equations.layout.indices(names)
     step, inverse = solve(equations.information[np.ix_(indices, indices)], equations.score[indices])
-    start: dict[str, float] = {}
-    sigma: dict[str, float] = {}
+    size, sigma = EffectSize({}, {}), dict[str, float]()
     for k, index in enumerate(indices):
-        name, _, log = equations.labels[index].partition("@")
-        start[f"{name}@{log}" if int(log or 0) else name] = float(step[k])
+        name, _, log, *_ = equations.layout.elements[index]
+        (size.further.setdefault(log, {}) if log else size.values)[name] = float(step[k])
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    return start, sigma, float(equations.score[indices] @ step)
+    return size, sigma, float(equations.score[indices] @ step)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a column without any influence
@@ -226,9 +231,9 @@ def find_twins(
 
 def linear_names(effect: Effect) -> list[str]:
     """Full names of the parameters in which an effect can be scored at its absence."""
-    return [f"{effect.name}.{p.name}" for p in effect.linear]
+    return list(map(effect.name_of, effect.linear))
 
 
 def size_names(effect: Effect) -> list[str]:
     """Full names of the parameters that say how large an effect is."""
-    return [f"{effect.name}.{p.name}" for p in effect.sizes]
+    return list(map(effect.name_of, effect.sizes))

@@ -22,8 +22,8 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
     space, theta = problem.space, point.theta
     reduced = problem.reduce(point)
     information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
-    along, labels = space.directions(theta)
-    covariance, condition, unidentifiable = covariance_of(along.T @ information @ along, labels)
+    along, parameters = space.directions(theta)
+    covariance, condition, unidentifiable = covariance_of(along.T @ information @ along, parameters)
     covariance = along @ covariance @ along.T
     informations = segment_informations(point.linearisations, problem.module.NX, space.layout, reduced)
     informations, scores = (np.nan_to_num(a, posinf=0.0, neginf=0.0) for a in (informations, reduced.scores))
@@ -31,7 +31,7 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
     return Fit(
         values={**{k: float(v) for k, v in space.shared.items()}, **space.shared_values(theta)},
         per_log=tuple(space.per_log_values(theta, k) for k in range(len(problem.segments))),
-        free=space.layout.labels,
+        free=space.layout.elements,
         covariance=covariance,
         robust=jackknife_covariance(covariance, informations, scores, block) if len(theta) else covariance,
         states=tuple(point.states),

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.shooting import ShootingLinearisation
 
 MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
@@ -42,7 +42,7 @@ def eliminate_initial_states(
     linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, damping: float = 0.0
 ) -> ReducedNormalEquations:
     """Eliminate the initial states (nx each) of every segment of all logs (Schur complement)."""
-    size = len(layout.labels)
+    size = len(layout.elements)
     information, scores, steps = np.zeros((size, size)), [], []
     for linearisation, places in zip(linearisations, layout.places, strict=True):
         gram = linearisation.gram
@@ -65,7 +65,7 @@ def predicted_decrease(
     """Decrease of the sum of squares in the next step, were the residual linear and nothing damped."""
     pairs = zip(linearisations, reduced.steps, strict=True)
     states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
-    if not layout.labels:
+    if not layout.elements:
         return states
     return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score))
 
@@ -104,16 +104,18 @@ def segment_informations(
     found = []
     for linearisation, places, (_, response) in zip(linearisations, layout.places, reduced.steps, strict=True):
         gram = linearisation.gram
-        information = np.zeros((len(gram), len(layout.labels), len(layout.labels)))
+        information = np.zeros((len(gram), len(layout.elements), len(layout.elements)))
         own = gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", gram[:, nx:-1, :nx], response)
         information[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
         found.append(information)
     return np.concatenate(found)
 
 
-def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Inverse of an information matrix, its scaled condition number, and the labels that are not identifiable."""
-    if not len(labels):
+def covariance_of(
+    information: np.ndarray, parameters: Sequence[FreeParameter]
+) -> tuple[np.ndarray, float, tuple[FreeParameter, ...]]:
+    """Inverse of an information matrix, its scaled condition number, and the parameters that are not identifiable."""
+    if not len(parameters):
         return np.zeros((0, 0)), 1.0, ()
     scale = np.sqrt(np.maximum(np.diag(information), 0.0))
     silent = scale <= 1e-150
@@ -122,5 +124,5 @@ def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.nd
     kept = eigenvalues > MIN_EIGENVALUE_RATIO * eigenvalues[-1]
     inverse = vectors[:, kept] / eigenvalues[kept] @ vectors[:, kept].T / np.outer(scale, scale)
     lost = (vectors[:, ~kept] ** 2).sum(axis=1)
-    flat = tuple(label for label, s, w in zip(labels, silent, lost, strict=True) if s or w > 1e-3)
+    flat = tuple(p for p, s, w in zip(parameters, silent, lost, strict=True) if s or w > 1e-3)
     return inverse, float(eigenvalues[-1] / max(eigenvalues[0], 1e-300)), flat

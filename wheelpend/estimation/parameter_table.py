@@ -15,7 +15,7 @@ def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, dict]:
     A value that is not identifiable means nothing, nor does its standard error.
     """
     names = free_names(problem, problem.model.effects)
-    unidentifiable = {n.split("@")[0] for n in fitted.unidentifiable}
+    unidentifiable = {p.name for p in fitted.unidentifiable}
     table: dict[str, dict] = {
         n: {
             "value": fitted.of_log(0)[n],

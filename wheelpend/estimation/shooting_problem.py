@@ -45,7 +45,7 @@ class ShootingProblem:
     @cached_property
     def columns(self) -> list[int]:
         """Places of the free parameters in the kernels' parameter vector."""
-        return [self.module.PARAMETERS.index(n) for n in self.space.layout.names]
+        return [self.module.PARAMETERS.index(p.name) for p in self.space.layout.columns]
 
     @cached_property
     def count(self) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.parameters import kernel_parameters, plant_values
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, stack_inputs
 
@@ -19,9 +19,8 @@ DIFFERENCE_STEP = 1e-3  # rad or rad/s
 
 def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
-    own, constants = module.PARAMETERS[: module.OWN_PARAMETERS], module.PARAMETERS[module.FITTED :]
-    counted = {n: values[n] for n in (*own, *constants, *module.INTERNAL) if n in values}
-    matrix = linearised_motion(module, kernel_parameters(module, counted, log))
+    internal = {n: values[n] for n in module.INTERNAL if n in values}
+    matrix = linearised_motion(module, kernel_parameters(module, plant_values(module, values) | internal, log))
     fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
     return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.parameters import kernel_parameters, plant_values
 from wheelpend.experiments.excitation import Excitation
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
@@ -137,9 +137,8 @@ def balancing_gains(module: KernelModule, values: Mapping[str, float], dt: float
 
 def _linearised_pitch(module: KernelModule, values: Mapping[str, float]) -> tuple[float, float, float]:
     """Derivatives of the pitch's acceleration about the vertical in pitch, its rate, and the voltage."""
-    without_effects = {n: v for n, v in values.items() if "." not in n}
     empty = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
-    parameters = kernel_parameters(module, without_effects, empty)
+    parameters = kernel_parameters(module, plant_values(module, values), empty)
 
     def pitch(state: np.ndarray, voltage: float) -> float:
         return float(module.acceleration(0.0, state, voltage, parameters)[1])

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
+from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameters import kernel_parameters
@@ -108,7 +109,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     problem = start.problem
     kept = [e for e in start.present if e not in (first, *others)]
     base = tuple(free_names(problem, kept))
-    absent = {f"{o}.{p.name}": 0.0 for o in others for p in derive.effects.find(o).linear}  # the machine lacks it
+    absent = {n: 0.0 for o in others for n in linear_names(derive.effects.find(o))}  # the machine lacks it
     profiled = profiled_values_of(others, start.values[-1])
     log_values = tuple({**own, **absent, **profiled} for own in start.values)
     names = (*base, *rival_parameters(first, others))

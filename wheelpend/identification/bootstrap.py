@@ -119,7 +119,7 @@ def _open_loop_bootstrap(
     parameters = kernel_parameters(problem.module, values, log)
     linearisation = shoot(problem.module, segments, fitted.states[0], parameters, max_step=problem.max_step)
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
-    keys = [fitted.free.index(n if n in fitted.free else f"{n}@0") for n in module.LINEAR]
+    keys = [fitted.place(n) for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from derive.parameter_name import effect_of
 from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.step_size import stable_step
@@ -64,8 +65,8 @@ def simulate(
 
 def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModule:
     """Kernels with all effects of a machine; raises Failure where it cannot be simulated in a closed loop."""
-    module = library_module_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
-    unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
+    module = library_module_of(model, sorted(set(map(effect_of, machine)) - {""}))
+    unknown = sorted(n for n in machine if effect_of(n) and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
     if module.INPUTS and module.CONTROLLED[0] < 0:

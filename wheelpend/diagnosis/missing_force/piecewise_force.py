@@ -20,9 +20,9 @@ from wheelpend.diagnosis.criteria import SHORT_HORIZON_SHARE
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import limits_of, per_log_names
+from wheelpend.estimation.free_parameters import free_parameters
 from wheelpend.estimation.normal_equations import bounded_step
-from wheelpend.estimation.parameters import kernel_parameters, parameter_layout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import shoot
@@ -47,11 +47,15 @@ class LinearisedLogs(NamedTuple):
     """The training logs, linearised at a point on short segments."""
 
     fit: Fit
-    own: tuple[str, ...]  # the model's own parameters, those of one log as name@log
+    parameters: tuple[FreeParameter, ...]  # the model's own
     pieces: tuple[PiecewiseForce, ...]  # of each log
     noise: int  # expected sum of squares of the true model
     cost: float  # sum of squares at the point
-    limits: dict[str, tuple[float, float]]  # of the model's own parameters
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of the model's own parameters."""
+        return tuple(p.name for p in self.parameters)
 
 
 def linearise_logs(problem: EstimationProblem, base: Fit) -> list[LinearisedLogs]:
@@ -78,7 +82,7 @@ def linearise_at(problem: EstimationProblem, fitted: Fit, log_segments: Sequence
         piecewise_force(problem, fitted, segments, number, own) for number, segments in enumerate(log_segments)
     )
     noise = fitted.count - sum(s.size for s in fitted.states)
-    return LinearisedLogs(fitted, own, pieces, noise, fitted.cost, limits_of(own, problem.plant, problem.module.SIGNED))
+    return LinearisedLogs(fitted, free_parameters(problem, own), pieces, noise, fitted.cost)
 
 
 def piecewise_force(
@@ -163,7 +167,7 @@ def force_columns(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
 class FoldedLeastSquares:
     """Least squares in parameters and columns of laws, summed over folds of the segments."""
 
-    labels: tuple[str, ...]  # parameters and columns, those of one log as name@log
+    parameters: tuple[FreeParameter, ...]  # of the model, and columns
     normal: np.ndarray  # (FOLD_COUNT, n, n)
     right: np.ndarray  # (FOLD_COUNT, n)
     lowest: np.ndarray  # (n,) bounds on the change
@@ -179,8 +183,8 @@ class FoldedLeastSquares:
     def index(self) -> dict[str, list[int]]:
         """Positions of each parameter or column, one or one for every log."""
         found: dict[str, list[int]] = {}
-        for k, label in enumerate(self.labels):
-            found.setdefault(label.split("@")[0], []).append(k)
+        for k, parameter in enumerate(self.parameters):
+            found.setdefault(parameter.name, []).append(k)
         return found
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
@@ -213,17 +217,18 @@ def build_least_squares(
 
     ``ridge`` is the prior information of every column; those in ``per_log`` have a coefficient for each log.
     """
-    everything = [*linearised.own, *names]
-    layout = parameter_layout(everything, [*per_log_names(linearised.own), *per_log], len(linearised.pieces))
-    size = len(layout.labels)
+    scopes = dict.fromkeys(per_log, "per log")
+    coefficients = [FreeParameter(n, scope=scopes.get(n, "shared"), role="column") for n in names]
+    layout = ParameterLayout.of((*linearised.parameters, *coefficients), len(linearised.pieces))
+    size = len(layout.elements)
     normal, right = np.zeros((FOLD_COUNT, size, size)), np.zeros((FOLD_COUNT, size))
     for pieces, column, places in zip(linearised.pieces, columns, layout.places, strict=True):
         for k, (block, score) in enumerate(normal_equations_by_fold(pieces, column)):
             normal[k][np.ix_(places, places)] += block
             right[k][places] += score
-    lowest, highest = change_bounds(linearised, layout.labels)
-    prior = np.array([0.0 if label.split("@")[0] in linearised.own else ridge for label in layout.labels])
-    return FoldedLeastSquares(layout.labels, normal, right, lowest, highest, prior, linearised.cost)
+    lowest, highest = change_bounds(linearised, layout.elements)
+    prior = np.array([ridge if p.role == "column" else 0.0 for p in layout.elements])
+    return FoldedLeastSquares(layout.elements, normal, right, lowest, highest, prior, linearised.cost)
 
 
 def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -240,15 +245,13 @@ def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> lis
     return found
 
 
-def change_bounds(linearised: LinearisedLogs, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+def change_bounds(linearised: LinearisedLogs, elements: Sequence[FreeParameter]) -> tuple[np.ndarray, np.ndarray]:
     """How far each parameter may change: the model's own are never negative; columns are free."""
     lowest, highest = [], []
-    for label in labels:
-        name, _, log = label.partition("@")
-        low, high = linearised.limits.get(name, (-np.inf, np.inf))
-        value = linearised.fit.of_log(int(log or 0)).get(name, 0.0)
-        lowest.append(low - value)
-        highest.append(high - value)
+    for parameter in elements:
+        value = linearised.fit.of_log(parameter.log or 0).get(parameter.name, 0.0)
+        lowest.append(parameter.bounds[0] - value)
+        highest.append(parameter.bounds[1] - value)
     return np.minimum(np.array(lowest), 0.0), np.maximum(np.array(highest), 0.0)
 
 

@@ -138,12 +138,11 @@ def law_start(
 ) -> LawStart:
     """Parameters and coefficients of the linearised problem with the chosen terms."""
     names = [*linearised.own, *_column_names(chosen)]
-    changes = dict(
-        zip((least_squares.labels[k] for k in least_squares.indices(names)), least_squares.solve(names), strict=True)
-    )
+    moving = [least_squares.parameters[k] for k in least_squares.indices(names)]
+    changes = {(p.name, p.log): c for p, c in zip(moving, least_squares.solve(names), strict=True)}
     values, sizes = [], []
     for log in range(len(linearised.pieces)):
-        moved = {n: changes.get(n, changes.get(f"{n}@{log}", 0.0)) for n in names}
+        moved = {n: changes.get((n, None), changes.get((n, log), 0.0)) for n in names}
         values.append({n: v + moved.get(n, 0.0) for n, v in linearised.fit.of_log(log).items()})
         sizes.append({n: moved[n] for n in _column_names(chosen)})
     return LawStart(tuple(chosen), tuple(values), tuple(sizes), cost)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from derive.parameter_name import full_name
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import (
     digits_text,
@@ -87,7 +88,7 @@ def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits)
     """Coefficients of an added effect as the final model has them."""
     drive_v = rms_drive_voltage(explanation.problem) if explanation.problem.module.INPUT else 0.0
     return ", ".join(
-        _final_coefficient_text(c, explanation.parameters.get(f"{step.effect}.{c.name}"), quantities, drive_v)
+        _final_coefficient_text(c, explanation.parameters.get(full_name(step.effect, c.name)), quantities, drive_v)
         for c in coefficients_of(step)
     )
 
