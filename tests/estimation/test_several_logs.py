@@ -27,9 +27,9 @@ def logs(parameter, sizes):
 def test_two_logs_are_identified_with_one_machine_and_two_biases():
     model = Model.default().with_effects(["imu_bias"])
     found = identify(model, logs("imu_bias__bias", (0.02, -0.01)))
-    assert [r["value"] for r in found.parameters["imu_bias.bias"]["per_log"]] == pytest.approx([0.02, -0.01], abs=6e-4)
-    assert "per_log" not in found.parameters["X1"]
-    assert found.parameters["X5"]["value"] == pytest.approx(4.6701, rel=0.005)
+    assert [r.value for r in found.parameters["imu_bias.bias"].per_log] == pytest.approx([0.02, -0.01], abs=6e-4)
+    assert not found.parameters["X1"].per_log
+    assert found.parameters["X5"].value == pytest.approx(4.6701, rel=0.005)
 
 
 def test_pairs_that_are_tied_move_with_equal_amplitudes_only():

@@ -11,7 +11,7 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, segment_bounds
@@ -75,11 +75,11 @@ def _predict(
     """
     states = initial_states(problem.module, segments)
     if not horizon > MAX_FITTED_START_HORIZON_S:
-        return fit_states(problem.module, segments, states, parameters, problem.max_step)[1]
+        return fit_states(problem.simulator, segments, states, parameters)[1]
     length = max(MIN_START_SAMPLES, round(START_DURATION_S / segments.log.dt))
     bounds = np.ascontiguousarray([[a, min(b, a + length)] for a, b in segments.bounds])
-    states, _ = fit_states(problem.module, replace(segments, bounds=bounds), states, parameters, problem.max_step)
-    return shoot(problem.module, segments, states, parameters, max_step=problem.max_step)
+    states, _ = fit_states(problem.simulator, replace(segments, bounds=bounds), states, parameters)
+    return problem.simulator.shoot(segments, states, parameters)
 
 
 def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarray) -> bool:

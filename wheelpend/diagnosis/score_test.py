@@ -17,12 +17,12 @@ from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_parameters
-from wheelpend.estimation.normal_equations import eliminate_initial_states
+from wheelpend.estimation.normal_equations import NormalEquations, reduced_equations
 from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem, with_stable_step
 from wheelpend.estimation.profiled_starts import ProfileGrid
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation
 
 MIN_TWIN_CORRELATION = 0.99999  # correlation of two projected sensitivities above which no size tells effects apart
 MIN_TWIN_INFORMATION_SHARE = 1e-7  # of an effect's information, beside base parameters, below which it has no twin
@@ -73,15 +73,16 @@ class FittedSegments(NamedTuple):
         return sum(s.values for s in self.log_segments)
 
 
-class ProjectedNormalEquations(NamedTuple):
-    """Normal equations in some parameters, without what initial states and base parameters explain."""
+class ProjectedEquations(NamedTuple):
+    """Normal equations at a fit, without what initial states and base parameters explain."""
 
-    layout: ParameterLayout  # base parameters first
-    information: np.ndarray  # (free, free)
-    score: np.ndarray  # (free,)
+    rest: NormalEquations  # base parameters first; its cost is expected once states and base parameters are refitted
     unprojected_information: np.ndarray  # (free,) diagonal of the information with the base parameters held fixed
     cost: float  # sum of squares
-    left: float  # expected sum of squares once states and base parameters are refitted
+
+    def indices(self, names: Sequence[str]) -> list[int]:
+        """Places of the named parameters, in all logs."""
+        return self.rest.layout.indices(names)
 
 
 def score_test(
@@ -97,28 +98,23 @@ def score_test(
     equations = linearise(point, [n for e in linear for n in linear_names(e)], {})
     found = [_score_linear(e, equations, point.values) for e in linear]
     found += [_score_profiled(point, e, grids[e.name], equations) for e in effects if e.name in grids]
-    indices = {e.name: equations.layout.indices(linear_names(e)) for e in linear}
-    twins = find_twins(indices, equations.information, equations.unprojected_information)
+    indices = {e.name: equations.indices(linear_names(e)) for e in linear}
+    twins = find_twins(indices, equations.rest.information, equations.unprojected_information)
     return ScoreTest(tuple(sorted(found, key=lambda c: -c.gain)), twins)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a setting that cannot be simulated gives infinities, and is left out
-def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]) -> ProjectedNormalEquations:
+def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]) -> ProjectedEquations:
     """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
     layout, linearisations = shoot_with_candidates(point, names, setting)
-    nx = point.problem.module.NX
-    reduced = eliminate_initial_states(linearisations, nx, layout)
+    reduced = reduced_equations(linearisations, point.problem.module.NX, layout)
     cost = sum(s.cost for s in linearisations)
-    if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
+    if not (np.isfinite(cost) and np.isfinite(reduced.total.information).all()):
         size = len(layout.elements)
-        return ProjectedNormalEquations(layout, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf)
-    base = layout.indices(point.fit.names)
-    step = solve(reduced.information[np.ix_(base, base)], reduced.score[base])[0]
-    pairs = zip(linearisations, reduced.steps, strict=True)
-    by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in pairs)
-    information, score = project(reduced.information, reduced.score, base)
-    left = cost - by_states - float(reduced.score[base] @ step)
-    return ProjectedNormalEquations(layout, information, score, np.diag(reduced.information), cost, left)
+        nothing = NormalEquations(layout, np.zeros((size, size)), np.zeros(size), np.array(np.inf))
+        return ProjectedEquations(nothing, np.zeros(size), np.inf)
+    rest = reduced.total.project(layout.indices(point.fit.names))
+    return ProjectedEquations(rest, np.diag(reduced.total.information), cost)
 
 
 def shoot_with_candidates(
@@ -132,29 +128,16 @@ def shoot_with_candidates(
     linearisations = []
     for k, (segments, states) in enumerate(zip(point.log_segments, fitted.states, strict=True)):
         parameters = kernel_parameters(module, {**fitted.of_log(k), **setting}, segments.log)
-        linearisations.append(
-            shoot(module, segments, states, parameters, columns, max_step=point.problem.max_step, keep_residual=False)
-        )
+        linearisations.append(point.problem.simulator.shoot(segments, states, parameters, columns, keep_residual=False))
     return layout, linearisations
 
 
-def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Information (n, n) and score (n,) without what the base columns explain."""
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    scale = np.where(scale > 0.0, scale, np.inf)  # a column without any influence stays without
-    scaled, right = information / np.outer(scale, scale), score / scale
-    solved = np.linalg.lstsq(scaled[np.ix_(base, base)], np.column_stack([scaled[base], right[base]]), rcond=1e-11)[0]
-    rest = scaled - scaled[:, base] @ solved[:, :-1]
-    back = np.where(np.isfinite(scale), scale, 0.0)
-    return rest * np.outer(back, back), (right - scaled[:, base] @ solved[:, -1]) * back
-
-
-def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: int) -> Candidate:
+def _score_linear(effect: Effect, equations: ProjectedEquations, values: int) -> Candidate:
     """Score an effect by its linear parameters; values is the number of measured values."""
     start, sigma, gain = _estimate_effect(linear_names(effect), equations)
-    indices = equations.layout.indices(linear_names(effect))
+    indices = equations.indices(linear_names(effect))
     least = MIN_REMAINING_INFORMATION_SHARE * equations.unprojected_information[indices]
-    absorbed = (np.diag(equations.information)[indices] < least).any()
+    absorbed = (np.diag(equations.rest.information)[indices] < least).any()
     trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start of a refit counts
     return Candidate(
         effect, (start,), gain / residual_variance_ratio(equations, values), {} if absorbed else sigma, trials
@@ -162,7 +145,7 @@ def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: i
 
 
 def _score_profiled(
-    point: FittedSegments, effect: Effect, grid: ProfileGrid, equations: ProjectedNormalEquations
+    point: FittedSegments, effect: Effect, grid: ProfileGrid, equations: ProjectedEquations
 ) -> Candidate:
     """Score an effect at every setting; where it has no other size the setting itself is what is scored."""
     problem = with_stable_step(point.problem.with_candidates(effect.name), point.fit.values)
@@ -170,7 +153,7 @@ def _score_profiled(
     for setting in grid.settings:
         here = linearise(extended, names or list(setting), setting)
         start, sigma, gain = _estimate_effect(names or list(setting), here)
-        gain += equations.left - here.left
+        gain += float(equations.rest.cost - here.rest.cost)
         found.append((gain if np.isfinite(gain) else -np.inf, start.with_values(setting), sigma))
     found.sort(key=lambda f: -f[0])
     gain, sigma = (found[0][0], found[0][2]) if found else (-np.inf, {})
@@ -179,31 +162,21 @@ def _score_profiled(
     return Candidate(effect, starts, gain, sigma if names else {}, max(grid.trials, 1))
 
 
-def residual_variance_ratio(equations: ProjectedNormalEquations, values: int) -> float:
+def residual_variance_ratio(equations: ProjectedEquations, values: int) -> float:
     """Mean square of the residual in noise variances, at least 1."""
     return max(equations.cost / max(values, 1), 1.0)
 
 
-def _estimate_effect(
-    names: Sequence[str], equations: ProjectedNormalEquations
-) -> tuple[EffectSize, dict[str, float], float]:
+def _estimate_effect(names: Sequence[str], equations: ProjectedEquations) -> tuple[EffectSize, dict[str, float], float]:
     """Size of the named parameters, their standard errors in the first log, and the expected gain."""
-    indices = equations.layout.indices(names)
-    step, inverse = solve(equations.information[np.ix_(indices, indices)], equations.score[indices])
+    indices = equations.indices(names)
+    step, inverse = equations.rest.solve(indices)
     size, sigma = EffectSize({}, {}), dict[str, float]()
     for k, index in enumerate(indices):
-        name, _, log, *_ = equations.layout.elements[index]
+        name, _, log, *_ = equations.rest.layout.elements[index]
         (size.further.setdefault(log, {}) if log else size.values)[name] = float(step[k])
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    return size, sigma, float(equations.score[indices] @ step)
-
-
-@np.errstate(over="ignore", invalid="ignore")  # a column without any influence
-def solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solution of normal equations scaled to a unit diagonal, and their inverse; flat directions do not move."""
-    scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
-    inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
-    return inverse @ right, inverse
+    return size, sigma, float(equations.rest.score[indices] @ step)
 
 
 def _is_locally_nonlinear(name: str) -> bool:

@@ -21,6 +21,7 @@ from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.shooting_problem import ShootingProblem
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
@@ -70,7 +71,7 @@ def shooting_problem(
     module = kernels_for(problem, free, start, start_per_log)
     layout = ParameterLayout.of(free_parameters(problem, free), len(segments))
     space = ParameterSpace.of(layout, start, start_per_log).with_tied_amplitudes(tied)
-    return ShootingProblem(module, segments, space, problem.max_step)
+    return ShootingProblem(Simulator(module, problem.max_step), segments, space)
 
 
 def kernels_for(

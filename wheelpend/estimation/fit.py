@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -27,6 +28,29 @@ class Fit:
     converged: bool
     blocks: int = 0  # number of the jackknife's blocks
     coloured: bool = False  # True where the residual is correlated from sample to sample
+
+    @classmethod
+    def at(
+        cls,
+        values: Mapping[str, float],
+        per_log: Sequence[Mapping[str, float]] = (),
+        states: Sequence[np.ndarray] = (),
+    ) -> Fit:
+        """A model at given values: nothing in it was fitted but, where they are given, the initial states."""
+        nothing = np.zeros((0, 0))
+        return cls(
+            values=dict(values),
+            per_log=tuple(dict(v) for v in per_log),
+            free=(),
+            covariance=nothing,
+            robust=nothing,
+            states=tuple(states),
+            cost=0.0,
+            count=0,
+            condition=1.0,
+            unidentifiable=(),
+            converged=True,
+        )
 
     @property
     def error(self) -> float:

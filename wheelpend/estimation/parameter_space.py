@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wheelpend.estimation.normal_equations import ReducedNormalEquations, bounded_step
+from wheelpend.estimation.normal_equations import NormalEquations, bounded_step
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
 
@@ -63,9 +63,9 @@ class ParameterSpace:
         """All parameter values of a log."""
         return {**self.shared, **self.shared_values(theta), **self.per_log_values(theta, log)}
 
-    def after_step(self, theta: np.ndarray, reduced: ReducedNormalEquations, damping: float) -> np.ndarray:
+    def after_step(self, theta: np.ndarray, equations: NormalEquations, damping: float) -> np.ndarray:
         """θ after a damped Gauss-Newton step within the bounds; tied amplitudes stay equal."""
-        information, score = reduced.information, reduced.score
+        information, score = equations.information, equations.score
         if self.tied is None:
             lowest, highest = self.bounds
             return theta + bounded_step(information, score, damping, lowest - theta, highest - theta)

@@ -12,6 +12,7 @@ from derive.effects import Effect
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.estimation.segments import Segments, ValidationData
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import released_coordinates
@@ -42,6 +43,11 @@ class EstimationProblem:
     def floor(self) -> float:
         """Expected error of the true model [σ], the mean over the logs."""
         return float(np.mean([n.floor for n in self.noise]))
+
+    @property
+    def simulator(self) -> Simulator:
+        """Its kernels with its integration step."""
+        return Simulator(self.module, self.max_step)
 
     @property
     def plant(self) -> PlantSignature:

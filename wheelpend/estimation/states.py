@@ -6,9 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from wheelpend.estimation.normal_equations import solve_damped
+from wheelpend.estimation.scaled_inverse import solve_damped
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_coupled_segments
 from wheelpend.estimation.state_reconstruction import states_from
 from wheelpend.kernels.kernel_module import KernelModule
 
@@ -50,18 +50,17 @@ def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that diverges gives infinities, and is rejected
 def fit_states(
-    module: KernelModule,
+    simulator: Simulator,
     segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
-    max_step: float = 0.002,
     rounds: int = 8,
     keep_residual: bool = True,
 ) -> tuple[np.ndarray, ShootingLinearisation]:
     """Fit only the initial states (segments, NX); every segment has its own damping and keeps its best."""
-    linearise = partial(shoot, module, segments, parameters=parameters, max_step=max_step, keep_residual=keep_residual)
-    if has_coupled_segments(module, parameters):
-        states = sequential_states(module, segments, states, parameters, max_step, rounds)
+    linearise = partial(simulator.shoot, segments, parameters=parameters, keep_residual=keep_residual)
+    if has_coupled_segments(simulator.module, parameters):
+        states = sequential_states(simulator, segments, states, parameters, rounds)
         return states, linearise(states)
     states = states.copy()
     best, damping = linearise(states), np.full(len(states), START_STATE_DAMPING)
@@ -80,7 +79,7 @@ def fit_states(
 
 
 def sequential_states(
-    module: KernelModule, segments: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+    simulator: Simulator, segments: Segments, states: np.ndarray, parameters: np.ndarray, rounds: int
 ) -> np.ndarray:
     """Initial states (segments, NX) of coupled segments, fitted one after the other.
 
@@ -90,9 +89,10 @@ def sequential_states(
     log, found = segments.log, states.copy()
     weight, two_starts = 1.0 / segments.sigma, rounds > MAX_STATE_UPDATE_ROUNDS
     try:
-        module.fit_initial_states(
-            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, max_step, rounds, two_starts
-        )
+        simulator.module.fit_initial_states(
+            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, simulator.max_step, rounds,
+            two_starts,
+        )  # fmt: skip
     except ZeroDivisionError:  # as in shoot
         return states
     return found

@@ -152,10 +152,10 @@ def a_optimality(question: Question, piece: np.ndarray | None) -> float:
     The mean of squares (A-optimality) is ruled by what is known worst. The bound enters as a prior of that width.
     """
     known, values = question.information_with(piece), question.sizes[-1]
-    scale = np.array([_scale(p.name, values) for p in known.parameters])
+    scale = np.array([_scale(p.name, values) for p in known.layout.elements])
     prior = np.eye(len(scale))
     covariance = np.linalg.inv(known.information * np.outer(scale, scale) + prior)
-    shared = [k for k, p in enumerate(known.parameters) if p.log is None]
+    shared = [k for k, p in enumerate(known.layout.elements) if p.log is None]
     return float(-0.5 * np.log(np.mean(np.diag(covariance)[shared])))
 
 

@@ -16,11 +16,10 @@ import numpy as np
 import derive
 from derive.effects import SensorMap
 from derive.parameter_name import MISSING_FORCE, effect_of
-from wheelpend.diagnosis.score_test import project
-from wheelpend.estimation.normal_equations import covariance_of, eliminate_initial_states
+from wheelpend.estimation.normal_equations import NormalEquations, covariance_of, without_states
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.kernels.kernel_module import KernelModule
 
 SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last log follows from the log before; 0 none
@@ -29,28 +28,20 @@ SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last
 class SimulatedSegments(NamedTuple):
     """Segments of a log with the point at which they are linearised."""
 
-    module: KernelModule
+    simulator: Simulator
     segments: Segments
     states: np.ndarray  # (segments, NX) initial states
     parameters: np.ndarray  # (NP,)
-    max_step: float  # s
+
+    @property
+    def module(self) -> KernelModule:
+        """Its kernels."""
+        return self.simulator.module
 
     def gram(self, names: Sequence[str]) -> np.ndarray:
         """Gram matrices (segments, n + 1, n + 1) in the initial states, the named parameters, and the residual."""
         columns = [self.module.PARAMETERS.index(n) for n in names]
-        linearisation = shoot(self.module, self.segments, self.states, self.parameters, columns, max_step=self.max_step)
-        return linearisation.gram
-
-
-class JointInformation(NamedTuple):
-    """Information on all parameters of several logs."""
-
-    parameters: tuple[FreeParameter, ...]
-    information: np.ndarray  # (parameters, parameters)
-
-    def indices(self, names: Collection[str]) -> list[int]:
-        """Positions of the parameters of these names."""
-        return [k for k, p in enumerate(self.parameters) if p.name in names]
+        return self.simulator.shoot(self.segments, self.states, self.parameters, columns).gram
 
 
 def information_of_segments(
@@ -63,10 +54,8 @@ def information_of_segments(
     gram = point.gram(names)
     if fault_free_sigma:
         gram = gram + _fault_free_gram(point, names, fault_free_sigma)
-    linearisation = ShootingLinearisation(gram, np.zeros((0, point.module.NY)))
-    return eliminate_initial_states(
-        [linearisation], point.module.NX, ParameterLayout.of(map(FreeParameter, names), 1)
-    ).information
+    layout = ParameterLayout.of(map(FreeParameter, names), 1)
+    return without_states(gram, point.module.NX, layout)[0].sum().information
 
 
 def _fault_free_gram(
@@ -96,8 +85,8 @@ def is_sensor_parameter(name: str) -> bool:
 
 def add_information(
     pieces: Sequence[np.ndarray], parameters: Sequence[FreeParameter], ties: SignTies | None = None
-) -> JointInformation:
-    """Add up the information (parameters, parameters) of several logs.
+) -> NormalEquations:
+    """Normal equations, with a score of zero, that add up the information (parameters, parameters) of several logs.
 
     With ``ties`` those of the last log follow from the log before.
     """
@@ -109,10 +98,13 @@ def add_information(
         joint += [p for p, _ in row if p not in joint]
         rows.append(row)
     total = np.zeros((len(joint), len(joint)))
+    places = []
     for piece, row in zip(pieces, rows, strict=True):
         chosen, signs = [joint.index(p) for p, _ in row], np.array([s for _, s in row])
         total[np.ix_(chosen, chosen)] += piece * np.outer(signs, signs)
-    return JointInformation(tuple(joint), total)
+        places.append(np.array(chosen))
+    layout = ParameterLayout(tuple(parameters), tuple(places), tuple(joint))
+    return NormalEquations(layout, total, np.zeros(len(joint)), np.array(0.0))
 
 
 def _joint_parameter(parameter: FreeParameter, number: int, ties: SignTies | None) -> tuple[FreeParameter, int]:
@@ -125,7 +117,7 @@ def _joint_parameter(parameter: FreeParameter, number: int, ties: SignTies | Non
 
 
 def separation(
-    joint: JointInformation,
+    joint: NormalEquations,
     sizes: Sequence[Mapping[str, float]],
     first: Collection[str],
     other: Collection[str],
@@ -136,9 +128,9 @@ def separation(
     √(δᵀ (I_ff − I_fr I_rr⁻¹ I_rf) δ), with the sizes δ of ``first`` in each log and r the parameters that are refitted,
     ``base`` and ``other``. Its square is the sum of squares that the best refit leaves above the noise.
     """
-    first_indices, refitted = joint.indices(first), joint.indices([*base, *other])
-    information, _ = project(joint.information, np.zeros(len(joint.parameters)), refitted)
-    size = np.array([_value_of(joint.parameters[k], sizes) for k in first_indices])
+    first_indices, refitted = joint.layout.indices(first), joint.layout.indices([*base, *other])
+    information = joint.project(refitted).information
+    size = np.array([_value_of(joint.layout.elements[k], sizes) for k in first_indices])
     return float(np.sqrt(max(size @ information[np.ix_(first_indices, first_indices)] @ size, 0.0)))
 
 
@@ -146,13 +138,13 @@ def _value_of(parameter: FreeParameter, sizes: Sequence[Mapping[str, float]]) ->
     return sizes[min(parameter.log or 0, len(sizes) - 1)][parameter.name]
 
 
-def standard_errors(joint: JointInformation, names: Collection[str]) -> dict[str, float]:
+def standard_errors(joint: NormalEquations, names: Collection[str]) -> dict[str, float]:
     """Standard error of each parameter, the others being fitted too; infinite where these logs do not identify it.
 
     Of a parameter with a value in each log that of the last one.
     """
-    indices = joint.indices(names)
-    parameters = [joint.parameters[k] for k in indices]
+    indices = joint.layout.indices(names)
+    parameters = [joint.layout.elements[k] for k in indices]
     covariance, _, flat = covariance_of(joint.information[np.ix_(indices, indices)], parameters)
     errors = {p.name: np.inf if p in flat else float(np.sqrt(covariance[k, k])) for k, p in enumerate(parameters)}
     return {n: errors[n] for n in names}

@@ -117,7 +117,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     for segments, values in zip(problem.training, log_values, strict=False):
         parameters = kernel_parameters(problem.module, values, segments.log)
         states = initial_states(problem.module, segments)
-        states, _ = fit_states(problem.module, segments, states, parameters, problem.max_step)
+        states, _ = fit_states(problem.simulator, segments, states, parameters)
         pieces.append(information_at(problem, segments, states, values, names))
     loop = closed_loop_of(problem, log_values[-1], t)
     return DesignProblem(Question(problem, loop, base, first, others, log_values, tuple(pieces)), start.sentences)

@@ -12,12 +12,12 @@ from derive.parameter_name import full_name
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.free_parameters import effect_parameter, free_names, free_parameters
+from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.experiments.closed_loop import ClosedLoop, SimulatedExperiment, balancing_gains
 from wheelpend.experiments.information import (
-    JointInformation,
     SignTies,
     SimulatedSegments,
     add_information,
@@ -69,10 +69,10 @@ class Question:
         sigma = problem.noise[0].sigma * np.array([(sigma_factors or {}).get(c, 1.0) for c in played.log.channels])
         bounds = np.ascontiguousarray(segment_bounds(played.log, problem.horizon))
         segments, states = Segments(played.log, sigma, bounds), played.states[bounds[:, 0]]
-        point = SimulatedSegments(problem.module, segments, states, played.parameters, problem.max_step)
+        point = SimulatedSegments(problem.simulator, segments, states, played.parameters)
         return self.density * information_of_segments(point, self.names, fault_free_sigma)
 
-    def information_with(self, piece: np.ndarray | None, ties: SignTies | None = None) -> JointInformation:
+    def information_with(self, piece: np.ndarray | None, ties: SignTies | None = None) -> NormalEquations:
         """Information of the logs at hand, and of one more log where it is given."""
         pieces = self.pieces if piece is None else (*self.pieces, piece)
         return add_information(pieces, free_parameters(self.problem, self.names), ties if self.pieces else None)
@@ -129,9 +129,7 @@ def information_at(
 ) -> np.ndarray:
     """Information (names, names) of one log at hand at some values, with its initial states (segments, NX)."""
     parameters = kernel_parameters(problem.module, values, segments.log)
-    return information_of_segments(
-        SimulatedSegments(problem.module, segments, states, parameters, problem.max_step), names
-    )
+    return information_of_segments(SimulatedSegments(problem.simulator, segments, states, parameters), names)
 
 
 def profiled_values_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:

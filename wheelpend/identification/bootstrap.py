@@ -19,7 +19,7 @@ from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states
 from wheelpend.identification import instrumental
@@ -98,7 +98,7 @@ def _closed_loop_bootstrap(model: Model, module: KernelModule, log: Log, paramet
     loop = ClosedLoop.of(model, module, log)
     samples = min(len(log), max(MIN_INITIAL_STATE_SAMPLES, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))
     head = Segments(log, noise.sigma, np.array([[0, samples]]))
-    loop = replace(loop, start=fit_states(module, head, loop.start[None], centre)[0][0])
+    loop = replace(loop, start=fit_states(Simulator(module), head, loop.start[None], centre)[0][0])
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings | None:
         run = loop.run(centre, noise, quantum)
@@ -117,7 +117,7 @@ def _open_loop_bootstrap(
     problem, fitted = shooting_fit(model, [log], progress)
     values, segments = fitted.of_log(0), problem.training[0]
     parameters = kernel_parameters(problem.module, values, log)
-    linearisation = shoot(problem.module, segments, fitted.states[0], parameters, max_step=problem.max_step)
+    linearisation = problem.simulator.shoot(segments, fitted.states[0], parameters)
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
     keys = [fitted.place(n) for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)

@@ -164,11 +164,11 @@ def singles(effects: Sequence[Effect]) -> Iterator[Case]:
             turn += 1
 
 
-def make_case(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0, without=()) -> Case:
+def make_case(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0) -> Case:
     """Case with the engine's dry friction soft for odd seeds, except Stribeck friction, which stays sharp."""
     dry = any(effect_of(name) in DRY_FRICTION_EFFECTS[:2] for name, _ in hide)
     engage = SOFT_ENGAGE_TIME_S if source == "engine" and dry and seed % 2 else 0.0
-    return Case(kind, tuple(hide), seed, command, source, size, engage, tuple(without))
+    return Case(kind, tuple(hide), seed, command, source, size, engage)
 
 
 def complete(effects: Sequence[Effect]) -> Iterator[Case]:
@@ -205,7 +205,7 @@ def left_out(effects: Sequence[Effect]) -> Iterator[Case]:
             effect = effects[number]
             hide = draw_effect(effect, 1.0, random)
             place, source = 20000 + 1000 * seed + int(number), sources[number].next(hide)
-            yield make_case("left_out", hide, place, "aggressive", source, 1.0, (effect.name,))
+            yield replace(make_case("left_out", hide, place, "aggressive", source), without=(effect.name,))
 
 
 def stick_slip(effects: Sequence[Effect]) -> Iterator[Case]:

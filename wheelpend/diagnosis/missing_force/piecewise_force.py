@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -21,23 +21,22 @@ from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_parameters
-from wheelpend.estimation.normal_equations import bounded_step
+from wheelpend.estimation.normal_equations import NormalEquations, bounded_step, symmetric, without_states
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import input_table, port_motion
 
 PIECES_PER_SEGMENT = 5
 FOLD_COUNT = 5
+EXTRA_STATE_DAMPING = 9e-10  # of the unit diagonal: forces in pieces say little about a short segment's state
 FOLD_RUN_COUNT = 10  # consecutive stretches of a log, dealt to the folds in turn
 
 
 class PiecewiseForce(NamedTuple):
     """Normal equations of a log's segments in parameters and in a force on each row in each piece."""
 
-    information: np.ndarray  # (S, n, n): parameters first, then the forces, piece by piece and in it row by row
-    score: np.ndarray  # (S, n)
+    equations: NormalEquations  # (S, n): parameters first, then the forces, piece by piece and in it row by row
     own: int  # number of parameters
     sample_ranges: np.ndarray  # (S, pieces, 2) half-open sample ranges
     motion: dict[str, np.ndarray]  # states, angle and speed of the drive, input and time (N,)
@@ -97,22 +96,19 @@ def piecewise_force(
     window = np.array([[0, length]] * len(own) + [p for p in pairs for _ in forces], dtype=np.int64)
     columns = [module.PARAMETERS.index(n) for n in (*own, *(forces * len(pairs)))]
     parameters = kernel_parameters(module, fitted.of_log(number), segments.log)
-    linearisation = shoot(
-        module, segments, fitted.states[number], parameters, columns, window, problem.max_step, keep_residual=False
+    linearisation = problem.simulator.shoot(
+        segments, fitted.states[number], parameters, columns, window, keep_residual=False
     )
-    information, score = eliminate_states(linearisation.gram, module.NX)
+    layout = ParameterLayout.of(free_parameters(problem, (*own, *(forces * len(pairs)))), 1)
+    equations = force_equations(linearisation.gram, module.NX, layout)
     spans = np.minimum(segments.bounds[:, :1, None] + np.array(pairs), segments.bounds[:, 1:, None])
-    return PiecewiseForce(information, score, len(own), spans, fitted_motion(problem, fitted, segments, number))
+    return PiecewiseForce(equations, len(own), spans, fitted_motion(problem, fitted, segments, number))
 
 
-def eliminate_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
-    """Information (S, n, n) and score (S, n) of all columns but the initial states, those eliminated."""
-    scale = np.sqrt(np.maximum(np.einsum("sii->si", gram)[:, :nx], 1e-300))
-    states = gram[:, :nx, :nx] / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(nx)
-    mixed = gram[:, :nx, nx:] / scale[:, :, None]
-    rest = gram[:, nx:, nx:] - mixed.transpose(0, 2, 1) @ np.linalg.solve(states, mixed)
-    information = rest[:, :-1, :-1]
-    return 0.5 * (information + information.transpose(0, 2, 1)), rest[:, :-1, -1]
+def force_equations(gram: np.ndarray, nx: int, layout: ParameterLayout) -> NormalEquations:
+    """Normal equations of segments in force pieces, and parameters, their initial states eliminated."""
+    equations, _ = without_states(gram, nx, layout, EXTRA_STATE_DAMPING)
+    return replace(equations, information=symmetric(equations.information))
 
 
 def fitted_motion(problem: EstimationProblem, fitted: Fit, segments: Segments, number: int) -> dict[str, np.ndarray]:
@@ -167,9 +163,7 @@ def force_columns(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
 class FoldedLeastSquares:
     """Least squares in parameters and columns of laws, summed over folds of the segments."""
 
-    parameters: tuple[FreeParameter, ...]  # of the model, and columns
-    normal: np.ndarray  # (FOLD_COUNT, n, n)
-    right: np.ndarray  # (FOLD_COUNT, n)
+    folds: NormalEquations  # (FOLD_COUNT, n), of parameters of the model, and of columns
     lowest: np.ndarray  # (n,) bounds on the change
     highest: np.ndarray  # (n,)
     prior_information: np.ndarray  # (n,) diagonal of the information that is there before any data
@@ -183,22 +177,21 @@ class FoldedLeastSquares:
     def index(self) -> dict[str, list[int]]:
         """Positions of each parameter or column, one or one for every log."""
         found: dict[str, list[int]] = {}
-        for k, parameter in enumerate(self.parameters):
+        for k, parameter in enumerate(self.folds.layout.elements):
             found.setdefault(parameter.name, []).append(k)
         return found
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
         """Change of the named parameters and columns, within bounds, from all folds but one."""
         chosen, kept = self.indices(names), [k for k in range(FOLD_COUNT) if k != left_out]
-        normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior_information[chosen])
-        right = self.right[np.ix_(kept, chosen)].sum(axis=0)
-        return bounded_step(normal, right, 0.0, self.lowest[chosen], self.highest[chosen])
+        normal = self.folds.information[np.ix_(kept, chosen, chosen)].sum(axis=0)
+        right = self.folds.score[np.ix_(kept, chosen)].sum(axis=0)
+        prior = np.diag(self.prior_information[chosen])
+        return bounded_step(normal + prior, right, 0.0, self.lowest[chosen], self.highest[chosen])
 
     def gain(self, names: Sequence[str], change: np.ndarray, fold: int) -> float:
         """Fall of the sum of squares of a fold with a change."""
-        chosen = self.indices(names)
-        own = self.normal[fold][np.ix_(chosen, chosen)]
-        return float(2.0 * change @ self.right[fold][chosen] - change @ own @ change)
+        return self.folds.part(fold).gain(self.indices(names), change)
 
     def cross_validated_cost(self, names: Sequence[str]) -> float:
         """Sum of squares that is left when every fold is predicted with the coefficients of the others."""
@@ -220,27 +213,27 @@ def build_least_squares(
     scopes = dict.fromkeys(per_log, "per log")
     coefficients = [FreeParameter(n, scope=scopes.get(n, "shared"), role="column") for n in names]
     layout = ParameterLayout.of((*linearised.parameters, *coefficients), len(linearised.pieces))
-    size = len(layout.elements)
-    normal, right = np.zeros((FOLD_COUNT, size, size)), np.zeros((FOLD_COUNT, size))
+    folds = NormalEquations.zeros(layout, FOLD_COUNT)
     for pieces, column, places in zip(linearised.pieces, columns, layout.places, strict=True):
         for k, (block, score) in enumerate(normal_equations_by_fold(pieces, column)):
-            normal[k][np.ix_(places, places)] += block
-            right[k][places] += score
+            folds.information[k][np.ix_(places, places)] += block
+            folds.score[k][places] += score
     lowest, highest = change_bounds(linearised, layout.elements)
     prior = np.array([ridge if p.role == "column" else 0.0 for p in layout.elements])
-    return FoldedLeastSquares(layout.elements, normal, right, lowest, highest, prior, linearised.cost)
+    return FoldedLeastSquares(folds, lowest, highest, prior, linearised.cost)
 
 
 def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """For each fold information (n, n) and score (n,) in a log's parameters and in columns (S, pieces · rows, m)."""
     own, folds, found = pieces.own, fold_numbers(len(columns)), []
-    pulled = pieces.information[:, :, own:] @ columns  # (S, n, m) information between everything and the columns
+    information, scores = pieces.equations.information, pieces.equations.score
+    pulled = information[:, :, own:] @ columns  # (S, n, m) information between everything and the columns
     for k in range(FOLD_COUNT):
         inside = folds == k
         flat = columns[inside].reshape(-1, columns.shape[2])
         mixed, inner = pulled[inside, :own].sum(axis=0), flat.T @ pulled[inside, own:].reshape(flat.shape)
-        block = np.block([[pieces.information[inside, :own, :own].sum(axis=0), mixed], [mixed.T, inner]])
-        score = pieces.score[inside]
+        block = np.block([[information[inside, :own, :own].sum(axis=0), mixed], [mixed.T, inner]])
+        score = scores[inside]
         found.append((block, np.concatenate([score[:, :own].sum(axis=0), flat.T @ score[:, own:].ravel()])))
     return found
 

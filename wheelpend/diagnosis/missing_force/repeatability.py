@@ -139,8 +139,10 @@ def curve(best: SelectedVariables, variable: str) -> Curve:
     linearised, least_squares = best.linearised, best.least_squares
     names = [*linearised.own, *best.basis.names(best.chosen)]
     indices, change = least_squares.indices(names), least_squares.solve(names)
-    law = [k for k in indices if least_squares.parameters[k].role == "column"]
-    normal = least_squares.normal.sum(axis=0)[np.ix_(law, law)] + np.diag(least_squares.prior_information[law])
+    law = [k for k in indices if least_squares.folds.layout.elements[k].role == "column"]
+    normal = least_squares.folds.information.sum(axis=0)[np.ix_(law, law)] + np.diag(
+        least_squares.prior_information[law]
+    )
     grid, motion = _curve_motion(best, variable)
     matrix = best.basis.matrix(motion, best.basis.names(best.chosen))
     matrix = matrix - matrix.mean(axis=0)
