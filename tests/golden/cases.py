@@ -14,7 +14,7 @@ from wheelpend import Model, add, compare, diagnose, explain, identify, load_ker
 
 model = Model.open("model.toml")
 print(compare(model, ["logs/demo8.csv"], ["logs/holdout4.csv"]).error)
-print(identify(model, ["logs/demo8.csv"]).parameters)
+print({name: found.to_json() for name, found in identify(model, ["logs/demo8.csv"]).parameters.items()})
 found = diagnose(model, ["logs/demo8.csv"])
 print(found.verdict, found.candidates[0].effect, found.candidates[0].coefficients)
 explanation = explain(model, ["logs/demo8.csv"])

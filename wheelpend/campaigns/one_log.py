@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -13,6 +13,7 @@ from wheelpend.api import diagnose, explain
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
+from wheelpend.estimation.estimate import Estimate as ParameterEstimate
 from wheelpend.identification.identify import identify
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.logs.log import Log
@@ -176,9 +177,9 @@ def explain_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetti
     )
 
 
-def identifiable_estimates(parameters: dict[str, dict]) -> dict[str, Estimate]:
+def identifiable_estimates(parameters: Mapping[str, ParameterEstimate]) -> dict[str, Estimate]:
     """The parameters that a log tells."""
-    return {n: Estimate(row["value"], row["sigma"]) for n, row in parameters.items() if row["identifiable"]}
+    return {n: Estimate(e.value, e.sigma) for n, e in parameters.items() if e.identifiable}
 
 
 LOG_ANALYSES: dict[str, Callable[[LogResult, Model, Log, CampaignSetting], LogResult]] = {

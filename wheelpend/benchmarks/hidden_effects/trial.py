@@ -136,8 +136,8 @@ def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, m
     costs = tuple(reduced_model_error(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
     if set(explanation.effects) == set(case.effects):
-        known = {n: row for n, row in explanation.parameters.items() if row["identifiable"]}
-        deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in known.items())
+        known = {n: e for n, e in explanation.parameters.items() if e.identifiable}
+        deviations = tuple((e.value - truth[n]) / e.sigma for n, e in known.items())
     size = size_in_standard_deviations(fitted, case.effects)
     return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
 
@@ -146,7 +146,7 @@ def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ..
     """(name, (estimate − truth) / σ) of each of the model's own parameters, identified from the whole log."""
     truth = true_values(case, model)
     found = identify(model, [log]).parameters
-    return tuple((name, (row["value"] - truth[name]) / row["sigma"]) for name, row in found.items())
+    return tuple((name, (e.value - truth[name]) / e.sigma) for name, e in found.items())
 
 
 def true_values(case: Case, model: Model) -> dict[str, float]:

@@ -105,8 +105,8 @@ def identification_texts(identification: Identification) -> dict[str, str]:
     parameters, unit = identification.parameters, identification.unit
     back_emf = parameters[next(n for n in parameters if unit[n] == "V s/rad" and not effect_of(n))]
     return {
-        "k": f"{back_emf['value']:.2f} ± {back_emf['sigma']:.2f}",
-        "torque": f"{parameters['coulomb_drive.torque']['value']:.3f}",
+        "k": f"{back_emf.value:.2f} ± {back_emf.sigma:.2f}",
+        "torque": f"{parameters['coulomb_drive.torque'].value:.3f}",
     }
 
 
