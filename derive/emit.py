@@ -23,6 +23,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     text = module_template().render(
         source=source,
         sympy=sp.__version__,
+        jinja=jinja2.__version__,
         plant=model.plant.name,
         assumptions=", ".join(f"{k}={v}" for k, v in model.assumptions.items()),
         effects=", ".join(e.name for e in model.effects) or "none",
