@@ -19,7 +19,7 @@ from wheelpend.benchmarks.hidden_effects.scene import (
     WHEEL_RADIUS_M,
 )
 from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED_LOGS, log_csv_text
-from wheelpend.cli.demo import data_folder
+from wheelpend.logs.shipped import data_folder
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.extras

@@ -22,6 +22,7 @@ values make the measurements likeliest, and how well do they predict what the fi
     covariance              block jackknife, test for autocorrelation
     estimate                value, standard error and unit of a parameter
     parameter_table         the estimates of a fit
+    regressor, linear_fit   the input that acts, the equations of a log; their solution with standard errors
     least_squares           regression on the filtered equations, without and with derivatives (paper eqs. 16-43)
     long_logs               the same in chunks, for logs that do not fit into memory
     nonnegative             the same with nonnegative parameters: a start for shooting
