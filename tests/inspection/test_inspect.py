@@ -16,6 +16,7 @@ from wheelpend.kernels import load as kernels
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
 from wheelpend.logs.read import load_log
+from wheelpend.simulation.closed_loop import ClosedLoop
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 GEOMETRY = {"R": 0.2413, "g": 9.81, "alpha": 165.42, "J_w": 0.1339}
@@ -36,11 +37,9 @@ def robot(command: str = "aggressive", seed: int = 1, effect: str = "", size: fl
     values = ROBOT | GEOMETRY | {effect: size}
     parameters = np.array([values.get(*pair) for pair in zip(module.PARAMETERS, module.ABSENT, strict=True)])
     noise = np.random.default_rng(seed).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
-    states, measured, voltage = module.closed_loop(
-        t, reference, np.gradient(reference, t), np.array([-168.0, -800.0, -8.8]), np.zeros(4), parameters, noise,
-        np.array([STEP, 0, 0]), 0.002,
-    )  # fmt: skip
-    return Log("simulated", t, voltage, measured, WHEEL_PENDULUM_CHANNELS, reference), states
+    loop = ClosedLoop(module, np.array([-168.0, -800.0, -8.8]))
+    run = loop.play(t, reference, np.gradient(reference, t), np.zeros(4), parameters, noise, np.array([STEP, 0.0, 0.0]))
+    return Log("simulated", t, run.input, run.measured, WHEEL_PENDULUM_CHANNELS, reference), run.states
 
 
 def scaled(log: Log, v_in: float = 1.0, theta_w: float = 1.0, theta_p: float = 1.0, dtheta_p: float = 1.0) -> Log:

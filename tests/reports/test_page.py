@@ -29,6 +29,7 @@ from wheelpend.reports.page.equations import equation_terms
 from wheelpend.reports.page.figures import residual_comparisons, thinned_samples
 from wheelpend.reports.page.force_figures import bin_means, law_over_state, missing_force_if_true, quantile_bins
 from wheelpend.reports.page.page import write_report
+from wheelpend.simulation.closed_loop import ClosedLoop
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 DEGREE = np.pi / 180
@@ -45,11 +46,9 @@ def robot(torque: float) -> Log:
     values[TORQUE] = torque
     parameters = np.array([values.get(*pair) for pair in zip(module.PARAMETERS, module.ABSENT, strict=True)])
     noise = np.random.default_rng(3).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
-    _, measured, voltage = module.closed_loop(
-        t, reference, np.gradient(reference, t), np.array([-168.0, -800.0, -8.8]), np.zeros(4), parameters, noise,
-        np.array([2 * np.pi / 60000, 0, 0]), 0.002,
-    )  # fmt: skip
-    return Log(HOSTILE, t, voltage, measured, ("theta_w", "theta_p", "dtheta_p"))
+    loop, quantum = ClosedLoop(module, np.array([-168.0, -800.0, -8.8])), np.array([2 * np.pi / 60000, 0.0, 0.0])
+    run = loop.play(t, reference, np.gradient(reference, t), np.zeros(4), parameters, noise, quantum)
+    return Log(HOSTILE, t, run.input, run.measured, ("theta_w", "theta_p", "dtheta_p"))
 
 
 @pytest.fixture(scope="module")

@@ -23,10 +23,10 @@ from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states
 from wheelpend.identification import instrumental
-from wheelpend.identification.instrumental import ClosedLoop
+from wheelpend.identification.instrumental import LoggedLoop
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import Noise, rounding_sigma
+from wheelpend.logs.noise import Noise
 from wheelpend.model.record import Model
 
 INITIAL_STATE_FIT_DURATION_S = 0.5  # s of the log to which the first state of its replicas is fitted
@@ -50,10 +50,8 @@ class ParametricBootstrap:
 
     def replica(self, number: int) -> Log | None:
         """The log with another draw of its sensor noise; None where the robot falls."""
-        rounding = np.array([rounding_sigma(q) for q in self.noise.quantum])
-        white = np.sqrt(np.maximum(self.noise.sigma**2 - rounding**2, 0.0))
         draw = np.random.default_rng([number, len(self.log)]).normal(size=self.log.measured.shape)
-        played = self.play(draw * white, self.noise.quantum)
+        played = self.play(draw * self.noise.sigma_before_rounding, self.noise.quantum)
         if played is None:
             return None
         measured = np.where(np.isfinite(self.log.measured), played[1], np.nan)
@@ -95,14 +93,14 @@ def _closed_loop_bootstrap(model: Model, module: KernelModule, log: Log, paramet
     noise = noise_of(log, model)
     found = instrumental.instrumental_estimate(model, module, log, parameters, instrumental.IV_TIME_CONSTANTS_S)
     centre = instrumental.with_linear_values(module, parameters, found.fit.estimate)
-    loop = ClosedLoop.of(model, module, log)
+    loop = LoggedLoop.of(model, module, log)
     samples = min(len(log), max(MIN_INITIAL_STATE_SAMPLES, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))
     head = Segments(log, noise.sigma, np.array([[0, samples]]))
     loop = replace(loop, start=fit_states(Simulator(module), head, loop.start[None], centre)[0][0])
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings | None:
         run = loop.run(centre, noise, quantum)
-        return None if run is None else (run.voltage, run.measured)
+        return None if run is None else (run.input, run.measured)
 
     def reestimate(replica: Log) -> np.ndarray:
         equations = instrumental.filtered_equations(module, replica, centre, instrumental.IV_TIME_CONSTANTS_S)

@@ -26,7 +26,7 @@ from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
-from wheelpend.simulation.simulate import first_sample_out_of_range
+from wheelpend.simulation.closed_loop import ClosedLoop, ClosedLoopRun
 
 IV_TIME_CONSTANTS_S = (0.5, 1.0)  # s, of least error on the paper's log; from 0.4 to 2.5 it is within a tenth of it
 MAX_IV_ITERATIONS = 30
@@ -35,25 +35,16 @@ MAX_STEP_HALVINGS = 6
 NOISE_DRAW_COUNT = 40  # draws of the sensor noise, for standard errors to within a tenth
 
 
-class ClosedLoopRun(NamedTuple):
-    """A simulated closed loop."""
-
-    states: np.ndarray  # (N, NX)
-    measured: np.ndarray  # (N, NY)
-    voltage: np.ndarray  # (N,)
-
-
 @dataclass(frozen=True)
-class ClosedLoop:
+class LoggedLoop:
     """The robot under its controller, along a log's reference, from the log's own first state."""
 
-    module: KernelModule
+    closed_loop: ClosedLoop
     log: Log
-    gains: np.ndarray  # (3,)
     start: np.ndarray  # (NX,)
 
     @classmethod
-    def of(cls, model: Model, module: KernelModule, log: Log) -> ClosedLoop:
+    def of(cls, model: Model, module: KernelModule, log: Log) -> LoggedLoop:
         """The loop of a log; raises Failure where the controller or the reference is not known."""
         if model.controller is None:
             raise Failure(f"{log.name}: the controller must be known to simulate the loop, but the model has no "
@@ -67,22 +58,21 @@ class ClosedLoop:
                           "or use `--method shooting`.")  # fmt: skip
         whole = Segments(log, np.ones(len(log.channels)), np.array([[0, len(log)]]))
         start = initial_states(module, whole)[0]
-        return cls(module, log, np.array(model.controller.gains, dtype=float), start)
+        return cls(ClosedLoop.of(model, module), log, start)
+
+    @property
+    def module(self) -> KernelModule:
+        """The robot's kernels."""
+        return self.closed_loop.module
 
     def run(
         self, parameters: np.ndarray, noise: np.ndarray | None = None, quantum: np.ndarray | None = None
     ) -> ClosedLoopRun | None:
         """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None where the robot falls."""
-        module, log, reference = self.module, self.log, self.log.reference
-        assert reference is not None
-        noise = np.zeros((len(log), module.NY)) if noise is None else noise
-        quantum = np.zeros(module.NY) if quantum is None else quantum
-        step = min(stable_step(module, dict(zip(module.PARAMETERS, parameters, strict=True)), log), 0.002)
-        rate = np.gradient(reference, log.t)
-        run = ClosedLoopRun(*module.closed_loop(
-            log.t, reference, rate, self.gains, self.start, parameters, noise, quantum, step
-        ))  # fmt: skip
-        return run if first_sample_out_of_range(module, run.states) is None else None
+        values = dict(zip(self.module.PARAMETERS, parameters, strict=True))
+        step = min(stable_step(self.module, values, self.log), self.closed_loop.max_step)
+        run = replace(self.closed_loop, max_step=step).replay(self.log, self.start, parameters, noise, quantum)
+        return run if run.stays_in_range else None
 
 
 class FilteredEquations(NamedTuple):
@@ -113,7 +103,7 @@ def instrumental_estimate(
 
     Raises Failure where the loop cannot be simulated and where no start converges.
     """
-    loop = ClosedLoop.of(model, module, log)
+    loop = LoggedLoop.of(model, module, log)
     rows = filtered_equations(module, log, parameters, tau)
     for start in start_candidates(model, module, log, parameters):
         found = _iterate(loop, rows, with_linear_values(module, parameters, start), tau)
@@ -159,13 +149,13 @@ def simulated_instruments(
     module: KernelModule, log: Log, run: ClosedLoopRun, parameters: np.ndarray, tau: tuple[float, float]
 ) -> np.ndarray:
     """Instruments (rows, n): the filtered regressor of the simulated loop."""
-    voltage = acting_input(module, replace(log, voltage=run.voltage), parameters)
+    voltage = acting_input(module, replace(log, voltage=run.input), parameters)
     regressors = module.filter_regressor(log.t, run.states, voltage, parameters, *tau, True, run.states[0])[1]
     return regressors.reshape(-1, regressors.shape[2])
 
 
 def _iterate(
-    loop: ClosedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
+    loop: LoggedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
 ) -> InstrumentalEstimate | None:
     """Renew the instruments with each estimate until it converges; None where the robot falls or it does not."""
     module, run = loop.module, loop.run(parameters)
@@ -182,7 +172,7 @@ def _iterate(
 
 
 def _halved_step(
-    loop: ClosedLoop, parameters: np.ndarray, change: np.ndarray
+    loop: LoggedLoop, parameters: np.ndarray, change: np.ndarray
 ) -> tuple[np.ndarray, ClosedLoopRun | None]:
     """Step to the new estimate, or so far towards it that the simulated robot stays up."""
     here = linear_values(loop.module, parameters)
@@ -210,7 +200,7 @@ def solve_instrumental(module: KernelModule, rows: FilteredEquations, instrument
 
 def with_standard_errors(
     model: Model,
-    loop: ClosedLoop,
+    loop: LoggedLoop,
     rows: FilteredEquations,
     found: InstrumentalEstimate,
     parameters: np.ndarray,

@@ -91,7 +91,7 @@ def _replica_estimator(
     if settings.method != "iv":
         return lambda log: regression_fit(regression, settings._replace(tau=tau), log)[0].estimate
     centre = regression.bootstrap.parameters
-    loop = instrumental.ClosedLoop.of(regression.model, regression.module, regression.log)
+    loop = instrumental.LoggedLoop.of(regression.model, regression.module, regression.log)
     run = loop.run(centre)
     if run is None:
         raise Failure(

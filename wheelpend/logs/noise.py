@@ -30,6 +30,12 @@ class Noise(NamedTuple):
     quantum: np.ndarray  # (channels,) step of a quantised channel, 0 where none is seen
     floor: float  # expected error of the true model, 1.0 unless a quantised channel stands still
 
+    @property
+    def sigma_before_rounding(self) -> np.ndarray:
+        """Standard deviation (channels,) of what rounding to the quantum does not account for."""
+        rounding = np.array([rounding_sigma(q) for q in self.quantum])
+        return np.sqrt(np.maximum(self.sigma**2 - rounding**2, 0.0))
+
 
 def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, float | None]) -> Noise:
     """Noise of every channel: the stated σ and steps where there are some, the rest estimated from the log.

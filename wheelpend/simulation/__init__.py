@@ -3,7 +3,8 @@
 In: a model with values, a reference trajectory, effects to hide. Out: a `Log` with sensor noise. Question: what would
 the sensors read?
 
-    simulate      the closed loop, with noise and quantisation
+    simulate      a machine with hidden effects along a command, as a log
+    closed_loop   the one place that plays a closed loop: controller, reference, noise and quantisation
     hidden        values of hidden effects, checked, and those of the machine they are put into
     references    reference trajectories of the pitch: built-in ones and files
 """

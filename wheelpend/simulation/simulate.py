@@ -15,6 +15,7 @@ from wheelpend.logs.log import Log
 from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
+from wheelpend.simulation.closed_loop import ClosedLoop
 from wheelpend.simulation.hidden import machine_values, with_full_parameter_names
 from wheelpend.simulation.references import command_duration, reference
 
@@ -50,16 +51,15 @@ def simulate(
     empty = Log("", t, t, outputs, channels)
     parameters = kernel_parameters(module, machine, empty)
     step = min(sample, 2.0 * stable_step(module, machine, empty)) if module.NV > module.NX else sample
-    gains = np.array(model.controller.gains if model.controller else (0.0, 0.0, 0.0), dtype=float)
     errors, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
-    states, measured, voltage = module.closed_loop(t, angle, rate, gains, begin, parameters, errors, quantum, step)
-    if (lost := first_sample_out_of_range(module, states)) is not None:
+    run = ClosedLoop.of(model, module, step).play(t, angle, rate, begin, parameters, errors, quantum)
+    if (lost := run.first_out_of_range) is not None:
         raise OutOfRange(
             f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
         )
     commanded = angle if model.table.reference else None
     return Log(
-        f"simulated {command}", t, voltage, measured, channels, commanded, range_channel=model.table.range_channel
+        f"simulated {command}", t, run.input, run.measured, channels, commanded, range_channel=model.table.range_channel
     )
 
 
@@ -82,14 +82,6 @@ def _checked_duration(command: str, duration: float | None) -> float:
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     return duration
-
-
-def first_sample_out_of_range(module: KernelModule, states: np.ndarray) -> int | None:
-    """First sample at which a simulation (N, NX) has left the plant's range; None where it stays within."""
-    inside = np.isfinite(states).all(axis=1)
-    if module.RANGE_OUTPUT >= 0:
-        inside &= np.abs(states @ module.OUTPUT_MATRIX[module.RANGE_OUTPUT]) <= np.pi / 2
-    return None if inside.all() else int(np.argmin(inside))
 
 
 def sensor_errors(
