@@ -9,11 +9,11 @@ import pytest
 from wheelpend import Model, simulate
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
-from wheelpend.experiments.closed_loop import Limits, balancing_gains
 from wheelpend.experiments.design import design
 from wheelpend.experiments.excitation import builtin_excitations
 from wheelpend.experiments.pose import pose_problem
 from wheelpend.experiments.search import best_trajectory
+from wheelpend.experiments.simulated_experiment import Limits, balancing_gains
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import save_trajectory
 
@@ -99,6 +99,6 @@ def test_the_model_can_be_balanced_by_gains_of_its_own(library):
     values = machine_values(Model.default(), {})
     gains = balancing_gains(library, values, 0.001)
     question = pose_problem(Model.default(), (), PAIR, 10.0, 0.002, lambda text: None).question
-    loop = replace(question.loop, gains=gains)
+    loop = replace(question.loop, closed_loop=replace(question.loop.closed_loop, gains=gains))
     assert all(loop.play(b).peak_pitch < 0.5 for b in builtin_excitations())
     assert np.all(gains < 0.0)  # a positive voltage tilts the body back

@@ -4,7 +4,7 @@ In: a diagnosis that is ambiguous, logs, or a model as it stands. Out: advice in
 informative command. Question: which experiment would distinguish the effects, or sharpen the parameters?
 
 - `excitation`: reference trajectories of the pitch.
-- `closed_loop`: such an experiment simulated in closed loop, within limits.
+- `simulated_experiment`: such an experiment simulated, made smaller until it keeps the limits; gains that balance.
 - `information`: the information of logs, added up, and separations and standard errors from it.
 - `question`: effects to be distinguished, or parameters, and the information of the logs at hand.
 - `reversals`: the sign of every effect once a part is turned round.

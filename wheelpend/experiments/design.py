@@ -10,12 +10,12 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import effect_parameter
-from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import builtin_excitations
 from wheelpend.experiments.pose import DesignProblem, pose_problem
 from wheelpend.experiments.question import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Question
 from wheelpend.experiments.recommendation import USUAL_LIMITS
 from wheelpend.experiments.search import MAX_GENERATIONS, RatedTrajectory, best_trajectory, search_trajectory
+from wheelpend.experiments.simulated_experiment import Limits, SimulatedExperiment
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.references import BUILT_IN_DURATION_S

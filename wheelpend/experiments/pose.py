@@ -19,7 +19,7 @@ from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.experiments.design_start import DesignStart, start_from_diagnosis, start_from_fit, start_without_logs
 from wheelpend.experiments.question import (
     Question,
-    closed_loop_of,
+    experiment_loop,
     information_at,
     profiled_values_of,
     rival_parameters,
@@ -119,5 +119,5 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
         states = initial_states(problem.module, segments)
         states, _ = fit_states(problem.simulator, segments, states, parameters)
         pieces.append(information_at(problem, segments, states, values, names))
-    loop = closed_loop_of(problem, log_values[-1], t)
+    loop = experiment_loop(problem, log_values[-1], t)
     return DesignProblem(Question(problem, loop, base, first, others, log_values, tuple(pieces)), start.sentences)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.experiments.closed_loop import ClosedLoop, SimulatedExperiment, balancing_gains
 from wheelpend.experiments.information import (
     SignTies,
     SimulatedSegments,
@@ -25,7 +24,9 @@ from wheelpend.experiments.information import (
     separation,
     standard_errors,
 )
+from wheelpend.experiments.simulated_experiment import ExperimentLoop, SimulatedExperiment, balancing_gains
 from wheelpend.logs.log import segment_bounds
+from wheelpend.simulation.closed_loop import ClosedLoop
 
 MAX_SAMPLE_INTERVAL_S = 0.02  # s between samples of a simulated experiment, beyond which no controller balances
 MIN_SAMPLE_INTERVAL_S = 5e-4  # s, below which the simulation is not worth its time
@@ -37,7 +38,7 @@ class Question:
     """Effects to be distinguished, or none: then the model's parameters are to be estimated better."""
 
     problem: EstimationProblem
-    loop: ClosedLoop
+    loop: ExperimentLoop
     base: tuple[str, ...]  # names of the parameters that every rival has: of the plant and of the model's effects
     first: str  # the effect of the simulated machine; empty where no effects are to be distinguished
     others: tuple[str, ...]  # effects that may be it instead
@@ -116,7 +117,7 @@ def question_of_fit(problem: EstimationProblem, first: CandidateFit, others: Seq
     )
     log = problem.training[-1].log
     t = sample_times(ADVICE_DURATION_S, log.dt)
-    loop = closed_loop_of(problem, sizes[-1], t)
+    loop = experiment_loop(problem, sizes[-1], t)
     return Question(problem, loop, base, first.effect, rivals, sizes, pieces, (t[1] - t[0]) / log.dt)
 
 
@@ -145,8 +146,9 @@ def sample_times(duration: float, sample: float) -> np.ndarray:
     return np.arange(round(duration / step) + 1) * step
 
 
-def closed_loop_of(problem: EstimationProblem, values: Mapping[str, float], t: np.ndarray) -> ClosedLoop:
+def experiment_loop(problem: EstimationProblem, values: Mapping[str, float], t: np.ndarray) -> ExperimentLoop:
     """The robot under its own controller, or under one that balances the model."""
-    own = problem.model.controller
-    gains = np.array(own.gains) if own else balancing_gains(problem.module, values, float(t[1] - t[0]))
-    return ClosedLoop.of(problem.module, values, gains, t, problem.noise[0], problem.max_step)
+    loop = ClosedLoop.of(problem.model, problem.module, problem.max_step)
+    if problem.model.controller is None:
+        loop = replace(loop, gains=balancing_gains(problem.module, values, float(t[1] - t[0])))
+    return ExperimentLoop.of(loop, values, t, problem.noise[0])

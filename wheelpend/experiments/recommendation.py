@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import Excitation, builtin_excitations, excitation_family
 from wheelpend.experiments.question import Question
 from wheelpend.experiments.reversals import PART_REVERSALS, PartReversal, changes_sign, sign_after_reversal
+from wheelpend.experiments.simulated_experiment import Limits, SimulatedExperiment
 
 CLEAR_SEPARATION_SIGMA = 5.0  # standard errors at which two effects count as separated
 USUAL_LIMITS = Limits(0.4, 24.0)  # rad, V: of the paper's commands; more where the logs have more

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from wheelpend.experiments.closed_loop import ClosedLoop, Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import (
     MAX_FREQUENCY_HZ,
     MIN_FREQUENCY_HZ,
@@ -18,6 +17,7 @@ from wheelpend.experiments.excitation import (
     excitation_family,
     multisine,
 )
+from wheelpend.experiments.simulated_experiment import ExperimentLoop, Limits, SimulatedExperiment
 
 POPULATION_SIZE = 24  # multisines of a generation
 MAX_GENERATIONS = 12
@@ -36,7 +36,7 @@ class RatedTrajectory(NamedTuple):
 
 
 def best_trajectory(
-    excitations: Sequence[Excitation], loop: ClosedLoop, limits: Limits, criterion: Criterion
+    excitations: Sequence[Excitation], loop: ExperimentLoop, limits: Limits, criterion: Criterion
 ) -> RatedTrajectory | None:
     """The best of some trajectories, each made smaller until it keeps the limits; None where none can be."""
     best: RatedTrajectory | None = None
@@ -49,7 +49,7 @@ def best_trajectory(
 
 
 def search_trajectory(
-    loop: ClosedLoop,
+    loop: ExperimentLoop,
     limits: Limits,
     criterion: Criterion,
     *,
@@ -85,7 +85,7 @@ def search_trajectory(
 class MultisineSearch:
     """Multisines by logarithms of frequency [Hz] and of amplitude [of the pitch limit], and phase; and the best one."""
 
-    def __init__(self, loop: ClosedLoop, limits: Limits, criterion: Criterion) -> None:
+    def __init__(self, loop: ExperimentLoop, limits: Limits, criterion: Criterion) -> None:
         self.loop, self.limits, self.criterion = loop, limits, criterion
         self.best = best_trajectory(excitation_family(), loop, limits, criterion)
 

@@ -18,7 +18,8 @@ from wheelpend.estimation.parameters import kernel_parameters, plant_values
 from wheelpend.experiments.excitation import Excitation
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import Noise, rounding_sigma
+from wheelpend.logs.noise import Noise
+from wheelpend.simulation.closed_loop import ClosedLoop
 
 MAX_SHRINK_STEPS = 8  # times that a trajectory is made smaller to fit the limits
 LIMIT_MARGIN = 0.98  # of a limit that is aimed at
@@ -65,42 +66,43 @@ class SimulatedExperiment(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ClosedLoop:
-    """The robot that is to be recorded, under its controller."""
+class ExperimentLoop:
+    """The robot that is to be recorded, under its controller, and its sensors."""
 
-    module: KernelModule
+    closed_loop: ClosedLoop
     values: Mapping[str, float]
-    gains: np.ndarray  # (3,) of the PID on the pitch
     t: np.ndarray  # (N,) s
     noise: np.ndarray  # (N, NY)
     quantum: np.ndarray  # (NY,)
-    max_step: float  # s
 
     @classmethod
-    def of(cls, module: KernelModule, values: Mapping[str, float], gains: np.ndarray, t: np.ndarray, sensors: Noise,
-           max_step: float) -> ClosedLoop:  # fmt: skip
+    def of(cls, closed_loop: ClosedLoop, values: Mapping[str, float], t: np.ndarray, sensors: Noise) -> ExperimentLoop:
         """A loop whose sensors scatter as those of a log do; the draw is always the same."""
-        white = np.sqrt(np.maximum(sensors.sigma**2 - np.array([rounding_sigma(q) for q in sensors.quantum]) ** 2, 0.0))
-        noise = np.random.default_rng(0).normal(size=(len(t), module.NY)) * white
-        return cls(module, values, gains, t, noise, sensors.quantum, max_step)
+        draw = np.random.default_rng(0).normal(size=(len(t), closed_loop.module.NY))
+        return cls(closed_loop, values, t, draw * sensors.sigma_before_rounding, sensors.quantum)
 
-    def with_values(self, values: Mapping[str, float]) -> ClosedLoop:
+    @property
+    def gains(self) -> np.ndarray:
+        """Gains (3,) of the PID on the pitch."""
+        return self.closed_loop.gains
+
+    def with_values(self, values: Mapping[str, float]) -> ExperimentLoop:
         """The same loop of another machine."""
         return replace(self, values=values)
 
     def play(self, excitation: Excitation, factor: float = 1.0) -> SimulatedExperiment | None:
         """Follow a trajectory; None where the robot falls."""
-        module, channels = self.module, tuple(self.module.OUTPUTS)
+        module = self.closed_loop.module
         angle, rate = excitation.trajectory(self.t, factor)
-        empty = Log(excitation.name, self.t, angle, np.zeros_like(self.noise), channels)
+        empty = Log(excitation.name, self.t, angle, np.zeros_like(self.noise), tuple(module.OUTPUTS))
         parameters = kernel_parameters(module, self.values, empty)
-        states, measured, voltage = module.closed_loop(
-            self.t, angle, rate, self.gains, np.zeros(module.NX), parameters, self.noise, self.quantum, self.max_step
-        )  # fmt: skip
-        if not (np.isfinite(states).all() and np.isfinite(voltage).all() and np.abs(states[:, 1]).max() < np.pi / 2):
+        rest = np.zeros(module.NX)
+        run = self.closed_loop.play(self.t, angle, rate, rest, parameters, self.noise, self.quantum)
+        if not run.stays_in_range:
             return None
-        log = Log(excitation.name, self.t, voltage, measured, channels, angle)
-        return SimulatedExperiment(excitation, log, states, kernel_parameters(module, self.values, log), factor, rate)
+        log = replace(empty, voltage=run.input, measured=run.measured, reference=angle)
+        parameters = kernel_parameters(module, self.values, log)
+        return SimulatedExperiment(excitation, log, run.states, parameters, factor, rate)
 
     def play_within(self, excitation: Excitation, limits: Limits) -> SimulatedExperiment | None:
         """Follow a trajectory, made smaller until the limits are kept; None where that does not help."""
