@@ -45,6 +45,13 @@ def test_the_structure_is_that_of_the_page():
     assert found.one_word_constants <= 47
 
 
+def test_a_closed_loop_is_played_in_one_place():
+    called = [
+        p.relative_to(PACKAGE).as_posix() for p in PACKAGE.rglob("*.py") if ".closed_loop(" in p.read_text("utf-8")
+    ]
+    assert sorted(called) == ["model/precompile.py", "simulation/closed_loop.py"]  # the one compiles, the other plays
+
+
 def test_every_effect_has_a_section_on_its_page():
     sections = re.findall(r"^### (.+)$", (ROOT / "docs" / "effects.md").read_text(encoding="utf-8"), re.MULTILINE)
     described = {name for section in sections for name in section.split(", ")}

@@ -15,12 +15,12 @@ from wheelpend.estimation.shooting import ShootingLinearisation
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, segment_bounds
+from wheelpend.simulation.closed_loop import RANGE_LIMIT_RAD
 
 PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
 MAX_FITTED_START_HORIZON_S = 2.0  # s, beyond which initial states are fitted to the beginning of a segment alone
 START_DURATION_S = 0.5  # s, that beginning
 MIN_START_SAMPLES = 6
-MAX_PREDICTED_ANGLE_RAD = np.pi / 2  # rad, beyond which a prediction has left the plant's range
 
 
 @dataclass(frozen=True)
@@ -88,4 +88,4 @@ def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarr
     if channel < 0:
         return False
     angle = segments.log.measured[:, channel] - residual[:, channel] * segments.sigma[channel]
-    return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in segments.bounds]))) > MAX_PREDICTED_ANGLE_RAD)
+    return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in segments.bounds]))) > RANGE_LIMIT_RAD)

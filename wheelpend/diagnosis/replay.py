@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wheelpend.diagnosis.horizons import MAX_PREDICTED_ANGLE_RAD
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
+from wheelpend.simulation.closed_loop import ClosedLoop
 
 
 @dataclass(frozen=True)
@@ -27,23 +27,18 @@ def replay_closed_loop(
     problem: EstimationProblem, segments: Segments, values: dict[str, float]
 ) -> ClosedLoopReplay | None:
     """Simulate the model in closed loop with the log's reference; None where controller or reference is unknown."""
-    log, controller, module = segments.log, problem.model.controller, problem.module
-    if controller is None or log.reference is None or not np.isfinite(log.reference).all():
+    log, module = segments.log, problem.module
+    if problem.model.controller is None or log.reference is None or not np.isfinite(log.reference).all():
         return None
     parameters = kernel_parameters(module, values, log)
     first = replace(segments, bounds=segments.bounds[:1])
     state, _ = fit_states(Simulator(module), first, initial_states(module, first)[0][None], parameters)
-    zeros = np.zeros((len(log), module.NY))
-    _, outputs, voltage = module.closed_loop(
-        log.t, log.reference, np.gradient(log.reference, log.t), np.array(controller.gains, dtype=float), state[0],
-        parameters, zeros, np.zeros(module.NY), problem.max_step,
-    )  # fmt: skip
-    diverged = not np.isfinite(outputs).all()
-    channel = module.RANGE_OUTPUT
-    diverged |= channel >= 0 and bool(np.max(np.abs(outputs[:, channel])) > MAX_PREDICTED_ANGLE_RAD)
-    difference = np.sqrt(np.nanmean((outputs - log.measured) ** 2, axis=0))
+    run = ClosedLoop.of(problem.model, module, problem.max_step).replay(log, state[0], parameters)
+    if not run.stays_in_range:
+        return ClosedLoopReplay({}, float("nan"), diverged=True)
+    difference = np.sqrt(np.nanmean((run.measured - log.measured) ** 2, axis=0))
     return ClosedLoopReplay(
-        {} if diverged else dict(zip(log.channels, map(float, difference), strict=True)),
-        float("nan") if diverged else float(np.sqrt(np.nanmean((voltage - log.voltage) ** 2))),
-        diverged,
+        dict(zip(log.channels, map(float, difference), strict=True)),
+        float(np.sqrt(np.nanmean((run.input - log.voltage) ** 2))),
+        diverged=False,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.simulation.closed_loop import ClosedLoop
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
 from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S, sensor_errors
@@ -38,11 +39,7 @@ class Run(NamedTuple):
 
     states: np.ndarray  # (N, 4) true θw, θp [rad], θ̇w, θ̇p [rad/s]
     log: Log  # sensor readings and controller output
-
-    @property
-    def is_upright(self) -> bool:
-        """True if the states stay finite and the pitch within 90°."""
-        return bool(np.isfinite(self.states).all() and np.abs(self.states[:, 1]).max() < np.pi / 2)
+    is_upright: bool  # the states stay finite and the pitch within 90°
 
 
 class Robot(NamedTuple):
@@ -92,12 +89,10 @@ def play(robot: Robot, setup: Setup, seed: int | None = None, values: Mapping[st
     start = np.zeros(module.NX)
     start[1] = setup.tilt
     noise, quantum = sensor_errors(robot.model, module.OUTPUTS, t.size, seed)
-    assert robot.model.controller is not None
-    states, measured, voltage = module.closed_loop(
-        t, angle, rate * setup.rate_error, np.array(robot.model.controller.gains, dtype=float), start,
-        kernel_parameters(module, {**robot.values, **(values or {})}, log), noise, quantum, SAMPLE_INTERVAL_S,
-    )  # fmt: skip
-    return Run(states, Log(setup.command, t, voltage, measured, log.channels, angle))
+    parameters = kernel_parameters(module, {**robot.values, **(values or {})}, log)
+    loop = ClosedLoop.of(robot.model, module, SAMPLE_INTERVAL_S)
+    run = loop.play(t, angle, rate * setup.rate_error, start, parameters, noise, quantum)
+    return Run(run.states, replace(log, voltage=run.input, measured=run.measured), run.stays_in_range)
 
 
 def unstable_pole(robot: Robot) -> float:

@@ -12,6 +12,7 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
+from wheelpend.simulation.closed_loop import ClosedLoop
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import reference
 from wheelpend.simulation.simulate import noise_levels
@@ -95,8 +96,5 @@ def complete_log(
     angle, rate = reference(command, t)
     blank = Log("", t, t, np.zeros((len(t), module.NY)), tuple(module.OUTPUTS))
     parameters = kernel_parameters(module, machine_values(model, hide or {}), blank)
-    gains = np.array(model.controller.gains, dtype=float)  # type: ignore[union-attr]
-    _, measured, voltage = module.closed_loop(
-        t, angle, rate, gains, np.zeros(module.NX), parameters, noise, quantum, sample
-    )
-    return model, Log(f"{kind}, {seed}", t, voltage, measured, tuple(module.OUTPUTS), angle)
+    run = ClosedLoop.of(model, module, sample).play(t, angle, rate, np.zeros(module.NX), parameters, noise, quantum)
+    return model, Log(f"{kind}, {seed}", t, run.input, run.measured, tuple(module.OUTPUTS), angle)
