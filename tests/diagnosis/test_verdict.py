@@ -8,7 +8,7 @@ import pytest
 
 import derive
 from tests.support import X, simulated
-from wheelpend import Model
+from wheelpend import Model, diagnose
 from wheelpend.diagnosis.evidence import Comparisons, ValidatedFit, evaluate_candidate
 from wheelpend.diagnosis.explain import overall_verdict
 from wheelpend.diagnosis.ranking import rank_candidates
@@ -59,6 +59,14 @@ def test_a_detectable_size_is_five_standard_errors_of_a_fit_with_the_effect(comp
         effect, _, parameter = name.partition(".")
         beside = fit_segments(problem, problem.training, fitted.values, [*problem.base, name], rounds=10)
         assert sizes[effect][parameter] == pytest.approx(factor * beside.sigma(name), rel=0.05)
+
+
+@pytest.mark.slow
+def test_what_is_hidden_beyond_its_detectable_size_is_found_and_what_is_half_as_large_is_not():
+    size = diagnose(Model.default(), [simulated(seed=1)]).detectable["coulomb_drive"]["torque"]
+    large, small = (diagnose(Model.default(), [simulated(seed=1, coulomb_drive__torque=k * size)]) for k in (1.3, 0.5))
+    assert large.named[0].effect == "coulomb_drive"
+    assert (small.verdict, small.named) == ("nothing_missing", ())
 
 
 def test_an_expected_gain_is_the_one_that_a_refit_has(rough):
