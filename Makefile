@@ -6,7 +6,7 @@ STAMP := $(VENV)/.installed
 EXTRAS := $(VENV)/.extras
 PEERS := .venv-peers
 
-.PHONY: install demo test test-all test-extras check bench benchmark generate clean
+.PHONY: install demo test test-all test-extras mutate check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -35,6 +35,11 @@ test-all: $(EXTRAS)
 # What needs MuJoCo or rosbags, quick or not.
 test-extras: $(EXTRAS)
 	$(BIN)/python -m pytest -m extras
+
+# Small mistakes, one at a time, each of which the quick tests must notice: within two hours on two cores; goes on where
+# it was interrupted.
+mutate: install
+	$(BIN)/python tests/mutation/run.py
 
 check: install
 	$(BIN)/wheelpend generate --check

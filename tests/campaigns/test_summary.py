@@ -90,7 +90,9 @@ def test_logs_above_the_noise_floor_are_listed_with_what_was_named_the_worst_fir
     found = summarise(Model.default(), None, [*logs, LogResult("gone", failure="no file")])
     assert found.unexplained == ("worse", "bad")
     assert (found.logs, found.failed) == (5, 1)
-    assert found.error == pytest.approx((19.95 / 4, 0.95, 9.0)) and found.error_after == pytest.approx((1.49, 0.98, 2.0))
+    assert found.error == pytest.approx((19.95 / 4, 0.95, 9.0)) and found.error_after == pytest.approx(
+        (1.49, 0.98, 2.0)
+    )
 
 
 def test_parameters_that_scatter_too_much_are_named_for_all_parameters_together():

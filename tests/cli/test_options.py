@@ -85,10 +85,13 @@ def identified(*options):
 def test_a_forgetting_factor_a_hold_and_time_constants_change_the_answer(workspace):
     plain = identified("--method", "recursive", "--tau", "0.14,0.18")
     assert (plain["forgetting"], plain["hold"], plain["tau"]) == (1.0, "zero", [0.14, 0.18])
-    for option, value, key, kept in (("--forgetting", "0.999", "forgetting", 0.999), ("--hold", "first", "hold", "first"),
-                                     ("--tau", "0.2,0.3", "tau", [0.2, 0.3])):  # fmt: skip
-        other = identified("--method", "recursive", "--tau", "0.14,0.18", option, value)
-        assert other[key] == kept
+    for option, value, kept in (
+        ("forgetting", "0.999", 0.999),
+        ("hold", "first", "first"),
+        ("tau", "0.2,0.3", [0.2, 0.3]),
+    ):
+        other = identified("--method", "recursive", "--tau", "0.14,0.18", f"--{option}", value)
+        assert other[option] == kept
         assert abs(other["parameters"]["X5"]["value"] / plain["parameters"]["X5"]["value"] - 1.0) > 1e-6
 
 
@@ -127,7 +130,7 @@ def test_a_change_is_in_the_history_with_its_logs_and_errors():
     [
         ("slope=0.02", {"slope.angle": 0.02}),
         ("slope=angle:-0.02", {"slope.angle": -0.02}),
-        ("cogging=sine:0.1,cosine:-0.2,periods:12", {"cogging.sine": 0.1, "cogging.cosine": -0.2, "cogging.periods": 12}),
+        ("cogging=sine:1,cosine:-2,periods:12", {"cogging.sine": 1.0, "cogging.cosine": -2.0, "cogging.periods": 12.0}),
     ],
 )  # fmt: skip
 def test_a_hidden_effect_has_the_sizes_that_were_typed(text, hidden):

@@ -70,7 +70,7 @@ def test_what_is_hidden_beyond_its_detectable_size_is_found_and_what_is_half_as_
 
 
 def test_an_expected_gain_is_the_one_that_a_refit_has(rough):
-    problem, base, candidate, tests = rough
+    _, base, candidate, tests = rough
     found = next(c for c in tests.candidates if c.effect.name == "coulomb_drive")
     scatter = base.fit.cost / base.fit.count  # in variances of the residual as it is
     assert found.gain * scatter == pytest.approx(base.fit.cost - candidate.fit.cost, rel=0.05)

@@ -91,7 +91,7 @@ def test_a_push_acts_forward_on_the_wheel_from_its_start_to_its_end(library):
 def test_a_centre_of_mass_ahead_of_the_line_is_a_body_that_leans_by_as_much(library, lean):
     parameters, plain = parameters_with(library, "com_offset", {"angle": 0.03}), np.array(list(X.values()))
     for x in STATES:
-        leaning = lean.acceleration(T, x + [0.0, 0.03, 0.0, 0.0], VOLTAGE, plain)
+        leaning = lean.acceleration(T, x + 0.03 * np.eye(4)[1], VOLTAGE, plain)
         assert library.acceleration(T, x, VOLTAGE, parameters) == pytest.approx(leaning, rel=1e-9)
 
 

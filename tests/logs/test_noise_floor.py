@@ -44,8 +44,8 @@ def test_stated_noise_and_steps_are_believed():
 
 
 def test_the_noise_of_a_model_file_goes_before_that_of_the_log():
-    text = 'plant = "wheel_pendulum"\n[sensors]\nencoder_counts = 60000\npitch_noise = 0.02\n[sensors.noise]\ndtheta_p = 0.3\n'
-    found = noise_of(simulated(duration=4.0), Model.parse(text))
+    sensors = "[sensors]\nencoder_counts = 60000\npitch_noise = 0.02\n[sensors.noise]\ndtheta_p = 0.3\n"
+    found = noise_of(simulated(duration=4.0), Model.parse('plant = "wheel_pendulum"\n' + sensors))
     assert found.sigma[1:] == pytest.approx([0.02, 0.3])
 
 
