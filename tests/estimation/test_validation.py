@@ -54,6 +54,15 @@ def test_held_out_logs_take_no_part_in_the_fit_and_leave_it_the_whole_of_its_own
     assert prepare(Model.default(), [own], use_all=True, lean=True).validation == ()
 
 
+def test_every_log_is_judged_by_its_own_noise():
+    own, other = simulated(duration=3.0), simulated(duration=3.0, noise=False)
+    rough = replace(other, measured=other.measured + 0.05 * np.random.default_rng(0).normal(size=other.measured.shape))
+    problem = prepare(Model.default(), [own], [rough], lean=True)
+    assert problem.validation[0].part.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
+    assert problem.validation[0].calibration.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
+    assert problem.training[0].sigma[1:] == pytest.approx(np.radians([0.5, 0.5]), rel=0.1)
+
+
 def test_every_second_segment_is_held_out_where_they_take_turns(problem):
     found = with_interleaved_validation(problem)
     assert not samples(found.training[0]) & samples(found.validation[0].part)
@@ -107,6 +116,7 @@ def test_a_logs_own_offset_is_estimated_on_it_and_what_is_shared_stays():
 
 def test_parameters_of_a_log_hold_its_values_and_absence_where_there_is_none(library):
     log = simulated(duration=2.0)
+    log = replace(log, measured=log.measured + 0.25)
     found = dict(zip(library.PARAMETERS, kernel_parameters(library, {"X3": 0.5}, log), strict=True))
     absent = dict(zip(library.PARAMETERS, library.ABSENT, strict=True))
     assert found == {**absent, "X3": 0.5, "origin": log.measured[0, 0]}
