@@ -4,9 +4,10 @@ import csv
 import os
 from types import SimpleNamespace
 
+from wheelpend import Model
 from wheelpend.campaigns.journal import Journal, fingerprint_of
-from wheelpend.campaigns.one_log import Estimate, LogResult, NamedEffect
-from wheelpend.campaigns.partial_results import result_from_json, source_key
+from wheelpend.campaigns.one_log import CampaignSetting, Estimate, LogResult, NamedEffect
+from wheelpend.campaigns.partial_results import PartialResults, result_from_json, source_key
 from wheelpend.campaigns.table import csv_text
 from wheelpend.serialise import plain_data
 
@@ -59,3 +60,14 @@ def test_a_table_has_nine_digits_and_a_column_for_each_number():
     assert first == {"log": "a.csv", "failure": "", "error": "1.23456789", "noise_floor": "1", "X1": "0.0436123457",
                      "X1_sigma": "1e-07"}  # fmt: skip
     assert (second["failure"], second["X1"]) == ("no file", "")
+
+
+def test_a_failure_is_not_kept_for_its_cause_may_be_gone(tmp_path):
+    path, setting = tmp_path / "c.partial", CampaignSetting(Model.default().text, None, None, "compare")
+    results = PartialResults(path, setting, Model.default())
+    results.begin()
+    results.add(1, LogResult("seed 1", 1, error=1.5))
+    results.add(2, LogResult("seed 2", 2, failure="It fell."))
+    again = PartialResults(path, setting, Model.default())
+    assert again.known(1) == LogResult("seed 1", 1, error=1.5) and again.known(2) is None
+    assert PartialResults(path, setting._replace(do="identify"), Model.default()).known(1) is None
