@@ -174,3 +174,19 @@ def test_the_lower_error_comes_first_and_the_simpler_effect_where_it_is_containe
     assert [c.effect for c in order] == ["coulomb_drive", "stribeck_drive", "slope"]
     order = rank_candidates(problem, [replace(dry, error_after=1.02), replace(stribeck, error_after=1.0)])
     assert [c.effect for c in order] == ["stribeck_drive", "coulomb_drive"]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "twin", "size"),
+    [("com_offset.angle", "imu_bias.bias", 0.02), ("voltage_offset.offset", "coulomb_asymmetry.torque", 0.2)],
+)
+def test_a_twin_fits_as_well_with_the_opposite_size(hidden, twin, size):
+    log = simulated(duration=6.0, seed=2, **{hidden.replace(".", "__"): size})
+    problem = prepare(Model.default(), [log])
+    true, other = (
+        fit_segments(problem, problem.training, {**X, n: s}, [*problem.base, n], rounds=20)
+        for n, s in ((hidden, size), (twin, -size))
+    )
+    assert other.cost == pytest.approx(true.cost, rel=1e-6)
+    assert abs(true.of_log(0)[hidden] - size) < 4.0 * true.sigma(hidden) < 0.2 * size
+    assert other.of_log(0)[twin] == pytest.approx(-true.of_log(0)[hidden], rel=1e-4)

@@ -7,6 +7,7 @@ import pytest
 
 from tests.support import CONSTANTS, X, simulated
 from wheelpend import Model
+from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import command_duration, reference
 from wheelpend.simulation.simulate import first_sample_out_of_range, sensor_errors, simulate
@@ -24,18 +25,22 @@ def test_the_built_in_commands_are_the_papers():
     assert command_duration("simple") == 20.0
 
 
-def test_the_voltage_is_that_of_the_pid_on_what_the_sensors_read(lean):
+@pytest.mark.parametrize("effects", ["none", "all"])
+def test_the_voltage_is_that_of_the_pid_on_what_the_sensors_read(effects, lean, library):
+    module = {"none": lean, "all": library}[effects]
     t = np.arange(400) * 1e-3
     angle, rate = 0.1 * np.sin(3 * t), 0.3 * np.cos(3 * t)
     noise = 1e-3 * np.random.default_rng(0).normal(size=(400, 3))
-    parameters, quantum = np.array(list(X.values())), np.array([0.05, 0.0, 0.0])
-    states, measured, voltage = lean.closed_loop(t, angle, rate, GAINS, np.zeros(4), parameters, noise, quantum, 1e-3)
+    parameters, quantum = kernel_parameters(module, {**X, **CONSTANTS}, simulated(duration=1.0)), [0.05, 0.0, 0.0]
+    states, measured, voltage = module.closed_loop(
+        t, angle, rate, GAINS, np.zeros(4), parameters, noise, np.array(quantum), 1e-3
+    )
     error = angle - measured[:, 1]
     integral = np.concatenate([[0.0], np.cumsum(error[1:] * np.diff(t))])
     assert voltage == pytest.approx(GAINS @ [error, integral, rate - measured[:, 2]], rel=1e-12)
     assert measured[:, 1:] == pytest.approx(states[:, [1, 3]] + noise[:, 1:])
     assert measured[:, 0] == pytest.approx(0.05 * np.round((states[:, 0] + noise[:, 0]) / 0.05))
-    again = lean.simulate(t, voltage, np.zeros(4), parameters, 1e-3)
+    again = module.simulate(t, voltage, np.zeros(4), parameters, 1e-3)
     assert again == pytest.approx(states, abs=1e-9)
 
 
