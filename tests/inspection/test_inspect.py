@@ -230,5 +230,9 @@ def test_statistics_are_in_the_units_of_each_channel():
     found = inspect_log(log)
     assert found.jitter == pytest.approx(0.0, abs=1e-6) and found.duration_s == pytest.approx(20.0)
     assert found.channels["theta_p"]["noise"] == pytest.approx(0.5 * DEGREE, rel=0.1)
+    t = log.t + 3.0 * (np.arange(len(log)) > 9000)
+    assert inspect_log(replace(log, t=t)).jitter == pytest.approx(0.0, abs=1e-6)  # a gap is none
+    shaken = inspect_log(replace(log, t=log.t + 1e-4 * np.random.default_rng(0).uniform(-1, 1, size=len(log))))
+    assert shaken.jitter == pytest.approx(0.1 * np.sqrt(2 / 3), rel=0.05)
     assert found.channels["v_in"]["maximum"] == np.max(log.voltage)
     assert found.channels["dtheta_p"]["minimum"] == np.min(log.measured[:, 2])
