@@ -10,9 +10,11 @@ from scipy.stats import f as f_distribution
 from tests.support import X, simulated
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.regressor import acting_input, free_decay
+from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.identification.bias_test import hotelling_p_value
 from wheelpend.identification.energy import energy_regressor, filtered_integral, first_order_recurrence
 from wheelpend.identification.inverse_dynamics import force_error
+from wheelpend.identification.recursive import recursive_least_squares
 from wheelpend.identification.time_constants import _evaluated_pair, capped_rms_percent, time_constant_pairs
 
 
@@ -92,3 +94,13 @@ def test_pairs_of_time_constants_go_from_four_samples_to_a_third_of_the_log():
     pairs = time_constant_pairs(log)
     assert len(pairs) == 36 and all(a <= b for a, b in pairs)
     assert (min(pairs)[0], max(pairs)[1]) == pytest.approx((0.004, 1.0), rel=0.01)
+
+
+def test_a_recursion_that_forgets_weights_each_sample_by_its_age(lean):
+    log, tau, keep = simulated(duration=4.0), (0.14, 0.18), 0.999
+    parameters, states = kernel_parameters(lean, X, log), measured_states(lean, log)
+    found = recursive_least_squares(lean, log, parameters, tau, forgetting=keep).fit.estimate
+    left, right = lean.filter_regressor(log.t, states, log.voltage, parameters, *tau, False, states[0])
+    root = np.sqrt(keep ** np.arange(len(log))[::-1])[:, None]
+    expected = np.linalg.lstsq((root[:, :, None] * right).reshape(-1, 7), (root * left).ravel(), rcond=None)[0]
+    assert found == pytest.approx(expected, rel=1e-4)
