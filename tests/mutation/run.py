@@ -29,6 +29,7 @@ from time import monotonic
 HERE = Path(__file__).resolve().parent
 CHECKOUT = HERE.parents[1]
 JOURNAL = CHECKOUT / ".mutation" / "journal.jsonl"
+KERNEL_CACHE = CHECKOUT / ".mutation" / "cache"  # of compiled kernels, those of mistakes among them
 COPIED = (
     *("wheelpend", "derive", "templates", "generated", "tests", "data", "docs"),
     *("model.toml", "pyproject.toml", "README.md", "CHANGELOG.md"),
@@ -36,6 +37,7 @@ COPIED = (
 CODE_FOLDERS = ("wheelpend", "derive", "templates")
 SHARED_TEST_FILES = ("tests/conftest.py", "tests/support.py")
 TIMEOUT_S = 600.0  # of the tests of one mistake; the tests noticed it if they do not end
+CHECK_TIMEOUT_S = 3600.0  # of all tests without a mistake, with every kernel compiled anew
 CAUGHT, PASSED, BROKEN = "caught", "passed", "broken"
 MAX_REASON_LENGTH = 160  # characters of the line that says which test failed
 
@@ -149,17 +151,18 @@ def copies(count: int, root: Path) -> SimpleQueue[Path]:
     return free
 
 
-def run_tests(copy: Path, tests: Iterable[str]) -> tuple[int, str]:
+def run_tests(copy: Path, tests: Iterable[str], timeout_s: float = TIMEOUT_S) -> tuple[int, str]:
     """Exit code and output of pytest in a copy, without the measured logs: a public clone does not have them."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(copy),
         "PYTHONDONTWRITEBYTECODE": "1",  # two texts of one size within a second would share their bytecode
+        "WHEELPEND_CACHE": str(KERNEL_CACHE),
         "WHEELPEND_DATA": str(copy / "no-measured-logs"),
     }
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", "-m", "not slow", *tests]
     try:
-        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S)
+        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, text=True, timeout=timeout_s)
     except subprocess.TimeoutExpired:
         return 1, "FAILED the tests did not end"
     return done.returncode, done.stdout + done.stderr
@@ -192,7 +195,7 @@ def failing_tests(free: SimpleQueue[Path], mistakes: Sequence[Mistake]) -> str:
     """What pytest says where the tests of some mistakes fail without any; empty where they pass."""
     copy = free.get()
     try:
-        code, output = run_tests(copy, sorted({t for m in mistakes for t in m.tests}))
+        code, output = run_tests(copy, sorted({t for m in mistakes for t in m.tests}), CHECK_TIMEOUT_S)
     finally:
         free.put(copy)
     return output if code else ""
