@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+DEV := $(VENV)/.dev
 EXTRAS := $(VENV)/.extras
 PEERS := .venv-peers
 
@@ -13,11 +14,16 @@ install: $(STAMP)
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or later is needed; say which with make PYTHON=python3.12"; exit 1; }
 	test -d $(VENV) || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[plots]'
 	$(BIN)/python -m compileall -q derive wheelpend  # also where Python may not write bytecode by itself
 	touch $(STAMP)
 
-$(EXTRAS): $(STAMP)
+# Tools of development, with the versions that the committed code is generated with.
+$(DEV): $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	touch $(DEV)
+
+$(EXTRAS): $(DEV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags]'
 	touch $(EXTRAS)
 
@@ -25,7 +31,7 @@ demo: install
 	$(BIN)/wheelpend demo --out demo
 
 # What is quick: within eight minutes on two cores, with every kernel compiled anew.
-test: install
+test: $(DEV)
 	$(BIN)/python -m pytest -m "not slow"
 
 # Everything, also what takes long and what needs MuJoCo or rosbags: within 45 minutes.
@@ -38,10 +44,10 @@ test-extras: $(EXTRAS)
 
 # Small mistakes, one at a time, each of which the quick tests must notice: within two hours on two cores; goes on where
 # it was interrupted.
-mutate: install
+mutate: $(DEV)
 	$(BIN)/python tests/mutation/run.py
 
-check: install
+check: $(DEV)
 	$(BIN)/wheelpend generate --check
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check derive wheelpend tests
@@ -49,7 +55,7 @@ check: install
 	$(BIN)/lint-imports --no-cache  # which room may import which
 
 # Speed beside peers, which get an environment of their own; one that cannot be installed is absent from the table.
-bench: install
+bench: $(DEV)
 	test -d $(PEERS) || $(PYTHON) -m venv $(PEERS)
 	@for peer in casadi mujoco pysindy padasip scipy; do \
 		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check $$peer \
@@ -58,11 +64,10 @@ bench: install
 	$(BIN)/python -m wheelpend.benchmarks.speed --peers $(PEERS) $(if $(OUT),--out $(OUT))
 
 # Hidden effects: a stratified sample of half an hour, or with FULL=1 all of it; goes on where it was interrupted.
-benchmark: install
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark]'
+benchmark: $(EXTRAS)
 	$(BIN)/python -m wheelpend.benchmarks.hidden_effects $(if $(FULL),--out docs/benchmark.md,--minutes 28)
 
-generate: install
+generate: $(DEV)
 	$(BIN)/wheelpend generate
 
 clean:

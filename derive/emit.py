@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from functools import lru_cache
+from importlib.metadata import version
 
 import jinja2
 import sympy as sp
@@ -23,6 +24,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
     text = module_template().render(
         source=source,
         sympy=sp.__version__,
+        jinja=version("jinja2"),
         plant=model.plant.name,
         assumptions=", ".join(f"{k}={v}" for k, v in model.assumptions.items()),
         effects=", ".join(e.name for e in model.effects) or "none",

@@ -39,6 +39,7 @@ from derive.effects import (
 )
 from derive.functions import TIME_SYMBOL, symbol
 from derive.grouping import NotExpressibleError
+from derive.parameter_name import full_name
 from derive.records import Plant, Relations
 
 KINDS_WITHOUT_TRACE = (
@@ -67,7 +68,7 @@ def relations(plant: str, assumptions: dict, names: Sequence[str]) -> Relations:
     complete = plants.complete_assumptions(plant, assumptions)
     chosen = [library.find(n) for n in names]
     inside = {e.name: absorbed(plant, complete, e.name) for e in chosen}
-    weights = {f"{e}.{p}": w for e, found in inside.items() for p, w in found.items()}
+    weights = {full_name(e, p): w for e, found in inside.items() for p, w in found.items()}
     others = [e.name for e in chosen if not inside[e.name]]
     return Relations(weights, twins(plant, complete, others), contained(plant, complete, others))
 

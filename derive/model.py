@@ -22,6 +22,7 @@ from derive.effect_laws import (
 from derive.effects import Effect, InputDelay, InputLag, SensorDelay
 from derive.functions import symbol
 from derive.grouping import Grouping
+from derive.parameter_name import MISSING_FORCE, full_name
 from derive.records import Model, Parameter, Plant, Regressor
 from derive.regressor import derive_regressor
 
@@ -66,7 +67,7 @@ def compose(plant_name: str, assumptions: dict, effect_names: Sequence[str], mis
         hystereses=hystereses,
         sensor_delay=parameter_of_kind(SensorDelay, chosen),
         delayed_channels=next((e.enters.channels for e in chosen if isinstance(e.enters, SensorDelay)), ()),
-        event_times=tuple(f"{e.name}.{p.name}" for e in chosen for p in e.parameters if p.event_time),
+        event_times=tuple(e.name_of(p) for e in chosen for p in e.parameters if p.event_time),
     )
 
 
@@ -84,17 +85,17 @@ def residual_of(
 
 def missing_forces(plant: Plant) -> list[Parameter]:
     """One unknown generalised force for each row."""
-    return [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
+    return [Parameter(full_name(MISSING_FORCE, c.row), plant.input_unit, "missing force") for c in plant.coordinates]
 
 
 def effect_parameters(chosen: tuple[Effect, ...]) -> list[Parameter]:
     """The parameters of all effects, under their full names."""
-    return [Parameter(f"{e.name}.{p.name}", p.unit, e.sentence) for e in chosen for p in e.parameters]
+    return [Parameter(e.name_of(p), p.unit, e.sentence) for e in chosen for p in e.parameters]
 
 
 def absent_values(fitted: tuple[Parameter, ...], chosen: tuple[Effect, ...]) -> tuple[float, ...]:
     """Value of each parameter while its effect is absent."""
-    stated = {f"{e.name}.{p.name}": p.absent for e in chosen for p in e.parameters}
+    stated = {e.name_of(p): p.absent for e in chosen for p in e.parameters}
     return tuple(stated.get(p.name, 0.0) for p in fitted)
 
 

@@ -1,4 +1,4 @@
-# Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
+# Made by wheelpend from model.toml with sympy 1.14.0 and Jinja 3.1.6; do not edit, run `wheelpend generate`.
 # plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects none
 """Kernels of the model `wheel_pendulum`.
 
@@ -44,7 +44,13 @@ CONTAINS = {}  # effects within others: parameters of the larger by those of the
 NEEDS = {}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7')  # parameters of the regressor, in the order of its columns
 SIGNED = ()  # own parameters that may be negative: differences of physical constants
+OWN_PARAMETERS = 7  # so many of PARAMETERS, from the first, are the plant's own
 FITTED = 7  # so many of PARAMETERS, from the first, have sensitivities
+MISSING_FORCES = ()  # unknown forces among PARAMETERS, one for each row, where there are any
+CARRYING = ()  # effects with states that carry over from one fitted segment to the next
+HYSTERESIS_SIZES = ()  # indices among PARAMETERS; no force has a memory where these are zero
+INTERNAL = ()  # parameters of the forces along internal coordinates
+STIFFEST = {}  # largest values of parameters that are infinite where an internal coordinate is rigid
 DELAY = -1  # index of the input delay among PARAMETERS, or -1
 LAG = -1  # index of the time constant of the input's lag, or -1
 ORIGIN = -1  # index of the first coordinate's value at the log's first sample, or -1

@@ -1,4 +1,4 @@
-# Made by wheelpend from model.toml with sympy 1.14.0; do not edit, run `wheelpend generate`.
+# Made by wheelpend from model.toml with sympy 1.14.0 and Jinja 3.1.6; do not edit, run `wheelpend generate`.
 # plant wheel_pendulum; assumptions planar=True, ground_friction_reaction=body, ground_friction=True, rotor_inertia=True, rotor_speed=body, gear_ratio_in_back_emf=once, motor_circuit=static, encoder=absolute; effects coulomb_drive, coulomb_asymmetry, viscous_asymmetry, load_friction, stribeck_drive, presliding_drive, quadratic_drive, cogging, ground_viscous, rolling_resistance, slope, wheel_runout, air_drag, com_offset, body_damping, tether_spring, payload_step, external_push, actuator_delay, winding_inductance, voltage_saturation, voltage_dead_zone, voltage_sag, voltage_asymmetry, voltage_offset, encoder_eccentricity, encoder_scale, pitch_scale, gyro_scale, imu_bias, gyro_bias, imu_lag
 """Kernels of the model `wheel_pendulum with every effect`.
 
@@ -74,7 +74,13 @@ CONTAINS = {'stribeck_drive': {'coulomb_drive': ((1.0,), (1.0,))}}  # effects wi
 NEEDS = {'slope.angle': ('R', 'g', 'alpha', 'J_w'), 'payload_step.time': ('R', 'L'), 'payload_step.ratio': ('R', 'L')}  # constants without which a parameter has no meaning
 LINEAR = ('X1', 'X2', 'X3', 'X4', 'X5', 'X6', 'X7', 'coulomb_drive.torque', 'coulomb_asymmetry.torque', 'viscous_asymmetry.coefficient', 'stribeck_drive.static', 'stribeck_drive.sliding', 'quadratic_drive.coefficient', 'cogging.sine', 'cogging.cosine', 'ground_viscous.coefficient', 'rolling_resistance.torque', 'wheel_runout.sine', 'wheel_runout.cosine', 'air_drag.coefficient', 'body_damping.coefficient', 'tether_spring.stiffness', 'external_push.torque', 'missing.wheel', 'missing.body')  # parameters of the regressor, in the order of its columns
 SIGNED = ()  # own parameters that may be negative: differences of physical constants
+OWN_PARAMETERS = 7  # so many of PARAMETERS, from the first, are the plant's own
 FITTED = 51  # so many of PARAMETERS, from the first, have sensitivities
+MISSING_FORCES = ('missing.wheel', 'missing.body')  # unknown forces among PARAMETERS, one for each row, where there are any
+CARRYING = ('presliding_drive',)  # effects with states that carry over from one fitted segment to the next
+HYSTERESIS_SIZES = (14,)  # indices among PARAMETERS; no force has a memory where these are zero
+INTERNAL = ()  # parameters of the forces along internal coordinates
+STIFFEST = {}  # largest values of parameters that are infinite where an internal coordinate is rigid
 DELAY = 34  # index of the input delay among PARAMETERS, or -1
 LAG = 35  # index of the time constant of the input's lag, or -1
 ORIGIN = 56  # index of the first coordinate's value at the log's first sample, or -1

@@ -35,15 +35,17 @@ def test_the_wheel_installs_package_derivation_templates_and_data_but_no_generat
     assert "generated" not in names
     assert (unpacked / "derive" / "templates" / "module.py.j2").exists()
     assert (unpacked / "wheelpend" / "data" / "demo.csv").exists()
+    assert (unpacked / "wheelpend" / "reports" / "page" / "sections" / "header.html.j2").exists()
+    assert (unpacked / "wheelpend" / "reproduction" / "gallery.css").exists()
     assert not (unpacked / "wheelpend" / "benchmarks").exists()
 
 
 def test_the_wheel_starts_a_workspace_and_finds_its_demo_log(unpacked, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(unpacked)!r})\n"
-        "import derive, wheelpend.cli.demo, wheelpend.model.workspace, pathlib\n"
+        "import derive, wheelpend.logs.shipped, wheelpend.model.workspace, pathlib\n"
         f"assert derive.__file__.startswith({str(unpacked)!r}), derive.__file__\n"
-        "assert wheelpend.cli.demo.data_folder().joinpath('demo.csv').exists()\n"
+        "assert wheelpend.logs.shipped.data_folder().joinpath('demo.csv').exists()\n"
         "wheelpend.model.workspace.create(pathlib.Path('robot'))\n"
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)

@@ -26,10 +26,16 @@ _HOMES = {
 }
 _NAMES = {"report": "write_report"}
 
-__all__ = sorted(_HOMES)
+__all__ = sorted((*_HOMES, "__version__"))
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("wheelpend.version").version()
     if name not in _HOMES:
         raise AttributeError(f"module 'wheelpend' has no attribute '{name}'")
     return getattr(import_module(f"wheelpend.{_HOMES[name]}"), _NAMES.get(name, name))
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import importlib.util
 from collections.abc import Iterable
 
 
@@ -12,6 +13,14 @@ class Failure(ValueError):
 
 class OutOfRange(Failure):
     """A simulated machine leaves the range within which its range channel must stay."""
+
+
+def require(package: str, extra: str, purpose: str) -> None:
+    """Raise Failure where a package of an extra is not installed, which a purpose needs."""
+    if importlib.util.find_spec(package) is None:
+        raise Failure(
+            f"{purpose} needs {package}, which is not installed. Install it with: pip install 'wheelpend[{extra}]'"
+        )
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

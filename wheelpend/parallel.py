@@ -91,7 +91,7 @@ def without_current_folder() -> Iterator[None]:
     folder that this package was loaded from.
     """
     stated = [p for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
-    allowed = {os.path.realpath(p) for p in (*stated, Path(__file__).parents[1])}
+    allowed = {os.path.realpath(p) for p in (*stated, str(Path(__file__).parents[1]))}
     current, path = os.path.realpath(os.curdir), sys.path.copy()
     safe_path = os.environ.get("PYTHONSAFEPATH")
     os.environ["PYTHONSAFEPATH"] = "1"

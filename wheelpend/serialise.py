@@ -24,6 +24,8 @@ def dumps(data: dict) -> str:
 
 def plain_data(value: Any) -> Any:
     """Reduce a value to dicts, lists, numbers, strings, booleans and null."""
+    if hasattr(value, "to_json"):  # a record that says itself what of it is written
+        return plain_data(value.to_json())
     if is_dataclass(value) and not isinstance(value, type):
         return {
             JSON_KEY_OF_FIELD.get(f.name, f.name): plain_data(getattr(value, f.name)) for f in fields(value) if f.repr

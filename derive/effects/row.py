@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from derive.lazy import sp, symbol
+from derive.parameter_name import full_name
 
 DIRECTION_ARGUMENT = "direction"  # in laws: −1 or 1 while a port slips; a law in it may also stick at rest
 INPUT_SIGNAL = "input"  # in Quantiles: the commanded input
@@ -168,12 +169,16 @@ class Effect:
     @property
     def symbols(self) -> dict[str, sp.Symbol]:
         """Symbols of the parameters, named effect.parameter."""
-        return {p.name: symbol(f"{self.name}.{p.name}") for p in self.parameters}
+        return {p.name: symbol(self.name_of(p)) for p in self.parameters}
 
     @property
     def full_names(self) -> tuple[str, ...]:
         """Names of the parameters in the parameter vector."""
-        return tuple(f"{self.name}.{p.name}" for p in self.parameters)
+        return tuple(map(self.name_of, self.parameters))
+
+    def name_of(self, parameter: EffectParameter) -> str:
+        """Name of one of its parameters in the parameter vector."""
+        return full_name(self.name, parameter.name)
 
     def scope_of(self, parameter: EffectParameter) -> str:
         """Scope of a parameter as text: shared, per log, or a shared amplitude with a phase per log."""

@@ -19,7 +19,7 @@ from wheelpend.benchmarks.hidden_effects.scene import (
     WHEEL_RADIUS_M,
 )
 from wheelpend.benchmarks.hidden_effects.shipped import SHIPPED_LOGS, log_csv_text
-from wheelpend.cli.demo import data_folder
+from wheelpend.logs.shipped import data_folder
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.extras
@@ -211,7 +211,7 @@ def test_explain_finds_what_is_hidden_in_a_shipped_log_of_the_engine(name):
     assert told.error < 1.03 * told.noise_floor
     for full, value in SHIPPED_LOGS[name].items():
         row = told.parameters[full]
-        assert abs(row["value"] - value) < 4.5 * row["sigma"]
+        assert abs(row.value - value) < 4.5 * row.sigma
 
 
 @pytest.mark.parametrize("name", SHIPPED_LOGS)

@@ -44,7 +44,7 @@ def test_friction_of_the_axis_is_found_in_as_many_steps_and_then_its_direction_d
 def test_what_inverse_dynamics_leave_is_what_was_published(slide, effects, estimation, pulses):
     model = slide.with_effects(effects)
     found = identify(model, [DATA / ESTIMATION_LOG], method="inverse")
-    values = {n: row["value"] for n, row in found.parameters.items()}
+    values = {n: row.value for n, row in found.parameters.items()}
     other = force_error(kernels.model_module("slide", {}, effects), read_logs([DATA / PULSES_LOG], model)[0], values)
     assert found.force_error <= estimation and other <= pulses
     if len(effects) == 3:
@@ -56,7 +56,7 @@ def test_what_inverse_dynamics_leave_is_what_was_published(slide, effects, estim
 def test_without_coulomb_friction_the_others_are_corrupted(slide):
     found = identify(slide.with_effects(FRICTION_EFFECTS[:2]), [DATA / ESTIMATION_LOG], method="inverse").parameters
     assert (
-        found["viscous_drive.coefficient"]["value"] * FORCE_PER_VOLT_N
+        found["viscous_drive.coefficient"].value * FORCE_PER_VOLT_N
         > 1.9 * PUBLISHED_FORCE_VALUES["viscous_drive.coefficient"]
     )
 
@@ -73,7 +73,7 @@ def test_force_pulses_are_located_in_time_and_not_absorbed_into_friction(slide):
         for name in (ESTIMATION_LOG, PULSES_LOG)
     ]
     for name in ("viscous_drive.coefficient", "coulomb_drive.torque"):
-        assert friction[1][name]["value"] == pytest.approx(friction[0][name]["value"], rel=0.05)
+        assert friction[1][name].value == pytest.approx(friction[0][name].value, rel=0.05)
 
 
 def test_the_columns_of_the_axis_are_guessed():
@@ -107,4 +107,4 @@ def test_the_drive_constant_of_the_balancing_robot_comes_out_as_published():
     found = identify(model, [DATA / BALANCING_LOG])
     name = next(n for n in found.parameters if found.unit[n] == "V s/rad" and "." not in n)
     row = found.parameters[name]
-    assert row["value"] == pytest.approx(0.546, abs=0.1) and abs(row["value"] - 0.546) < 2 * row["sigma"]
+    assert row.value == pytest.approx(0.546, abs=0.1) and abs(row.value - 0.546) < 2 * row.sigma

@@ -42,7 +42,7 @@ def test_every_seed_answers_as_its_log_does_alone():
     for answer in found.logs:
         alone = identify(Model.default(), [simulated(seed=answer.seed, duration=SHORT)], method="energy")
         assert {n: e.value for n, e in answer.parameters.items()} == {
-            n: row["value"] for n, row in alone.parameters.items()
+            n: row.value for n, row in alone.parameters.items()
         }
     assert found.summary.parameters["X5"].truth == 4.6701
 
@@ -60,7 +60,7 @@ def test_what_is_asked_can_be_handed_to_another_process(monkeypatch):
 def test_a_campaign_hides_what_simulate_hides():
     found = campaign(Model.default(), seeds=[3], duration=SHORT, hide={"coulomb_drive": 0.3}, method="inverse")
     alone = identify(Model.default(), [simulated(seed=3, duration=SHORT, coulomb_drive__torque=0.3)], method="inverse")
-    assert found.logs[0].parameters["X6"].value == alone.parameters["X6"]["value"]
+    assert found.logs[0].parameters["X6"].value == alone.parameters["X6"].value
     assert found.summary.hidden == ("coulomb_drive",)
 
 

@@ -31,7 +31,7 @@ def compared(wrong):
 def test_an_error_per_channel_is_in_the_channels_unit(wrong, compared):
     problem = prepare(wrong[0], [wrong[1]], use_all=True)
     segments = problem.training[0]
-    error, residual = prediction_error(problem.module, segments, WRONG)
+    error, residual = prediction_error(problem.simulator, segments, WRONG)
     assert compared.error == pytest.approx(error, rel=1e-3) and error > 5.0
     for channel, number, sigma in zip(wrong[1].channels, residual.T, segments.sigma, strict=True):
         rms = sigma * np.sqrt(np.nanmean(number**2))
@@ -74,6 +74,6 @@ def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
     short = simulated("simple", duration=3.0)
     found = compare(model, [log], [short])
     segments = prepare(model, [log], [short]).validation[0].part
-    error, _ = prediction_error(prepare(model, [log]).module, segments, WRONG)
+    error, _ = prediction_error(prepare(model, [log]).simulator, segments, WRONG)
     assert found.error == pytest.approx(error, rel=1e-3)
     assert abs(found.error / compare(model, [log]).error - 1.0) > 0.1

@@ -75,7 +75,7 @@ def test_the_shipped_log_tells_its_secret_without_nominal_values():
     result = explain(bare, [data / "demo.csv"], [data / "demo_holdout.csv"])
     assert result.base_error > 10
     assert result.error < 1.05 * result.noise_floor
-    found = {n: v["value"] for n, v in result.parameters.items() if "." in n}
+    found = {n: v.value for n, v in result.parameters.items() if "." in n}
     assert found == pytest.approx(truth["effects"], rel=1e-3)
 
 

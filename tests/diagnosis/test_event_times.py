@@ -18,6 +18,8 @@ from wheelpend.diagnosis.events import (
 )
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.normal_equations import NormalEquations
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 
 PUSH = {"external_push.start": 2.5, "external_push.end": 3.3, "external_push.torque": 0.2}
 
@@ -54,12 +56,10 @@ def test_own_parameters_are_refitted_beside_an_event():
     rng = np.random.default_rng(0)
     rows, event = rng.normal(size=(8, 50, 2)), rng.normal(size=(8, 50))
     right = 3.0 * event * (np.arange(8) >= 4)[:, None] + rng.normal(size=(8, 50)) + rows @ [1.0, -1.0]
-    information = EventInformation(
-        score=(event * right).sum(axis=1), information=(event**2).sum(axis=1),
-        cross_information=np.einsum("sr,srk->sk", event, rows), own=np.einsum("srk,srl->kl", rows, rows),
-        base_score=np.einsum("srk,sr->k", rows, right), noise=1.0,
-    )  # fmt: skip
-    pull, weight = information.between(np.array([4]), np.array([8]))
+    columns, layout = np.dstack([rows, event]), ParameterLayout.of(map(FreeParameter, "abc"), 1)
+    information, score = np.einsum("srk,srl->skl", columns, columns), np.einsum("srk,sr->sk", columns, right)
+    segments = NormalEquations(layout, information, score, (right**2).sum(axis=1))
+    pull, weight = EventInformation(segments, 1.0).between(np.array([4]), np.array([8]))
     matrix = np.column_stack([(event * (np.arange(8) >= 4)[:, None]).ravel(), rows.reshape(-1, 2)])
     size, *_ = np.linalg.lstsq(matrix, right.ravel(), rcond=None)[0]
     assert pull[0] / weight[0] == pytest.approx(size)

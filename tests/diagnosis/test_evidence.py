@@ -23,6 +23,7 @@ from wheelpend.diagnosis.evidence import (
 )
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.parameters import FreeParameter
 
 TORQUE = "coulomb_drive.torque"
 
@@ -99,29 +100,31 @@ def test_a_larger_effect_counts_beside_one_it_contains_where_it_adds_significant
 
 def test_the_wald_test_is_the_f_test_with_the_larger_of_two_covariances(faint):
     fitted, blocks, size = faint[2], faint[2].blocks, 3.0 * faint[2].sigma(TORQUE)
-    at = np.array([size])
+    at, size_of = np.array([size]), [fitted.element(TORQUE, None)]
     plain = replace(fitted, robust=fitted.covariance * 1e-6, cost=fitted.cost * 1e-6)
     freedom = sum(len(s) for s in fitted.states) - len(fitted.free)
-    assert wald_p_value(plain, [TORQUE], at) == pytest.approx(f_distribution.sf(9.0, 1, freedom), rel=1e-6)
+    assert wald_p_value(plain, size_of, at) == pytest.approx(f_distribution.sf(9.0, 1, freedom), rel=1e-6)
     robust = replace(plain, robust=100.0 * fitted.covariance)
-    assert wald_p_value(robust, [TORQUE], at) == pytest.approx(f_distribution.sf(0.09, 1, blocks - 1), rel=1e-6)
+    assert wald_p_value(robust, size_of, at) == pytest.approx(f_distribution.sf(0.09, 1, blocks - 1), rel=1e-6)
     noisy = replace(plain, cost=9.0 * (fitted.count - sum(s.size for s in fitted.states)))
-    assert wald_p_value(noisy, [TORQUE], at) == pytest.approx(f_distribution.sf(1.0, 1, freedom), rel=1e-6)
+    assert wald_p_value(noisy, size_of, at) == pytest.approx(f_distribution.sf(1.0, 1, freedom), rel=1e-6)
 
 
 def test_several_sizes_are_tested_together_over_their_number(faint):
-    fitted, names = faint[2], [TORQUE, "X1"]
+    fitted, sizes = faint[2], [faint[2].element(n, None) for n in (TORQUE, "X1")]
     fitted = replace(fitted, robust=fitted.covariance * 1e-6, cost=fitted.cost * 1e-6)
     at = np.array([3.0 * fitted.sigma(TORQUE), 0.0])
-    block = fitted.covariance[np.ix_(*2 * [[fitted.free.index(n) for n in names]])]
+    block = fitted.covariance[np.ix_(*2 * [[fitted.free.index(p) for p in sizes]])]
     freedom = sum(len(s) for s in fitted.states) - len(fitted.free)
     statistic = at @ np.linalg.solve(block, at) / 2
-    assert wald_p_value(fitted, names, at) == pytest.approx(f_distribution.sf(statistic, 2, freedom), rel=1e-5)
+    assert wald_p_value(fitted, sizes, at) == pytest.approx(f_distribution.sf(statistic, 2, freedom), rel=1e-5)
 
 
 def test_a_deviation_is_counted_from_the_size_at_which_an_effect_does_nothing(faint):
     fitted = replace(faint[2], values={**faint[2].values, "a.limit": 8.0, "b.limit": np.inf})
-    found = deviation_from_absence(fitted, ["a.limit", "b.limit", "X1"], {"a.limit": 10.0, "b.limit": 10.0})
+    found = deviation_from_absence(
+        fitted, list(map(FreeParameter, ["a.limit", "b.limit", "X1"])), {"a.limit": 10.0, "b.limit": 10.0}
+    )
     assert found == pytest.approx([-2.0, 0.0, fitted.values["X1"]])
 
 

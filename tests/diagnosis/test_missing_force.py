@@ -18,7 +18,8 @@ from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.starts import best_start
-from wheelpend.kernels import load as kernels
+from wheelpend.kernels.load import free_force_module
+from wheelpend.model import model_kernels
 from wheelpend.model.units import plant_units_of
 from wheelpend.model.user_effects import effects_from_text, read_user_effects, write_user_effects
 from wheelpend.reports.page.force_figures import most_repeatable_figure
@@ -90,7 +91,9 @@ def cubic(tmp_path_factory):
     own = Model.default().save(folder)
     with pytest.MonkeyPatch.context() as patch:  # fewer kernels to compile than the whole library with the effect
         patch.setattr(
-            kernels, "library_of", lambda m, effects=(): kernels.free_force_module(m.plant, m.assumptions, m.own)
+            model_kernels,
+            "library_module",
+            lambda plant, assumptions, own=(), released=(): free_force_module(plant, assumptions, own),
         )
         log = simulate(own, hide={"cubic_drag.c": 3.0}, seed=1, duration=9.0)
     return own, find_law(*fitted(log))

@@ -10,8 +10,8 @@ def test_friction_hidden_in_a_free_pendulum_is_found_and_sized():
     assert log.channels == ("theta_1",) and not log.voltage.any()
     found = explain(Model.default("pendulum"), [log])
     assert found.steps[0].effect == "coulomb_drive" and found.error < 1.05
-    assert found.parameters["coulomb_drive.torque"]["value"] == pytest.approx(0.03, rel=0.05)
-    assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.01)
+    assert found.parameters["coulomb_drive.torque"].value == pytest.approx(0.03, rel=0.05)
+    assert found.parameters["X1"].value == pytest.approx(0.068, rel=0.01)
 
 
 def test_ripples_along_a_length_are_looked_for_in_its_own_measure():

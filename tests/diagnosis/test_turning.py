@@ -56,7 +56,7 @@ def identified(log):
 def test_the_parameters_of_turning_are_identified_beside_the_others(identified):
     for name in ("X3", "X4", "X5", "X8", "X10"):
         row = identified.parameters[name]
-        assert abs(row["value"] - X[name]) < max(4 * row["sigma"], 0.01 * X[name]), name
+        assert abs(row.value - X[name]) < max(4 * row.sigma, 0.01 * X[name]), name
     assert identified.error == pytest.approx(1.0, abs=0.05)
 
 

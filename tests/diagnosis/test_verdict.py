@@ -74,7 +74,7 @@ def test_an_expected_gain_is_the_one_that_a_refit_has(rough):
     found = next(c for c in tests.candidates if c.effect.name == "coulomb_drive")
     scatter = base.fit.cost / base.fit.count  # in variances of the residual as it is
     assert found.gain * scatter == pytest.approx(base.fit.cost - candidate.fit.cost, rel=0.05)
-    assert found.starts[0][TORQUE] == pytest.approx(0.02, rel=0.1)
+    assert found.starts[0].values[TORQUE] == pytest.approx(0.02, rel=0.1)
     assert tests.candidates[0].gain == max(c.gain for c in tests.candidates)
     assert "coulomb_drive" in [c.effect.name for c in tests.candidates[:3]]
 

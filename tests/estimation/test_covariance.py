@@ -4,6 +4,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
+from wheelpend.estimation.normal_equations import NormalEquations
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 
 
 def autoregressive(shape, share, seed=0):
@@ -20,7 +22,9 @@ def slopes_and_covariances(share, logs=200, segments=26, samples=50):
     slopes = (x * noise).sum(axis=(1, 2)) / information.sum()
     scores = (x * (noise - slopes[:, None, None] * x)).sum(axis=2)
     plain, block = np.array([[1.0 / information.sum()]]), block_numbers([segments])
-    robust = [jackknife_covariance(plain, information[:, None, None], s[:, None], block)[0, 0] for s in scores]
+    slope, nothing = ParameterLayout.of([FreeParameter("slope")], 1), np.zeros(segments)
+    equations = [NormalEquations(slope, information[:, None, None], s[:, None], nothing) for s in scores]
+    robust = [jackknife_covariance(plain, e, block)[0, 0] for e in equations]
     return slopes, plain[0, 0], np.array(robust)
 
 
@@ -58,5 +62,7 @@ def test_a_block_moves_the_fit_by_as_much_as_a_fit_without_it():
     whole = np.linalg.lstsq(rows, right, rcond=None)[0]
     moves = [np.linalg.lstsq(rows[block != k], right[block != k], rcond=None)[0] - whole for k in range(6)]
     informations, scores = np.einsum("si,sj->sij", rows, rows), rows * (right - rows @ whole)[:, None]
-    found = jackknife_covariance(np.linalg.inv(rows.T @ rows), informations, scores, block)
+    layout = ParameterLayout.of(map(FreeParameter, "ab"), 1)
+    segments = NormalEquations(layout, informations, scores, np.zeros(30))
+    found = jackknife_covariance(np.linalg.inv(rows.T @ rows), segments, block)
     assert np.allclose(found, 5 / 6 * np.transpose(moves) @ moves, rtol=1e-9)

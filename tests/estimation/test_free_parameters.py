@@ -25,8 +25,8 @@ def test_a_slope_a_phase_and_an_event_are_each_logs_own():
 
 def test_own_parameters_are_positive_and_effects_have_the_bounds_that_a_simulation_needs():
     limits = limits_of(["X1", "X2", *NAMES], signed=("X2",))
-    assert limits["X1"] == (0.0, np.inf) and "X2" not in limits
-    assert limits["imu_lag.delay"] == (0.0, 0.3) and "coulomb_drive.torque" not in limits
+    assert (limits["X1"], limits["X2"]) == ((0.0, np.inf), (-np.inf, np.inf))
+    assert (limits["imu_lag.delay"], limits["coulomb_drive.torque"]) == ((0.0, 0.3), (-np.inf, np.inf))
 
 
 def test_identified_values_go_before_nominal_ones_and_constants_are_known():

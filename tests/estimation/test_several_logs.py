@@ -8,7 +8,7 @@ import pytest
 
 from wheelpend import Model, identify, simulate
 from wheelpend.estimation.data import prepare
-from wheelpend.estimation.parameters import parameter_layout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.tied_amplitudes import TiedAmplitudes
 
 
@@ -27,14 +27,16 @@ def logs(parameter, sizes):
 def test_two_logs_are_identified_with_one_machine_and_two_biases():
     model = Model.default().with_effects(["imu_bias"])
     found = identify(model, logs("imu_bias__bias", (0.02, -0.01)))
-    assert [r["value"] for r in found.parameters["imu_bias.bias"]["per_log"]] == pytest.approx([0.02, -0.01], abs=6e-4)
-    assert "per_log" not in found.parameters["X1"]
-    assert found.parameters["X5"]["value"] == pytest.approx(4.6701, rel=0.005)
+    assert [r.value for r in found.parameters["imu_bias.bias"].per_log] == pytest.approx([0.02, -0.01], abs=6e-4)
+    assert not found.parameters["X1"].per_log
+    assert found.parameters["X5"].value == pytest.approx(4.6701, rel=0.005)
 
 
 def test_pairs_that_are_tied_move_with_equal_amplitudes_only():
-    plan = parameter_layout(["X1", "e.sine", "e.cosine"], ["e.sine", "e.cosine"], 3)
-    tied = TiedAmplitudes.of(plan.labels, [("e.sine", "e.cosine")])
+    plan = ParameterLayout.of(
+        [FreeParameter("X1"), *(FreeParameter(n, scope="per log") for n in ("e.sine", "e.cosine"))], 3
+    )
+    tied = TiedAmplitudes.of(plan.elements, [("e.sine", "e.cosine")])
     theta = tied.with_equal_amplitudes(np.array([5.0, 1.0, 0.0, 0.0, 2.0, -1.0, 1.0]))
     lengths = [np.hypot(*theta[p]) for p in tied.pairs[0]]
     assert lengths == pytest.approx([lengths[0]] * 3)

@@ -5,7 +5,7 @@ import numpy as np
 from tests.support import X, simulated
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import initial_states
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.parallel import thread_budget
@@ -15,7 +15,7 @@ def test_the_same_call_gives_the_same_bits(lean):
     log: Log = simulated(duration=3.0)
     part = Segments(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
     states, parameters = initial_states(lean, part), kernel_parameters(lean, X, log)
-    one, two = (shoot(lean, part, states, parameters, range(7)) for _ in range(2))
+    one, two = (Simulator(lean).shoot(part, states, parameters, range(7)) for _ in range(2))
     assert one.gram.tobytes() == two.gram.tobytes()
     assert one.residual.tobytes() == two.residual.tobytes()
     assert simulated(duration=3.0).measured.tobytes() == simulated.__wrapped__(duration=3.0).measured.tobytes()
@@ -26,10 +26,10 @@ def test_threads_share_segments_without_a_trace(lean, monkeypatch):
     part = Segments(log, np.array([1e-4, 1e-2, 1e-2]), segment_bounds(log, 0.2))
     states, parameters = initial_states(lean, part), kernel_parameters(lean, X, log)
     monkeypatch.setattr("wheelpend.parallel.threads", lambda: 2)
-    shared = shoot(lean, part, states, parameters, range(7))
+    shared = Simulator(lean).shoot(part, states, parameters, range(7))
     with thread_budget.joined(), thread_budget.joined():
         assert thread_budget.share() == 1
-        alone = shoot(lean, part, states, parameters, range(7))
+        alone = Simulator(lean).shoot(part, states, parameters, range(7))
     assert thread_budget.share() == 2
     assert shared.gram.tobytes() == alone.gram.tobytes()
     assert shared.residual.tobytes() == alone.residual.tobytes()

@@ -14,7 +14,7 @@ from wheelpend.estimation.least_squares import filtered_least_squares
 from wheelpend.estimation.linear_fit import solve_least_squares
 from wheelpend.estimation.normal_equations import covariance_of
 from wheelpend.estimation.parameter_table import conservative_standard_error, parameter_table, standard_error
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.parameters import FreeParameter, kernel_parameters
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.identification.recursive import recursive_least_squares
 
@@ -60,10 +60,11 @@ def test_recursion_ends_with_the_standard_errors_of_the_whole_log(lean):
 def test_a_covariance_is_the_inverse_of_the_information():
     root = np.random.default_rng(2).normal(size=(4, 4)) * [1.0, 1e3, 1e-3, 1.0]
     information = root.T @ root
-    found, _, flat = covariance_of(information, "abcd")
+    names = [FreeParameter(n) for n in "abcd"]
+    found, _, flat = covariance_of(information, names)
     assert found == pytest.approx(np.linalg.inv(information), rel=1e-6)
     assert flat == ()
-    assert covariance_of(np.diag([1.0, 0.0, 4.0]), "abc")[2] == ("b",)
+    assert covariance_of(np.diag([1.0, 0.0, 4.0]), names[:3])[2] == (names[1],)
 
 
 def test_a_fits_covariance_follows_from_how_its_sum_of_squares_bends(fitted):
@@ -82,16 +83,16 @@ def test_the_larger_of_two_standard_errors_counts_unless_the_residual_is_the_noi
     assert standard_error(problem, white, "X1") == pytest.approx(plain)
     for doubtful in (replace(white, coloured=True), replace(white, cost=1.2 * white.cost)):
         assert standard_error(problem, doubtful, "X1") == pytest.approx(2.0 * plain)
-        assert parameter_table(problem, doubtful)["X1"]["sigma"] == pytest.approx(2.0 * plain)
+        assert parameter_table(problem, doubtful)["X1"].sigma == pytest.approx(2.0 * plain)
     narrow = replace(found, robust=0.25 * found.covariance, coloured=True)
     assert conservative_standard_error(narrow, "X1") == standard_error(problem, narrow, "X1") == pytest.approx(plain)
 
 
 def test_a_parameter_that_is_not_identifiable_is_said_to_be(fitted):
     problem, found = fitted
-    table = parameter_table(problem, replace(found, unidentifiable=("X2",)))
-    assert [n for n, row in table.items() if not row["identifiable"]] == ["X2"]
-    assert {n: row["value"] for n, row in table.items()} == {n: found.values[n] for n in X}
+    table = parameter_table(problem, replace(found, unidentifiable=(found.element("X2", None),)))
+    assert [n for n, row in table.items() if not row.identifiable] == ["X2"]
+    assert {n: row.value for n, row in table.items()} == {n: found.values[n] for n in X}
 
 
 def test_the_error_of_a_fit_discounts_the_states_that_it_fitted(fitted):

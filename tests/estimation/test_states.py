@@ -9,6 +9,7 @@ from scipy.optimize import least_squares
 from tests.support import CONSTANTS, simulated
 from tests.support import X as ROUNDED
 from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.kernels import load as kernels
 
 X = {**ROUNDED, "X5": ROUNDED["X3"] * CONSTANTS["g"] / CONSTANTS["R"]}  # of one mass: the paper's are rounded
@@ -31,7 +32,9 @@ def test_a_segment_begins_with_what_the_one_before_hands_on():
     values = {**KNOWN, "drive_compliance.stiffness": 50.0, "drive_compliance.damping": 0.1}
     bounds = np.array([[k, k + 500] for k in range(0, 6000, 500)])
     part = Segments(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), bounds)
-    _, shot = fit_states(module, part, initial_states(module, part), kernel_parameters(module, values, log), 1e-3)
+    _, shot = fit_states(
+        Simulator(module, 1e-3), part, initial_states(module, part), kernel_parameters(module, values, log)
+    )
     assert segments_rms_error(part, shot) == pytest.approx(1.0, abs=0.05)
 
 
@@ -55,7 +58,6 @@ def test_a_free_play_is_refitted_from_nearby():
 
 def test_a_segment_alone_is_begun_where_least_squares_puts_it():
     from wheelpend.estimation.segments import Segments
-    from wheelpend.estimation.shooting import shoot
     from wheelpend.estimation.states import initial_states, sequential_states
 
     log = simulated(duration=3.0, drive_compliance__stiffness=50.0, drive_compliance__damping=0.1)
@@ -65,10 +67,10 @@ def test_a_segment_alone_is_begun_where_least_squares_puts_it():
     )
     part = Segments(log, np.array([2 * np.pi / 60000 / np.sqrt(12), 0.00873, 0.00873]), np.array([[0, 400]]))
     begun = initial_states(module, part)
-    found = sequential_states(module, part, begun, parameters, 1e-3, 8)
+    found = sequential_states(Simulator(module, 1e-3), part, begun, parameters, 8)
 
     def residual(state):
-        shot = shoot(module, part, state[None], parameters, max_step=1e-3)
+        shot = Simulator(module, 1e-3).shoot(part, state[None], parameters)
         return shot.residual[:400][np.isfinite(shot.residual[:400])]
 
     best = least_squares(residual, begun[0], x_scale=np.abs(begun[0]) + 1e-2, xtol=1e-12, ftol=1e-12)

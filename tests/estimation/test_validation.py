@@ -83,7 +83,7 @@ def test_the_error_of_a_true_model_is_one_however_many_states_are_fitted(problem
         assert found == pytest.approx(1.0, abs=0.012)
     assert np.nansum(residuals[0] ** 2) < 0.95 * count
     segments = problem.validation[0].part
-    assert prediction_error(problem.module, segments, X)[0] == pytest.approx(held, rel=1e-6)
+    assert prediction_error(problem.simulator, segments, X)[0] == pytest.approx(held, rel=1e-6)
 
 
 def test_a_model_without_validation_data_has_the_error_of_its_fit(problem, known):

@@ -5,12 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.support import simulated
+from wheelpend import Model
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import multisine, sweep
 from wheelpend.experiments.information import add_information, separation, standard_errors
 from wheelpend.experiments.question import Question
 
 BASE, FIRST, OTHER = "X1", "slope.angle", "gyro_scale.scale"
+SHARED = [FreeParameter(n) for n in (BASE, FIRST, OTHER)]
+OWN_SLOPE = [FreeParameter(BASE), FreeParameter(FIRST, scope="per log"), FreeParameter(OTHER)]
 
 
 def information(seed=0):
@@ -21,18 +27,18 @@ def information(seed=0):
 
 def test_a_separation_is_the_root_of_what_the_best_refit_leaves():
     rows, found = information()
-    joint = add_information([found], [BASE, FIRST, OTHER], ())
+    joint = add_information([found], SHARED)
     data = 0.3 * rows[:, 1]
     answer = np.linalg.lstsq(rows[:, [0, 2]], data, rcond=None)[0]
     left = np.sum((data - rows[:, [0, 2]] @ answer) ** 2)
     assert separation(joint, [{FIRST: 0.3}], [FIRST], [OTHER], [BASE]) == pytest.approx(np.sqrt(left))
-    twice = add_information([found, found], [BASE, FIRST, OTHER], ())
+    twice = add_information([found, found], SHARED)
     assert separation(twice, [{FIRST: 0.3}], [FIRST], [OTHER], [BASE]) == pytest.approx(np.sqrt(2 * left))
 
 
 def test_standard_errors_are_those_beside_all_other_parameters():
     _, found = information()
-    joint = add_information([found], [BASE, FIRST, OTHER], ())
+    joint = add_information([found], SHARED)
     expected = np.sqrt(np.diag(np.linalg.inv(found)))
     errors = standard_errors(joint, [BASE, FIRST, OTHER])
     assert list(errors.values()) == pytest.approx(expected) and list(errors) == [BASE, FIRST, OTHER]
@@ -42,21 +48,19 @@ def test_standard_errors_are_those_beside_all_other_parameters():
 
 def test_a_value_of_each_log_has_its_own_place_and_one_that_turns_its_sign():
     (_, one), (_, two) = information(1), information(2)
-    names = [BASE, FIRST, OTHER]
-    own = add_information([one, two], names, [FIRST])
-    assert own.labels == (BASE, OTHER, f"{FIRST}@0", f"{FIRST}@1")
+    own = add_information([one, two], OWN_SLOPE)
+    assert [(p.name, p.log) for p in own.layout.elements] == [(BASE, None), (OTHER, None), (FIRST, 0), (FIRST, 1)]
     assert own.information[2, 2] == pytest.approx(one[1, 1]) and own.information[3, 3] == pytest.approx(two[1, 1])
     assert own.information[2, 3] == 0.0 and own.information[0, 0] == pytest.approx(one[0, 0] + two[0, 0])
-    tied = add_information([one, two], names, [FIRST], {BASE: 1, FIRST: -1, OTHER: 0})
-    assert tied.labels == (BASE, OTHER, f"{FIRST}@0", f"{OTHER}@1")
+    tied = add_information([one, two], OWN_SLOPE, {BASE: 1, FIRST: -1, OTHER: 0})
+    assert [(p.name, p.log) for p in tied.layout.elements] == [(BASE, None), (OTHER, None), (FIRST, 0), (OTHER, 1)]
     assert tied.information[0, 2] == pytest.approx(one[0, 1] - two[0, 1])
     assert tied.information[2, 2] == pytest.approx(one[1, 1] + two[1, 1])
     assert tied.information[0, 1] == pytest.approx(one[0, 2]) and tied.information[0, 3] == pytest.approx(two[0, 2])
 
 
 def question(pieces, **changes):
-    training = [SimpleNamespace(values=3000)]
-    problem = SimpleNamespace(training=training, model=SimpleNamespace(controller=None))
+    problem = prepare(Model.default(), [simulated(duration=2.0)], use_all=True)
     fields = {"problem": problem, "loop": None, "base": (BASE,), "first": "slope", "others": ("gyro_scale",),
               "sizes": ({FIRST: 0.3, BASE: 1.0, OTHER: 0.0},), "pieces": pieces, **changes}  # fmt: skip
     return Question(**fields)
@@ -76,7 +80,8 @@ def test_a_record_adds_to_what_the_logs_tell_already():
 def test_the_errors_of_rivals_differ_by_what_their_sums_of_squares_do():
     played = SimpleNamespace(log=SimpleNamespace(measured=np.zeros((1000, 2))))
     asked = question((), density=1.5)
-    assert asked.gap(30.0, played) == pytest.approx(np.sqrt(1.0 + 900.0 / (3000 + 3000)) - 1.0)
+    values = asked.problem.training[0].values + 3000
+    assert asked.gap(30.0, played) == pytest.approx(np.sqrt(1.0 + 900.0 / values) - 1.0)
 
 
 def test_both_limits_must_be_kept():

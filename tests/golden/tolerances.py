@@ -1,4 +1,10 @@
-"""To which tolerance a committed number is compared: 1e-6 of itself, or more where that was measured to be needed."""
+"""To which tolerance a committed number is compared: 1e-6 of itself, or more where that was measured to be needed.
+
+Measured between two records of the same code on one processor: kernels compiled for it, and kernels compiled for a
+generic one (NUMBA_CPU_NAME=generic) with the oldest routines of linear algebra and of NumPy
+(OPENBLAS_CORETYPE=Nehalem, NPY_DISABLE_CPU_FEATURES of all beyond X86_V2). But for the rows of LOOSER nothing differed
+by more than 1e-6 of itself.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +23,19 @@ class Looser(NamedTuple):
     tolerance: Tolerance
 
 
-LOOSER: tuple[Looser, ...] = ()
+# Of each row the largest difference that was measured; the tolerance leaves room for other processors.
+LOOSER = (
+    # a stiffness at its upper bound, which the log does not determine: 0.7
+    Looser(r"diagnose\.without\.answer\.candidates\[1\]\.(sigma\.|p_discovery)", Tolerance(rtol=1.0)),
+    # e to the minus of a large number, and no absolute tolerance, to which all of them would be zero: 2e-6
+    Looser(r".*\.p_(value|discovery|confirmation)$", Tolerance(rtol=1e-4)),
+    # instruments through filters so slow that they hardly determine anything: 7e-6
+    Looser(r"identify_long\.iv_auto\.answer\.guide\.rows", Tolerance(rtol=1e-4, atol=1e-9)),
+    # smallest of several factors, some of them 1e-7: 3e-3
+    Looser(r"reproduce\.all\.answer\.choices.*\.smallest$", Tolerance(rtol=3e-2)),
+    # two draws only, of estimates that these logs hardly determine: 2e-5
+    Looser(r"reproduce\.all\.answer\.", Tolerance(rtol=2e-4, atol=1e-9)),
+)
 
 
 def rule(chain: str) -> Rule:

@@ -12,7 +12,7 @@ BARE = 'plant = "wheel_pendulum"\n[sensors]\nencoder_counts = 60000\n'
 
 def deviations(result):
     """Errors in standard errors."""
-    return np.array([(row["value"] - X[n]) / row["sigma"] for n, row in result.parameters.items()])
+    return np.array([(row.value - X[n]) / row.sigma for n, row in result.parameters.items()])
 
 
 def test_shooting_reaches_the_cramer_rao_bound_of_its_own_problem():
@@ -40,12 +40,12 @@ def test_shooting_identifies_a_robot_of_another_size():
         f"{n} = {v}\n" for n, v in small.items()
     )
     result = identify(Model.parse(BARE), [simulate(Model.parse(BARE + machine), command="aggressive", seed=1)])
-    assert all(abs(row["value"] - small[n]) < 5 * row["sigma"] for n, row in result.parameters.items())
+    assert all(abs(row.value - small[n]) < 5 * row.sigma for n, row in result.parameters.items())
 
 
 def test_the_filtered_method_is_exact_on_ideal_data():
     result = identify(Model.default(), [simulated(noise=False)], method="filtered", tau=(0.14, 0.14), test_bias=False)
-    assert all(abs(row["value"] / X[n] - 1) < 0.01 for n, row in result.parameters.items())
+    assert all(abs(row.value / X[n] - 1) < 0.01 for n, row in result.parameters.items())
 
 
 LAGGING = {"winding_inductance.time_constant": 0.02}
@@ -58,7 +58,7 @@ def test_shooting_is_exact_on_ideal_data_however_the_input_lags():
                           simulate(model, hide=LAGGING, noise=False, duration=4.0))):  # fmt: skip
         result = identify(lagging, [log])
         truth = X | LAGGING
-        assert all(abs(row["value"] / truth[n] - 1) < 1e-6 for n, row in result.parameters.items())
+        assert all(abs(row.value / truth[n] - 1) < 1e-6 for n, row in result.parameters.items())
 
 
 @pytest.mark.parametrize("method", ["filtered", "iv", "energy"])
@@ -67,13 +67,13 @@ def test_a_regression_sees_the_input_that_acts_where_it_lags(method):
     log = simulate(model, hide=LAGGING, noise=False, duration=10.0)
     known = model.with_effects(["winding_inductance"]).with_fit({n: (v, 1e-6) for n, v in LAGGING.items()})
     aware, unaware = (identify(m, [log], method=method, tau=tau, test_bias=False) for m in (known, model))
-    assert all(abs(row["value"] / X[n] - 1) < 0.03 for n, row in aware.parameters.items())
-    assert max(abs(row["value"] / X[n] - 1) for n, row in unaware.parameters.items()) > 0.5
+    assert all(abs(row.value / X[n] - 1) < 0.03 for n, row in aware.parameters.items())
+    assert max(abs(row.value / X[n] - 1) for n, row in unaware.parameters.items()) > 0.5
 
 
 def test_differentiation_is_badly_biased_on_noisy_data():
     result = identify(Model.default(), [simulated()], method="differentiation", test_bias=False)
-    assert abs(result.parameters["X4"]["value"] / X["X4"] - 1) > 0.5
+    assert abs(result.parameters["X4"].value / X["X4"] - 1) > 0.5
 
 
 def test_an_unknown_method_lists_the_known_ones():
@@ -99,7 +99,7 @@ def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect, 
     log = simulated(seed=3, duration=12.0, **{f"{effect}__{name}": value for name, value in hidden.items()})
     found = identify(Model.default().with_effects([effect]), [log]).parameters
     for name, truth in hidden.items():
-        assert found[f"{effect}.{name}"]["value"] == pytest.approx(truth, rel=0.02)
+        assert found[f"{effect}.{name}"].value == pytest.approx(truth, rel=0.02)
 
 
 @pytest.mark.extras

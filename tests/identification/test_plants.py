@@ -11,7 +11,7 @@ from wheelpend import Model, identify, simulate
 def test_a_free_pendulum_is_identified_from_nothing():
     log = simulate(Model.default("pendulum"), command="upright", duration=10.0, seed=4)
     found = identify(Model.parse('plant = "pendulum"\n'), [log])
-    assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.002) and found.error < 1.05
+    assert found.parameters["X1"].value == pytest.approx(0.068, rel=0.002) and found.error < 1.05
 
 
 @pytest.mark.slow
@@ -21,7 +21,7 @@ def test_two_free_links_are_identified_from_nothing():
     machine = "[simulation]\ntheta_1 = 1.0\ntheta_2 = 0.4\n" + "".join(f"{n} = {v}\n" for n, v in truth.items())
     log = simulate(Model.parse(text + machine), command="upright", duration=6.0, seed=4)
     found = identify(Model.parse(text), [log])
-    assert {n: found.parameters[n]["value"] for n in truth} == pytest.approx(truth, rel=0.01)
+    assert {n: found.parameters[n].value for n in truth} == pytest.approx(truth, rel=0.01)
 
 
 def test_missing_stretches_do_not_bend_inverse_dynamics():
@@ -31,7 +31,7 @@ def test_missing_stretches_do_not_bend_inverse_dynamics():
     measured = log.measured.copy()
     measured[3000:3700] = np.nan
     cut = identify(model, [replace(log, measured=measured)], method="inverse")
-    assert cut.parameters["X1"]["value"] == pytest.approx(whole.parameters["X1"]["value"], rel=0.01)
+    assert cut.parameters["X1"].value == pytest.approx(whole.parameters["X1"].value, rel=0.01)
 
 
 def test_the_regression_of_a_free_pendulum_takes_gravity_for_the_left_side():
@@ -39,7 +39,7 @@ def test_the_regression_of_a_free_pendulum_takes_gravity_for_the_left_side():
     log = simulate(model, command="upright", duration=8.0, noise=False)
     for method, tau in (("inverse", None), ("filtered", (0.1, 0.2))):
         found = identify(model, [log], method=method, tau=tau, test_bias=False)
-        assert found.parameters["X1"]["value"] == pytest.approx(0.068, rel=0.002), method
+        assert found.parameters["X1"].value == pytest.approx(0.068, rel=0.002), method
 
 
 def test_every_method_that_needs_no_controller_identifies_a_plant_with_a_single_parameter():
@@ -48,4 +48,4 @@ def test_every_method_that_needs_no_controller_identifies_a_plant_with_a_single_
     for method in ("shooting", "filtered", "differentiation", "energy", "recursive", "inverse"):
         tau = (0.1, 0.2) if method in ("filtered", "recursive") else None
         found = identify(model, [log], method=method, tau=tau)
-        assert found.parameters["X1"]["value"] > 0.0, method
+        assert found.parameters["X1"].value > 0.0, method

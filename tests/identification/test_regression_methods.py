@@ -17,11 +17,11 @@ TRUE = np.array(list(X.values()))
 
 
 def values(result):
-    return np.array([row["value"] for row in result.parameters.values()])
+    return np.array([row.value for row in result.parameters.values()])
 
 
 def sigmas(result):
-    return np.array([row["sigma"] for row in result.parameters.values()])
+    return np.array([row.sigma for row in result.parameters.values()])
 
 
 def quiet(share, **options):

@@ -65,7 +65,7 @@ def test_an_effect_of_ones_own_is_found_on_a_carriage_with_its_inner_parameter(t
     result = explain(model, [simulate(model, command="simple", hide=hidden, duration=8.0, seed=1)])
     assert result.effects == ("worn_brushes",) and result.error < 1.05 * result.noise_floor
     for name, truth in hidden.items():
-        assert result.parameters[name]["value"] == pytest.approx(truth, rel=0.05)
+        assert result.parameters[name].value == pytest.approx(truth, rel=0.05)
 
 
 @pytest.mark.slow

@@ -1,5 +1,7 @@
 """Every effect is drawn from its row: its law, over what the log covers, with a band."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from wheelpend import Model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.reports.page.effect_figures import confidence_band, effect_figure
 from wheelpend.reports.page.effect_laws import effect_plot
 
@@ -24,7 +27,8 @@ def fitted(problem, effect, sigma=0.01, size=1.0):
     own = {n: p.typical * size for n, p in zip(effect.full_names, effect.parameters, strict=True)}
     covariance = np.diag([(sigma * v) ** 2 for v in own.values()])
     values = {**known_values(problem.model), **own}
-    return Fit(values, (), tuple(own), covariance, covariance, (), 0.0, 0, 1.0, (), True)
+    free = tuple(FreeParameter(n) for n in own)
+    return replace(Fit.at(values), free=free, covariance=covariance, robust=covariance)
 
 
 def drawn(problem, effect, size=1.0):

@@ -9,4 +9,5 @@ journal            results of a resumable run in a file as they come
 partial_results    the journal of a campaign: which logs are done, and what belongs to the same question
 summary            bias, spread and coverage over simulated logs, agreement of measured ones
 table              one line per log, for other programs
+text               the same for people
 """

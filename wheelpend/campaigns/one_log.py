@@ -1,17 +1,19 @@
-"""What one log of a campaign answers."""
+"""The result of one log of a campaign."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from derive.parameter_name import full_name
 from wheelpend.api import diagnose, explain
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
+from wheelpend.estimation.estimate import Estimate as ParameterEstimate
 from wheelpend.identification.identify import identify
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.logs.log import Log
@@ -31,7 +33,7 @@ class SimulationSpec(NamedTuple):
 
 
 class CampaignSetting(NamedTuple):
-    """What is asked of every log; can be handed to another process."""
+    """The analysis of every log; can be handed to another process."""
 
     text: str  # of the model.toml
     path: Path | None  # of that file, beside which effects.toml is
@@ -58,7 +60,7 @@ class NamedEffect(NamedTuple):
 
 @dataclass(frozen=True)
 class LogResult:
-    """What came of one log."""
+    """Verdict, errors and parameters of one log, or why it could not be used."""
 
     log: str  # its file, or the seed
     seed: int | None = None
@@ -70,24 +72,24 @@ class LogResult:
     error_after: float | None = None  # with what was named
     noise_floor: float | None = None
     fit_percent: dict[str, float] = field(default_factory=dict)  # of compare, by channel
-    parameters: dict[str, Estimate] = field(default_factory=dict)  # those that the log tells
+    parameters: dict[str, Estimate] = field(default_factory=dict)  # identifiable ones
     warnings: tuple[str, ...] = ()
 
 
 def analyse_log(setting: CampaignSetting, source: LogSource) -> LogResult:
-    """Ask one log; whatever goes wrong with it is its answer."""
+    """Analyse one log; any error becomes the failure of its result."""
     begin = empty_result(source)
     try:
         model = parsed_model(setting.text, setting.path, setting.plant)
         log, warnings = load_or_simulate(model, setting, source)
         return LOG_ANALYSES[setting.do](replace(begin, warnings=warnings), model, log, setting)
-    except Exception as error:  # the other logs are still of use
+    except Exception as error:  # the other logs are still usable
         text = str(error) if isinstance(error, Failure) else f"{type(error).__name__}: {error}"
         return replace(begin, failure=text.removeprefix(f"{Path(begin.log).name}: "))
 
 
 def empty_result(source: LogSource) -> LogResult:
-    """The answer of a log that has not been asked yet."""
+    """The result of a log before its analysis."""
     if isinstance(source, int):
         return LogResult(f"seed {source}", source)
     return LogResult(source.name if isinstance(source, Log) else str(source))
@@ -95,14 +97,14 @@ def empty_result(source: LogSource) -> LogResult:
 
 @lru_cache(maxsize=1)
 def parsed_model(text: str, path: Path | None, plant: Path | None) -> Model:
-    """The model, opened once in every process."""
+    """The model, parsed once in every process."""
     if plant is not None:
         load_plant(plant)
     return Model.parse(text, path)
 
 
 def load_or_simulate(model: Model, setting: CampaignSetting, source: LogSource) -> tuple[Log, tuple[str, ...]]:
-    """A log, and what is odd about a measured one."""
+    """A log, and the warnings about a measured one."""
     if isinstance(source, int):
         assert setting.played is not None, "a seed belongs to something that is simulated"
         return simulate_log(model, setting.played, source), ()
@@ -115,69 +117,69 @@ def simulate_log(model: Model, experiment: SimulationSpec, seed: int) -> Log:
     return simulate(model, command=experiment.command, duration=experiment.duration, hide=experiment.hide, seed=seed)
 
 
-# ---- the questions
+# ---- the analyses
 
 
 def identify_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
-    """Parameters. Whether least squares is biased shows in the campaign: no log is rehearsed for it."""
-    found = identify(model, [log], method=setting.method, tau=setting.tau, test_bias=False)
-    further = (w for w in found.warnings if w.removeprefix(f"{log.name}: ") not in begin.warnings)
+    """Parameters; without a bias test, as bias shows over the logs of the campaign."""
+    result = identify(model, [log], method=setting.method, tau=setting.tau, test_bias=False)
+    further = (w for w in result.warnings if w.removeprefix(f"{log.name}: ") not in begin.warnings)
     return replace(
         begin,
         effects=model.effects,
-        error=found.error,
-        noise_floor=found.noise_floor,
-        parameters=identifiable_estimates(found.parameters),
+        error=result.error,
+        noise_floor=result.noise_floor,
+        parameters=identifiable_estimates(result.parameters),
         warnings=(*begin.warnings, *further),
     )
 
 
 def compare_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
-    """How well the model predicts the log."""
-    found = compare(model, [log])
+    """Prediction errors of the model on the log."""
+    result = compare(model, [log])
     return replace(
         begin,
         effects=model.effects,
-        error=found.error,
-        noise_floor=found.noise_floor,
-        fit_percent=found.fit_percent,
+        error=result.error,
+        noise_floor=result.noise_floor,
+        fit_percent=result.fit_percent,
     )
 
 
 def diagnose_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
-    """What is missing, and the size of the first candidate."""
-    found = diagnose(model, [log])
-    first = found.named[:1]
+    """The verdict, and the size of the first candidate."""
+    result = diagnose(model, [log])
+    first = result.named[:1]
     return replace(
         begin,
-        verdict=found.verdict,
+        verdict=result.verdict,
         named=tuple(NamedEffect(t.effect, t.equivalent_to) for t in first),
         effects=(*model.effects, *(t.effect for t in first)),
-        error=found.error,
+        error=result.error,
         error_after=first[0].error_after if first else None,
-        noise_floor=found.noise_floor,
-        parameters={f"{t.effect}.{n}": Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
+        noise_floor=result.noise_floor,
+        parameters={full_name(t.effect, n): Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
     )
 
 
 def explain_log(begin: LogResult, model: Model, log: Log, setting: CampaignSetting) -> LogResult:
-    """What is missing until nothing is, and the parameters of the model with it."""
-    found = explain(model, [log])
+    """All effects that were added, and the parameters of the model with them."""
+    result = explain(model, [log])
     return replace(
         begin,
-        verdict=found.verdict,
-        named=tuple(NamedEffect(s.effect, s.equivalent_to) for s in found.steps),
-        effects=found.effects,
-        error=found.base_error,
-        error_after=found.error,
-        noise_floor=found.noise_floor,
-        parameters=identifiable_estimates(found.parameters),
+        verdict=result.verdict,
+        named=tuple(NamedEffect(s.effect, s.equivalent_to) for s in result.steps),
+        effects=result.effects,
+        error=result.base_error,
+        error_after=result.error,
+        noise_floor=result.noise_floor,
+        parameters=identifiable_estimates(result.parameters),
     )
 
 
-def identifiable_estimates(parameters: dict[str, dict]) -> dict[str, Estimate]:
-    """The parameters that a log tells."""
-    return {n: Estimate(row["value"], row["sigma"]) for n, row in parameters.items() if row["identifiable"]}
+def identifiable_estimates(parameters: Mapping[str, ParameterEstimate]) -> dict[str, Estimate]:
+    """The parameters that a log identifies."""
+    return {n: Estimate(e.value, e.sigma) for n, e in parameters.items() if e.identifiable}
 
 
 LOG_ANALYSES: dict[str, Callable[[LogResult, Model, Log, CampaignSetting], LogResult]] = {

@@ -66,7 +66,7 @@ def campaign(
     ``identify``. A log that cannot be used has a failure in its result, and the others go on. ``keep`` is a file for
     the results as they come, from which an interrupted campaign of the same setting goes on. On several cores the logs
     are analysed in processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``.
-    Raises Failure for a question that no log could answer.
+    Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
     sources = check_sources(logs, seeds)
@@ -95,7 +95,7 @@ def _time_constants(tau: Sequence[float] | Literal["auto"] | None) -> tuple[floa
 
 
 def check_setting(setting: CampaignSetting) -> None:
-    """Raise Failure for a question that no log could answer."""
+    """Raise Failure for an unknown analysis, method or time constants."""
     for what, name, known in (
         ("question", setting.do, list(LOG_ANALYSES)),
         ("method", setting.method, list(METHOD_NAMES)),

@@ -1,4 +1,4 @@
-"""What the answers of many logs have in common."""
+"""Statistics over the results of many logs."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import chdtrc
 
+from derive.parameter_name import effect_of
 from wheelpend.campaigns.one_log import LogResult, SimulationSpec
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model import model_kernels
@@ -17,7 +18,7 @@ from wheelpend.model.record import Model
 from wheelpend.proportion import Proportion, proportion_of
 from wheelpend.simulation.hidden import machine_values
 
-INTERVAL_95_STANDARD_ERRORS = 1.96  # standard errors: a 95 % interval
+INTERVAL_95_STANDARD_ERRORS = 1.96  # standard errors, half width of a 95 % interval
 DISAGREEMENT_P_VALUE = 0.01  # probability below which logs do not agree, over all parameters together
 
 
@@ -67,7 +68,7 @@ class ParameterAgreement:
 
 @dataclass(frozen=True)
 class Summary:
-    """What the answers of a campaign have in common."""
+    """Errors, verdicts and parameters over the results of a campaign."""
 
     logs: int
     failed: int
@@ -85,9 +86,9 @@ class Summary:
     false_alarms: Proportion | None = None  # nothing is hidden, and the verdict is another than nothing_missing
 
 
-def summarise(model: Model, simulated: SimulationSpec | None, answers: Sequence[LogResult]) -> Summary:
-    """Summarise the answers; parameters over those that end with the model that most end with."""
-    good = [a for a in answers if a.failure is None]
+def summarise(model: Model, simulated: SimulationSpec | None, results: Sequence[LogResult]) -> Summary:
+    """Summarise the results; parameters over those that end with the most frequent model."""
+    good = [a for a in results if a.failure is None]
     ends = Counter(tuple(sorted(a.effects)) for a in good if a.parameters)
     effects = ends.most_common(1)[0][0] if ends else ()
     alike = [a for a in good if tuple(sorted(a.effects)) == effects]
@@ -95,8 +96,8 @@ def summarise(model: Model, simulated: SimulationSpec | None, answers: Sequence[
     names = dict.fromkeys(n for a in alike for n in a.parameters)
     parameters = {n: row for n in names if (row := summarise_parameter(n, alike, truth.get(n))) is not None}
     summary = Summary(
-        logs=len(answers),
-        failed=len(answers) - len(good),
+        logs=len(results),
+        failed=len(results) - len(good),
         error=range_of(a.error for a in good),
         error_after=range_of(a.error_after for a in good),
         effects=effects,
@@ -111,9 +112,9 @@ def summarise(model: Model, simulated: SimulationSpec | None, answers: Sequence[
 
 
 def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, float], tuple[str, ...]]:
-    """What the simulated machine has: every parameter, and the effects that are hidden from the model."""
+    """Every parameter of the simulated machine, and the effects that are hidden from the model."""
     machine = machine_values(model, simulated.hide)
-    present = tuple(dict.fromkeys(n.partition(".")[0] for n in machine if "." in n))
+    present = tuple(e for e in dict.fromkeys(map(effect_of, machine)) if e)
     module = model_kernels.library_module_of(model, present)
     truth = {**dict(zip(module.PARAMETERS, module.ABSENT, strict=True)), **machine}
     known = {n: float(v) for n, v in truth.items() if np.isfinite(v)}
@@ -121,14 +122,14 @@ def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, floa
 
 
 def range_of(values: Iterable[float | None]) -> Range | None:
-    """Mean, smallest and largest of what is known."""
+    """Mean, smallest and largest of the values that are not None."""
     known = [v for v in values if v is not None]
     return Range(float(np.mean(known)), min(known), max(known)) if known else None
 
 
-def logs_above_noise_floor(answers: Iterable[LogResult]) -> tuple[str, ...]:
+def logs_above_noise_floor(results: Iterable[LogResult]) -> tuple[str, ...]:
     """Logs whose error, with what was named, stays above the noise floor, the worst first."""
-    left = ((a.error if a.error_after is None else a.error_after, a.noise_floor, a.log) for a in answers)
+    left = ((a.error if a.error_after is None else a.error_after, a.noise_floor, a.log) for a in results)
     above = [
         (error, log) for error, floor, log in left if error and floor and error > MAX_EXPLAINED_ERROR_RATIO * floor
     ]
@@ -136,19 +137,22 @@ def logs_above_noise_floor(answers: Iterable[LogResult]) -> tuple[str, ...]:
 
 
 def counts_by_frequency(names: Iterable[str]) -> dict[str, int]:
-    """How often each comes, the most frequent first."""
+    """Counts of names, the most frequent first."""
     return dict(Counter(names).most_common())
 
 
 def summarise_parameter(
-    name: str, answers: Sequence[LogResult], truth: float | None
+    name: str, results: Sequence[LogResult], truth: float | None
 ) -> ParameterRecovery | ParameterAgreement | None:
-    """A parameter over the logs that tell it; None where none does."""
-    told = [(a.log, a.parameters[name]) for a in answers if name in a.parameters]
-    sure = [(log, e.value, e.sigma) for log, e in told if e.sigma is not None and e.sigma > 0.0]
+    """A parameter over the logs that identify it; None where none does."""
+    estimates = [(r.log, r.parameters[name]) for r in results if name in r.parameters]
+    with_errors = [(log, e.value, e.sigma) for log, e in estimates if e.sigma is not None and e.sigma > 0.0]
     if truth is not None:
-        return parameter_recovery([e.value for _, e in told], [(value, sigma) for _, value, sigma in sure], truth)
-    return parameter_agreement([log for log, *_ in sure], np.array([pair for _, *pair in sure])) if sure else None
+        pairs = [(value, sigma) for _, value, sigma in with_errors]
+        return parameter_recovery([e.value for _, e in estimates], pairs, truth)
+    if not with_errors:
+        return None
+    return parameter_agreement([log for log, *_ in with_errors], np.array([pair for _, *pair in with_errors]))
 
 
 def parameter_recovery(
@@ -170,7 +174,7 @@ def parameter_recovery(
 
 
 def parameter_agreement(logs: Sequence[str], estimates: np.ndarray) -> ParameterAgreement:
-    """Whether estimates and their standard errors (N, 2), one of each log, can be of one value."""
+    """χ² test that estimates and their standard errors (N, 2), one of each log, are of one value."""
     values, sigmas = estimates.T
     weights = sigmas**-2.0
     mean, whole, degrees = float(np.average(values, weights=weights)), float(np.sum(weights)), len(logs) - 1
@@ -198,22 +202,22 @@ def largest_deviation(logs: Sequence[str], values: np.ndarray, weights: np.ndarr
 
 
 def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | ParameterAgreement]) -> tuple[str, ...]:
-    """Parameters on which the logs do not agree: together they are named in DISAGREE of all campaigns by chance."""
+    """Parameters on which the logs do not agree; by chance any is named in DISAGREEMENT_P_VALUE of all campaigns."""
     rows = {n: row.p_value for n, row in parameters.items() if isinstance(row, ParameterAgreement)}
     judged = {n: p for n, p in rows.items() if p is not None}
     return tuple(n for n, p in judged.items() if p < DISAGREEMENT_P_VALUE / len(judged))
 
 
 def with_detection_rates(summary: Summary, results: Sequence[LogResult]) -> Summary:
-    """A summary with how the verdicts compare with what was hidden."""
+    """A summary with detection rates of the hidden effects, or with false alarms where nothing was hidden."""
     hidden = set(summary.hidden)
     if not hidden:
         return replace(
             summary, false_alarms=proportion_of(bool(a.named) or a.verdict != "nothing_missing" for a in results)
         )
-    answers = [[{n.effect, *n.equivalent_to} for n in a.named] for a in results]
+    named = [[{n.effect, *n.equivalent_to} for n in r.named] for r in results]  # effect with its equivalents
     return replace(
         summary,
-        first_right=proportion_of(bool(told and told[0] & hidden) for told in answers),
-        found={e: proportion_of(any(e in one for one in told) for told in answers) for e in summary.hidden},
+        first_right=proportion_of(bool(sets and sets[0] & hidden) for sets in named),
+        found={e: proportion_of(any(e in one for one in sets) for sets in named) for e in summary.hidden},
     )

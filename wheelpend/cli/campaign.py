@@ -10,11 +10,11 @@ import typer
 
 from wheelpend.campaigns.runner import Campaign, campaign
 from wheelpend.campaigns.table import csv_text, is_campaign_table
+from wheelpend.campaigns.text import campaign_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.record import Model
 from wheelpend.reports.console import err, print_result, print_text, print_warnings, progress
-from wheelpend.reports.text.campaign import campaign_text
 from wheelpend.simulation.hidden import parse_hidden
 
 INTERRUPTED_EXIT_CODE = 130  # as of a program that Ctrl-C ends
@@ -40,7 +40,7 @@ class CampaignRequest(NamedTuple):
 
     @property
     def journal(self) -> Path:
-        """File of the answers so far."""
+        """File of the results so far."""
         return self.out.with_name(f"{self.out.name}.partial")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from wheelpend.api import explain
 from wheelpend.cli.change import save_explanation
 from wheelpend.diagnosis.compare import compare
-from wheelpend.errors import Failure
+from wheelpend.logs.shipped import DEMO_HOLDOUT_LOG, DEMO_LOG, data_folder
 from wheelpend.model import workspace
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
@@ -18,19 +18,6 @@ from wheelpend.reports.text.comparison import comparison_text
 from wheelpend.reports.text.diagnosis import diagnosis_text
 from wheelpend.reports.text.explanation import explanation_text
 from wheelpend.version import version
-
-PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
-DEMO_LOG, DEMO_HOLDOUT_LOG = "demo.csv", "demo_holdout.csv"
-
-
-def data_folder() -> Path:
-    """Folder of the shipped logs: in the package, or beside it in a clone; raises Failure where they are missing."""
-    for folder in (PACKAGE_FOLDER / "data", PACKAGE_FOLDER.parent / "data"):
-        if (folder / DEMO_LOG).exists():
-            return folder
-    raise Failure(
-        f"The shipped logs must lie in {PACKAGE_FOLDER / 'data'}, but they are missing. Install wheelpend again."
-    )
 
 
 def fresh_workspace(folder: Path) -> Model:

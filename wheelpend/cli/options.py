@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from wheelpend.errors import Failure
+from wheelpend.errors import Failure, require
 from wheelpend.reports.console import print_warnings
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ def open_model(path: Path, plant: Path | None = None) -> Model:
 
 def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...] | Literal["auto"] | None:
     """Time constants [s] from T1,T2, or T, or auto; raises Failure for others, and for a map without auto."""
+    if tau_map:
+        require("matplotlib", "plots", "--tau-map")
     if tau_map and text != "auto":
         raise Failure("--tau-map draws what --tau auto finds, but --tau is "
                       f"{'not given' if text is None else text}. Add --tau auto.")  # fmt: skip

@@ -21,6 +21,7 @@ def verify(
     json: Json = None,
 ) -> None:
     """Derived equations against every numbered equation of the paper: match, misprint or assumption."""
+    # imported late, as in every command: the list of commands needs no SymPy
     from wheelpend.paper.page import page_text as page_of
     from wheelpend.paper.verification import verify as run
     from wheelpend.paper.verification_text import print_verification
@@ -43,7 +44,7 @@ def reproduce(
     json: Json = None,
 ) -> None:
     """The paper's tables and figures, its numbers beside ours over many seeds; writes CSV, PNG and one page."""
-    from wheelpend.reproduction import print_reproduction, run
+    from wheelpend.reproduction import print_reproduction, run  # imported late: loads Numba
 
     with exit_on_failure(json):
         with progress("preparing the kernels") as update:

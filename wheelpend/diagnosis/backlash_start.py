@@ -19,8 +19,8 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import effect_parameter, limits_of, per_log_names
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.scaled_inverse import solve_damped
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 
@@ -124,7 +124,7 @@ def robust_fit(search: BacklashProblem, values: Mapping[str, float]) -> dict[str
 def segment_mean_squares(problem: EstimationProblem, segments: Segments, found: Fit, number: int) -> np.ndarray:
     """Mean square (segments,) of every segment's residual, in noise variances, at a fit to it as log ``number``."""
     parameters = kernel_parameters(problem.module, found.of_log(number), segments.log)
-    linearisation = shoot(problem.module, segments, found.states[number], parameters, max_step=problem.max_step)
+    linearisation = problem.simulator.shoot(segments, found.states[number], parameters)
     return linearisation.gram[:, -1, -1] / degrees_of_freedom(segments, problem.module.NX)
 
 
@@ -146,7 +146,7 @@ def sequential_residuals(
         own = per_log[k] if k < len(per_log) else {}
         parameters = kernel_parameters(problem.module, {**values, **own}, segments.log)
         first = states[k] if states else initial_states(problem.module, segments)
-        fitted, linearisation = fit_states(problem.module, segments, first, parameters, problem.max_step, iterations)
+        fitted, linearisation = fit_states(problem.simulator, segments, first, parameters, iterations)
         residuals += [np.nan_to_num(linearisation.residual[a:b].ravel()) for a, b in segments.bounds]
         squares.append(linearisation.gram[:, -1, -1] / degrees_of_freedom(segments, problem.module.NX))
         found.append(fitted)
@@ -163,7 +163,7 @@ def sequential_fit(search: BacklashProblem, values: Mapping[str, float], iterati
         normal, right = difference_normal_equations(search, values, names, scale, here)
         while damping < MAX_DAMPING:
             step = _damped_step(normal, right, damping) * scale
-            moved = {n: float(np.clip(values[n] + s, *limits.get(n, (-np.inf, np.inf))))
+            moved = {n: float(np.clip(values[n] + s, *limits[n]))
                      for n, s in zip(names, step, strict=True)}  # fmt: skip
             there = sequential_residuals(search, {**values, **moved})
             if there.robust_cost < here.robust_cost:
@@ -177,9 +177,7 @@ def sequential_fit(search: BacklashProblem, values: Mapping[str, float], iterati
 
 def _damped_step(normal: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
     """Levenberg-Marquardt step of normal equations (n, n) and (n,), each component within its bound."""
-    diagonal = np.sqrt(np.diag(normal)) + 1e-300
-    damped = normal / np.outer(diagonal, diagonal) + damping * np.eye(len(right))
-    step = np.linalg.solve(damped, right / diagonal) / diagonal
+    step = solve_damped(normal, right[:, None], damping)[:, 0]
     return np.clip(step, -MAX_RELATIVE_PARAMETER_STEP, MAX_RELATIVE_PARAMETER_STEP)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import derive
+from derive.parameter_name import short_name
 from wheelpend.diagnosis.evidence import estimates_per_log
 from wheelpend.diagnosis.explain import Step, fitted_model
 from wheelpend.diagnosis.refit import Progress, refit_with
@@ -90,7 +91,7 @@ def _step_of(
     problem: EstimationProblem, effect: str, larger: Fit, errors: Sequence[float], parameters: dict[str, float]
 ) -> Step:
     """A ladder's step from the fit with an effect, the validation errors before and after, and base parameters."""
-    names = {n.partition(".")[2]: n for n in free_names(problem, [effect]) if n not in problem.base}
+    names = {short_name(n): n for n in free_names(problem, [effect]) if n not in problem.base}
     units = {p.name: p.unit for p in problem.effect(effect).parameters}
     return Step(
         effect=effect,

@@ -135,7 +135,7 @@ def predict_segments(compared: ComparedModel) -> tuple[float, list[np.ndarray]]:
     """Error [σ] over the segments of all logs, and the residuals (N, channels) [σ] of each."""
     problem, residuals, squares, count = compared.problem, [], 0.0, 0
     for segments, values in zip(compared.log_segments, compared.log_values, strict=True):
-        _, residual = prediction_error(problem.module, segments, values, problem.max_step)
+        _, residual = prediction_error(problem.simulator, segments, values)
         residuals.append(residual)
         squares += float(np.nansum(residual**2))
         count += segments.values - problem.module.NX * len(segments.bounds)
@@ -188,21 +188,8 @@ def _fit_at_values(compared: ComparedModel) -> Fit:
     for segments, values in zip(compared.log_segments, compared.log_values, strict=True):
         parameters = kernel_parameters(problem.module, values, segments.log)
         first = initial_states(problem.module, segments)
-        states.append(fit_states(problem.module, segments, first, parameters, problem.max_step)[0])
-    empty = np.zeros((0, 0))
-    return Fit(
-        values=compared.log_values[0],
-        per_log=tuple(compared.log_values),
-        free=(),
-        covariance=empty,
-        robust=empty,
-        states=tuple(states),
-        cost=0.0,
-        count=0,
-        condition=1.0,
-        unidentifiable=(),
-        converged=True,
-    )
+        states.append(fit_states(problem.simulator, segments, first, parameters)[0])
+    return Fit.at(compared.log_values[0], compared.log_values, states)
 
 
 def rmse_of(log_segments: Sequence[Segments], residuals: Sequence[np.ndarray]) -> dict[str, float]:

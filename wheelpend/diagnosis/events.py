@@ -14,17 +14,16 @@ import numpy as np
 
 from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
-from wheelpend.diagnosis.score_test import solve
+from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import with_interleaved_validation
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import event_time_names
-from wheelpend.estimation.normal_equations import eliminate_initial_states, segment_informations
-from wheelpend.estimation.parameters import kernel_parameters, parameter_layout
+from wheelpend.estimation.normal_equations import NormalEquations, reduced_equations
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.logs.log import segment_bounds
 
@@ -49,20 +48,21 @@ class EventCandidate(NamedTuple):
 class EventInformation(NamedTuple):
     """Normal equations, segment by segment, of an event that lasts throughout, beside the model's own parameters."""
 
-    score: np.ndarray  # (segments,) of its size
-    information: np.ndarray  # (segments,)
-    cross_information: np.ndarray  # (segments, own) of its size with the model's own
-    own: np.ndarray  # (own, own) of those, over all segments
-    base_score: np.ndarray  # (own,)
+    segments: NormalEquations  # the own parameters first, the event's size last
     noise: float  # mean square of the residual in noise variances, at least 1
 
     def between(self, begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Score and information (pairs,) of an event from one segment to before another, own parameters refitted."""
+        last = len(self.segments.layout.elements) - 1
         score, information, mixed = (
             np.concatenate([np.zeros((1, *x.shape[1:])), np.cumsum(x, axis=0)])
-            for x in (self.score, self.information, self.cross_information)
+            for x in (
+                self.segments.score[:, last],
+                self.segments.information[:, last, last],
+                self.segments.information[:, last, :last],
+            )
         )
-        step, inverse = solve(self.own, self.base_score)
+        step, inverse = self.segments.sum().solve(range(last))
         with_own, alone = mixed[end] - mixed[begin], information[end] - information[begin]
         pull = score[end] - score[begin] - with_own @ step
         weight = alone - np.einsum("pi,ij,pj->p", with_own, inverse, with_own)
@@ -108,7 +108,7 @@ def locate_event(
     best = int(np.argmax(pull**2 / weight))
     middle = 0.5 * (log.t[bounds[:, 0]] + log.t[bounds[:, 1] - 1])
     start = dict(zip(times, [float(middle[begin[best]]), float(middle[end[best] - 1])], strict=False))
-    start |= {f"{effect.name}.{p.name}": float(pull[best] / weight[best]) for p in effect.linear}
+    start |= dict.fromkeys(linear_names(effect), float(pull[best] / weight[best]))
     gain = float(pull[best] ** 2 / weight[best]) / information.noise
     return EventCandidate(effect, number, start, gain, len(begin), dict(origin))
 
@@ -117,27 +117,19 @@ def event_information(
     problem: EstimationProblem, segments: Segments, values: Mapping[str, float], effect: Effect, own: Sequence[str]
 ) -> EventInformation:
     """Normal equations of an event that lasts throughout a log's segments, beside the model's own parameters."""
-    module, nx = problem.module, problem.module.NX
+    module = problem.module
     span = (TIME_BEFORE_LOGS_S, float(segments.log.t[-1]) + 1.0)
     throughout = dict(zip(event_time_names(effect.name), span, strict=False))
     parameters = kernel_parameters(module, {**values, **throughout}, segments.log)
-    states, _ = fit_states(module, segments, initial_states(module, segments), parameters,
-                           problem.max_step, rounds=2, keep_residual=False)  # fmt: skip
-    names = [*own, *(f"{effect.name}.{p.name}" for p in effect.linear)]
-    columns, layout = [module.PARAMETERS.index(n) for n in names], parameter_layout(names, (), 1)
-    linearisation = shoot(module, segments, states, parameters, columns, max_step=problem.max_step, keep_residual=False)
-    reduced = eliminate_initial_states([linearisation], nx, layout)
-    scores = np.nan_to_num(reduced.scores)
-    information = np.nan_to_num(segment_informations([linearisation], nx, layout, reduced))
-    last, squares = len(own), np.nan_to_num([float(g[-1, -1]) for g in linearisation.gram])
-    return EventInformation(
-        score=scores[:, last],
-        information=information[:, last, last],
-        cross_information=information[:, last, :last],
-        own=information[:, :last, :last].sum(axis=0),
-        base_score=scores[:, :last].sum(axis=0),
-        noise=max(float(squares.sum()) / max(segments.values, 1), 1.0),
-    )
+    first = initial_states(module, segments)
+    states, _ = fit_states(problem.simulator, segments, first, parameters, rounds=2, keep_residual=False)
+    names = [*own, *linear_names(effect)]
+    columns = [module.PARAMETERS.index(n) for n in names]
+    layout = ParameterLayout.of(map(FreeParameter, names), 1)
+    linearisation = problem.simulator.shoot(segments, states, parameters, columns, keep_residual=False)
+    equations = reduced_equations([linearisation], module.NX, layout).segments.finite()
+    squares = np.nan_to_num([float(g[-1, -1]) for g in linearisation.gram])
+    return EventInformation(equations, max(float(squares.sum()) / max(segments.values, 1), 1.0))
 
 
 def fit_event(

@@ -10,11 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects import Effect
+from derive.parameter_name import short_name
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
-from wheelpend.diagnosis.score_test import size_names
+from wheelpend.diagnosis.score_test import linear_names, size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.parameter_table import conservative_standard_error
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
@@ -101,12 +103,12 @@ def evaluate_candidate(
     ``significance`` where it is another one, and from the validation data.
     """
     error_after, residuals = validation_residuals(problem, fitted)
-    coefficients = {p.name: coefficient(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
-    sigma = {p.name: conservative_standard_error(fitted, f"{effect.name}.{p.name}") for p in effect.parameters}
+    coefficients = {p.name: coefficient(fitted, effect.name_of(p)) for p in effect.parameters}
+    sigma = {p.name: conservative_standard_error(fitted, effect.name_of(p)) for p in effect.parameters}
     per_log = estimates_per_log(problem, fitted, effect)
     estimates = [(coefficients, sigma), *((e.coefficients, e.sigma) for e in per_log)]
     incremental = incremental_p_values(problem, effect, significance or fitted, comparisons.tests)
-    sizes = [n for n in fitted.free if n.split("@")[0] in size_names(effect)]
+    sizes = [p for p in fitted.free if p.name in size_names(effect)]
     size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
     discovery = max([size_p_value, *(incremental[s] for s in problem.replaced(effect.name))])
     confirmation = _corrected_confirmation(problem, residuals_before, residuals, comparisons.validated)
@@ -129,8 +131,8 @@ def evaluate_candidate(
     )
 
 
-def _size_p_value(problem: EstimationProblem, effect: Effect, fitted: Fit, sizes: Sequence[str]) -> float:
-    """P-value, not corrected, of the sizes of an effect (labels of a fit) against those at which it does nothing."""
+def _size_p_value(problem: EstimationProblem, effect: Effect, fitted: Fit, sizes: Sequence[FreeParameter]) -> float:
+    """P-value, not corrected, of the sizes of an effect against those at which it does nothing."""
     return wald_p_value(fitted, sizes, deviation_from_absence(fitted, sizes, null_values(problem, effect)))
 
 
@@ -143,14 +145,14 @@ def _corrected_confirmation(
 
 def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -> tuple[LogEstimate, ...]:
     """An effect's own size in each of several logs, where it has one."""
-    names = per_log_names([n for n in effect.full_names if f"{n}@0" in fitted.free])
+    names = per_log_names([n for n in effect.full_names if (n, 0) in fitted.places])
     if len(problem.logs) < 2 or not names:
         return ()
     return tuple(
         LogEstimate(
             log.name,
-            {n.partition(".")[2]: fitted.of_log(k)[n] for n in names},
-            {n.partition(".")[2]: conservative_standard_error(fitted, n, k) for n in names},
+            {short_name(n): fitted.of_log(k)[n] for n in names},
+            {short_name(n): conservative_standard_error(fitted, n, k) for n in names},
         )
         for k, log in enumerate(problem.logs)
     )
@@ -195,13 +197,14 @@ def _regression_sums(
 
 def incremental_p_values(problem: EstimationProblem, effect: Effect, fitted: Fit, tests: int) -> dict[str, float]:
     """P-value, corrected for so many tests, of what an effect adds to each effect that it contains."""
-    names = [f"{effect.name}.{p.name}" for p in effect.linear]
+    names = linear_names(effect)
     found = {}
     for smaller, weights in problem.module.CONTAINS.get(effect.name, {}).items():
-        if all(n in fitted.free for n in names):
+        if all((n, None) in fitted.places for n in names):
+            sizes = [fitted.element(n, None) for n in names]
             added = null_space(np.array(weights).T).T  # combinations that vanish where it is but the smaller one
-            deviation = deviation_from_absence(fitted, names, {})
-            found[smaller] = min(1.0, wald_p_value(fitted, names, deviation, added) * tests)
+            deviation = deviation_from_absence(fitted, sizes, {})
+            found[smaller] = min(1.0, wald_p_value(fitted, sizes, deviation, added) * tests)
     return found
 
 
@@ -210,22 +213,23 @@ def coefficient(fitted: Fit, name: str) -> float:
     return fitted.of_log(0)[name]
 
 
-def deviation_from_absence(fitted: Fit, names: Sequence[str], absent: Mapping[str, float]) -> np.ndarray:
-    """Coefficients less the values at which they do nothing, zero where none is given; names may be name@log."""
-    pairs = [(n.split("@")[0], int(n.partition("@")[2] or 0)) for n in names]
-    deviation = [fitted.of_log(log)[name] - absent.get(name, 0.0) for name, log in pairs]
+def deviation_from_absence(fitted: Fit, sizes: Sequence[FreeParameter], absent: Mapping[str, float]) -> np.ndarray:
+    """Coefficients less the values at which they do nothing, zero where none is given."""
+    deviation = [fitted.of_log(p.log or 0)[p.name] - absent.get(p.name, 0.0) for p in sizes]
     return np.where(np.isinf(deviation), 0.0, deviation)  # what stayed infinite was not fitted
 
 
-def wald_p_value(fitted: Fit, names: Sequence[str], deviation: np.ndarray, combined: np.ndarray | None = None) -> float:
+def wald_p_value(
+    fitted: Fit, sizes: Sequence[FreeParameter], deviation: np.ndarray, combined: np.ndarray | None = None
+) -> float:
     """P-value of coefficients that deviate so far from absence, with the more cautious of two covariances.
 
-    ``combined`` (n, names) tests combinations of them instead.
+    ``combined`` (n, sizes) tests combinations of them instead.
     """
     from scipy.special import fdtrc  # imported late: scipy.special takes longer to load than most commands
 
-    indices = [fitted.free.index(n) for n in names]
-    mixed = np.eye(len(names)) if combined is None else combined
+    indices = [fitted.places[p.name, p.log] for p in sizes]
+    mixed = np.eye(len(sizes)) if combined is None else combined
     values, count = mixed @ deviation, len(mixed)
     segment_count = sum(len(s) for s in fitted.states)
     kinds = (

@@ -15,6 +15,7 @@ from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameter_table import parameter_table
@@ -57,7 +58,7 @@ class Explanation:
     error: float
     noise_floor: float
     horizon_s: float
-    parameters: dict[str, dict]
+    parameters: dict[str, Estimate]  # by name
     experiment: str | None
     warnings: tuple[str, ...]
     model: Model = field(repr=False)  # with the effects and the fitted values
@@ -133,21 +134,7 @@ def nominal_error(problem: EstimationProblem) -> float | None:
     values = {n: v.nominal for n, v in problem.model.parameters.items() if v.nominal is not None}
     if any(n not in values for n in problem.base):
         return None
-    known = {**known_values(problem.model), **values}
-    empty = np.zeros((0, 0))
-    fixed = Fit(
-        values=known,
-        per_log=tuple({} for _ in problem.training),
-        free=(),
-        covariance=empty,
-        robust=empty,
-        states=(),
-        cost=0.0,
-        count=0,
-        condition=1.0,
-        unidentifiable=(),
-        converged=True,
-    )
+    fixed = Fit.at({**known_values(problem.model), **values}, [{} for _ in problem.training])
     error, _ = validation_residuals(problem, fixed)
     return error if np.isfinite(error) else None
 
@@ -171,5 +158,4 @@ def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_befor
 
 def fitted_model(problem: EstimationProblem, fitted: Fit) -> Model:
     """The model with fitted values."""
-    table = parameter_table(problem, fitted)
-    return problem.model.with_fit({n: (row["value"], row["sigma"]) for n, row in table.items()})
+    return problem.model.with_fit({n: (e.value, e.sigma) for n, e in parameter_table(problem, fitted).items()})

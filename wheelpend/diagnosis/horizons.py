@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 
 import numpy as np
 
@@ -12,8 +11,9 @@ from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation
 from wheelpend.estimation.states import fit_states, initial_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, segment_bounds
 
 PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
@@ -75,14 +75,14 @@ def _predict(
     """
     states = initial_states(problem.module, segments)
     if not horizon > MAX_FITTED_START_HORIZON_S:
-        return fit_states(problem.module, segments, states, parameters, problem.max_step)[1]
+        return fit_states(problem.simulator, segments, states, parameters)[1]
     length = max(MIN_START_SAMPLES, round(START_DURATION_S / segments.log.dt))
     bounds = np.ascontiguousarray([[a, min(b, a + length)] for a, b in segments.bounds])
-    states, _ = fit_states(problem.module, replace(segments, bounds=bounds), states, parameters, problem.max_step)
-    return shoot(problem.module, segments, states, parameters, max_step=problem.max_step)
+    states, _ = fit_states(problem.simulator, replace(segments, bounds=bounds), states, parameters)
+    return problem.simulator.shoot(segments, states, parameters)
 
 
-def is_out_of_range(module: ModuleType, segments: Segments, residual: np.ndarray) -> bool:
+def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarray) -> bool:
     """A prediction that left the plant's range in some segment, by its residual (N, channels) [σ]."""
     channel = module.RANGE_OUTPUT
     if channel < 0:

@@ -14,13 +14,13 @@ import numpy as np
 
 from wheelpend.diagnosis.score_test import FittedSegments, linear_names, shoot_with_candidates
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.normal_equations import eliminate_initial_states, segment_informations
+from wheelpend.estimation.normal_equations import reduced_equations
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.scaled_inverse import explaining, solve_damped
 from wheelpend.estimation.shooting import ShootingLinearisation
 
 FOLD_COUNT = 10
-RELATIVE_RIDGE = 1e-10  # on a unit diagonal: a column that repeats others gets no size
 
 
 class PairSearch(NamedTuple):
@@ -41,10 +41,10 @@ def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.releases]
     point = FittedSegments(problem, fitted, problem.training)
     layout, linearisations = shoot_with_candidates(point, [n for e in effects for n in linear_names(e)], {})
-    names = [label.split("@")[0] for label in layout.labels]
+    names = [p.name for p in layout.elements]
     base = [k for k, n in enumerate(names) if n in fitted.names]
     order = [*base, *(k for k in range(len(names)) if k not in base), len(names)]
-    grams = fold_normal_equations(linearisations, problem.module.NX, layout)[:, order][:, :, order]
+    grams = folded_grams(linearisations, problem.module.NX, layout)[:, order][:, :, order]
     if len(effects) < 2 or not np.isfinite(grams).all():
         return ()
     sorted_names = [names[k] for k in order[:-1]]
@@ -52,20 +52,15 @@ def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     return tuple(effects[k].name for k in dict.fromkeys(search_pairs(grams, len(base), groups).best_pair()))
 
 
-def fold_normal_equations(
+def folded_grams(
     linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, folds: int = FOLD_COUNT
 ) -> np.ndarray:
-    """Normal equations (folds, n + 1, n + 1) of the free parameters and the residual, the states eliminated."""
-    reduced, size = eliminate_initial_states(linearisations, nx, layout), len(layout.labels)
-    grams = np.zeros((len(reduced.scores), size + 1, size + 1))
-    grams[:, :-1, :-1] = segment_informations(linearisations, nx, layout, reduced)
-    grams[:, :-1, -1] = grams[:, -1, :-1] = reduced.scores
-    grams[:, -1, -1] = np.concatenate([
-        s.gram[:, -1, -1] - np.einsum("sx,sx->s", s.gram[:, :nx, -1], step)
-        for s, (step, _) in zip(linearisations, reduced.steps, strict=True)
-    ])  # fmt: skip
-    edges = np.arange(folds) * len(grams) // folds
-    return np.add.reduceat(grams, np.unique(edges), axis=0)
+    """Normal equations (folds, n + 1, n + 1) of the free parameters and, last, the residual, the states eliminated."""
+    segments = reduced_equations(linearisations, nx, layout).segments
+    edges = np.unique(np.arange(folds) * len(segments.score) // folds)
+    folded = segments.fold(np.searchsorted(edges, np.arange(len(segments.score)), side="right") - 1)
+    across = folded.score[:, :, None]
+    return np.block([[folded.information, across], [across.swapaxes(1, 2), folded.cost[:, None, None]]])
 
 
 def search_pairs(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) -> PairSearch:
@@ -86,24 +81,13 @@ def search_pairs(grams: np.ndarray, base: int, groups: Sequence[Sequence[int]]) 
     for size, numbers in by_size.items():
         places = np.array([columns[n] for n in numbers]).reshape(len(numbers), size) - base
         rows, across = places[:, :, None], places[:, None, :]
-        step = _solve(rest[:, rows, across] + RELATIVE_RIDGE * np.eye(size), rest[:, places, -1])
+        step = solve_damped(rest[:, rows, across], rest[:, places, -1:])[..., 0]
         gain = np.einsum("fmi,fmi->m", step, 2.0 * judged[:, places, -1])
         left[numbers] = left_base - gain + np.einsum("fmi,fmij,fmj->m", step, judged[:, rows, across], step)
     pairs = np.zeros((count, count))
     for (a, b), value in zip(models, left, strict=True):
         pairs[a, b] = pairs[b, a] = value
     return PairSearch(float(left_base), left[:count].copy(), pairs)
-
-
-def _solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solve many equations (..., n, n) with right sides (..., n); those of one and of two unknowns in closed form."""
-    if right.shape[-1] == 1:
-        return right / matrix[..., 0]
-    if right.shape[-1] > 2:
-        return np.linalg.solve(matrix, right[..., None])[..., 0]
-    a, b, c, d = (matrix[..., i, j] for i in range(2) for j in range(2))
-    e, f = right[..., 0], right[..., 1]
-    return np.stack([d * e - b * f, a * f - c * e], axis=-1) / (a * d - b * c)[..., None]
 
 
 def _project_out_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tuple[np.ndarray, np.ndarray]:
@@ -115,7 +99,7 @@ def _project_out_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tupl
     scale = np.where(own > 0.0, own, 1.0)
     scale[-1] = 1.0
     first, second = fitted / np.outer(scale, scale), judged / np.outer(scale, scale)
-    answers = np.linalg.lstsq(first[:base, :base], first[:base, base:], rcond=1e-11)[0]
+    answers = explaining(first, range(base), first[:base, base:])
     turn = np.vstack([-answers, np.eye(len(fitted) - base)])
     first, second = turn.T @ first @ turn, turn.T @ second @ turn
     length = np.sqrt(np.maximum(np.diag(first), 0.0))

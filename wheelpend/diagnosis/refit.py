@@ -8,10 +8,11 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, InternalPlay
+from derive.parameter_name import effect_of, full_name, short_name
 from wheelpend.diagnosis.backlash_start import find_backlash_start
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, SHORT_HORIZON_SHARE
 from wheelpend.diagnosis.events import find_events, fit_event
-from wheelpend.diagnosis.score_test import Candidate, ScoreTest, linear_names, score_test
+from wheelpend.diagnosis.score_test import Candidate, EffectSize, ScoreTest, linear_names, score_test
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import shortened_segments
@@ -66,20 +67,20 @@ def significance_fit(problem: EstimationProblem, fitted: Fit, start: Fit) -> Fit
 def free_names_with(problem: EstimationProblem, base: Fit, effect: str) -> list[str]:
     """Names of a fit's parameters, with those of one more effect in place of the effects that it contains."""
     replaced = problem.replaced(effect)
-    return [*(n for n in base.names if n.partition(".")[0] not in replaced), *derive.effects.find(effect).full_names]
+    return [*(n for n in base.names if effect_of(n) not in replaced), *derive.effects.find(effect).full_names]
 
 
 def replace_contained(
-    problem: EstimationProblem, effect: Effect, values: Mapping[str, float], size: Mapping[str, float]
-) -> tuple[dict, dict]:
+    problem: EstimationProblem, effect: Effect, values: Mapping[str, float], size: EffectSize
+) -> tuple[dict[str, float], EffectSize]:
     """A start, and the size of an effect there, once it has taken the place of the present effects that it contains."""
-    rest, enlarged = dict(values), dict(size)
+    rest, enlarged = dict(values), dict(size.values)
     for smaller in problem.replaced(effect.name):
         names, weights = linear_names(derive.effects.find(smaller)), problem.module.CONTAINS[effect.name][smaller]
         for name, row in zip(linear_names(effect), weights, strict=True):
             enlarged[name] = enlarged.get(name, 0.0) + float(np.dot(row, [values[n] for n in names]))
         rest |= dict.fromkeys(names, 0.0)
-    return rest, enlarged
+    return rest, size.with_values(enlarged)
 
 
 def starts_for(score_tests: list[ScoredStart], name: str) -> list[CandidateStart]:
@@ -134,7 +135,7 @@ def multistart_fit(problem: EstimationProblem, short: Fit, starts: Sequence[Cand
 
 def _start_sizes(
     problem: EstimationProblem, effect: Effect, starts: Sequence[CandidateStart]
-) -> list[tuple[dict[str, float], dict[str, float]]]:
+) -> list[tuple[dict[str, float], EffectSize]]:
     """Values and sizes from which an effect's refits start.
 
     Effects that are not locally linear (a delay, a threshold) start from a grid of sizes as well.
@@ -146,8 +147,8 @@ def _start_sizes(
     ]
     found = [(values, clip_to_bounds(effect, size)) for values, size in suggested]
     for parameter in effect.parameters:
-        name = f"{effect.name}.{parameter.name}"
-        found += [(found[0][0], {**found[0][1], name: size}) for size in parameter.grid]
+        name = effect.name_of(parameter)
+        found += [(found[0][0], found[0][1].with_values({name: size})) for size in parameter.grid]
     return found
 
 
@@ -178,19 +179,22 @@ def fit_from_full_score_test(problem: EstimationProblem, base: Fit, candidate: C
 
 
 def _start_with_sizes(
-    values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], size: Mapping[str, float]
+    values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], size: EffectSize
 ) -> tuple[dict[str, float], list[dict[str, float]]]:
-    """A start, shared and of each log, with sizes, which may be those of each log, by name@log."""
-    shared = {n: v for n, v in size.items() if "@" not in n}
-    names = per_log_names(list(shared))
-    own = [{**v, **{n: size.get(f"{n}@{log}", shared[n]) for n in names}} for log, v in enumerate(per_log)]
-    return {**values, **shared}, own
+    """A start, shared and of each log, with the size of an effect."""
+    names = per_log_names(list(size.values))
+    own = [{**v, **{n: size.value(n, log) for n in names}} for log, v in enumerate(per_log)]
+    return {**values, **size.values}, own
 
 
-def clip_to_bounds(effect: Effect, start: dict[str, float]) -> dict[str, float]:
-    """A start moved into the physically possible range."""
-    ranges = {f"{effect.name}.{p.name}": (p.minimum, p.maximum) for p in effect.parameters}
-    return {n: float(np.clip(v, *ranges[n.split("@")[0]])) for n, v in start.items()}
+def clip_to_bounds(effect: Effect, size: EffectSize) -> EffectSize:
+    """A size moved into the physically possible range."""
+    ranges = {effect.name_of(p): (p.minimum, p.maximum) for p in effect.parameters}
+
+    def clipped(values: Mapping[str, float]) -> dict[str, float]:
+        return {n: float(np.clip(v, *ranges[n])) for n, v in values.items()}
+
+    return EffectSize(clipped(size.values), {log: clipped(v) for log, v in size.further.items()})
 
 
 def refit_with(
@@ -235,10 +239,10 @@ def with_nested_effect(
         known = all(n in values for n in sizes)
         found = np.linalg.pinv(weights) @ [values[n] for n in sizes] if known else np.zeros(0)
     else:  # an effect that it approaches has parameters of the same names
-        alike = [f"{larger}.{n.partition('.')[2]}" for n in names]
+        alike = [full_name(larger, short_name(n)) for n in names]
         known = all(n in values for n in alike)
         found = np.array([values[n] for n in alike]) if known else np.zeros(0)
     if not known:
         return dict(values)
-    rest = {n: v for n, v in values.items() if n.partition(".")[0] != larger}
+    rest = {n: v for n, v in values.items() if effect_of(n) != larger}
     return rest | dict(zip(names, map(float, found), strict=True))

@@ -10,6 +10,7 @@ from wheelpend.diagnosis.horizons import MAX_PREDICTED_ANGLE_RAD
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 
 
@@ -31,7 +32,7 @@ def replay_closed_loop(
         return None
     parameters = kernel_parameters(module, values, log)
     first = replace(segments, bounds=segments.bounds[:1])
-    state, _ = fit_states(module, first, initial_states(module, first)[0][None], parameters)
+    state, _ = fit_states(Simulator(module), first, initial_states(module, first)[0][None], parameters)
     zeros = np.zeros((len(log), module.NY))
     _, outputs, voltage = module.closed_loop(
         log.t, log.reference, np.gradient(log.reference, log.t), np.array(controller.gains, dtype=float), state[0],

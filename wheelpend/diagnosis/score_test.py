@@ -16,23 +16,38 @@ import derive
 from derive.effects import Effect
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import per_log_names
-from wheelpend.estimation.normal_equations import eliminate_initial_states
-from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters, parameter_layout
+from wheelpend.estimation.free_parameters import free_parameters
+from wheelpend.estimation.normal_equations import NormalEquations, reduced_equations
+from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem, with_stable_step
 from wheelpend.estimation.profiled_starts import ProfileGrid
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation
 
 MIN_TWIN_CORRELATION = 0.99999  # correlation of two projected sensitivities above which no size tells effects apart
 MIN_TWIN_INFORMATION_SHARE = 1e-7  # of an effect's information, beside base parameters, below which it has no twin
+
+
+class EffectSize(NamedTuple):
+    """Values of an effect's parameters, in one log or in several."""
+
+    values: dict[str, float]  # by name; of a per-log parameter the first log's
+    further: dict[int, dict[str, float]]  # by log: the values of per-log parameters in logs after the first
+
+    def value(self, name: str, log: int) -> float:
+        """Value of a parameter in a log."""
+        return self.further.get(log, {}).get(name, self.values[name])
+
+    def with_values(self, values: Mapping[str, float]) -> EffectSize:
+        """The size with some values set otherwise."""
+        return self._replace(values={**self.values, **values})
 
 
 class Candidate(NamedTuple):
     """An effect with the size that the linearisation gives it."""
 
     effect: Effect
-    starts: tuple[dict[str, float], ...]  # one, or one per setting of a profiled parameter, best first; by name@log
+    starts: tuple[EffectSize, ...]  # one, or one per setting of a profiled parameter, best first
     gain: float  # expected fall of the sum of squares with the first
     sigma: dict[str, float]  # of each coefficient, if nothing else were missing; empty where it is not believed
     trials: int  # number of independent settings that were compared for it
@@ -58,15 +73,16 @@ class FittedSegments(NamedTuple):
         return sum(s.values for s in self.log_segments)
 
 
-class ProjectedNormalEquations(NamedTuple):
-    """Normal equations in some parameters, without what initial states and base parameters explain."""
+class ProjectedEquations(NamedTuple):
+    """Normal equations at a fit, without what initial states and base parameters explain."""
 
-    labels: tuple[str, ...]  # base parameters first
-    information: np.ndarray  # (labels, labels)
-    score: np.ndarray  # (labels,)
-    unprojected_information: np.ndarray  # (labels,) diagonal of the information with the base parameters held fixed
+    rest: NormalEquations  # base parameters first; its cost is expected once states and base parameters are refitted
+    unprojected_information: np.ndarray  # (free,) diagonal of the information with the base parameters held fixed
     cost: float  # sum of squares
-    left: float  # expected sum of squares once states and base parameters are refitted
+
+    def indices(self, names: Sequence[str]) -> list[int]:
+        """Places of the named parameters, in all logs."""
+        return self.rest.layout.indices(names)
 
 
 def score_test(
@@ -82,30 +98,23 @@ def score_test(
     equations = linearise(point, [n for e in linear for n in linear_names(e)], {})
     found = [_score_linear(e, equations, point.values) for e in linear]
     found += [_score_profiled(point, e, grids[e.name], equations) for e in effects if e.name in grids]
-    indices = {e.name: _label_indices(equations.labels, linear_names(e)) for e in linear}
-    twins = find_twins(indices, equations.information, equations.unprojected_information)
+    indices = {e.name: equations.indices(linear_names(e)) for e in linear}
+    twins = find_twins(indices, equations.rest.information, equations.unprojected_information)
     return ScoreTest(tuple(sorted(found, key=lambda c: -c.gain)), twins)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # a setting that cannot be simulated gives infinities, and is left out
-def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]) -> ProjectedNormalEquations:
+def linearise(point: FittedSegments, names: Sequence[str], setting: Mapping[str, float]) -> ProjectedEquations:
     """Linearise the residual of a fit, some values set otherwise, in its free parameters and the named ones."""
     layout, linearisations = shoot_with_candidates(point, names, setting)
-    nx = point.problem.module.NX
-    reduced = eliminate_initial_states(linearisations, nx, layout)
+    reduced = reduced_equations(linearisations, point.problem.module.NX, layout)
     cost = sum(s.cost for s in linearisations)
-    if not (np.isfinite(cost) and np.isfinite(reduced.information).all()):
-        size = len(layout.labels)
-        return ProjectedNormalEquations(
-            layout.labels, np.zeros((size, size)), np.zeros(size), np.zeros(size), np.inf, np.inf
-        )
-    base = _label_indices(layout.labels, point.fit.names)
-    step = solve(reduced.information[np.ix_(base, base)], reduced.score[base])[0]
-    pairs = zip(linearisations, reduced.steps, strict=True)
-    by_states = sum(float((s.gram[:, :nx, -1] * x).sum()) for s, (x, _) in pairs)
-    information, score = project(reduced.information, reduced.score, base)
-    left = cost - by_states - float(reduced.score[base] @ step)
-    return ProjectedNormalEquations(layout.labels, information, score, np.diag(reduced.information), cost, left)
+    if not (np.isfinite(cost) and np.isfinite(reduced.total.information).all()):
+        size = len(layout.elements)
+        nothing = NormalEquations(layout, np.zeros((size, size)), np.zeros(size), np.array(np.inf))
+        return ProjectedEquations(nothing, np.zeros(size), np.inf)
+    rest = reduced.total.project(layout.indices(point.fit.names))
+    return ProjectedEquations(rest, np.diag(reduced.total.information), cost)
 
 
 def shoot_with_candidates(
@@ -114,38 +123,21 @@ def shoot_with_candidates(
     """One pass over the data at a fit: its free parameters and the named ones, some values set otherwise."""
     module, fitted = point.problem.module, point.fit
     free = [*fitted.names, *names]
-    layout = parameter_layout(free, per_log_names(free), len(point.log_segments))
+    layout = ParameterLayout.of(free_parameters(point.problem, free), len(point.log_segments))
     columns = [module.PARAMETERS.index(n) for n in free]
     linearisations = []
     for k, (segments, states) in enumerate(zip(point.log_segments, fitted.states, strict=True)):
         parameters = kernel_parameters(module, {**fitted.of_log(k), **setting}, segments.log)
-        linearisations.append(
-            shoot(module, segments, states, parameters, columns, max_step=point.problem.max_step, keep_residual=False)
-        )
+        linearisations.append(point.problem.simulator.shoot(segments, states, parameters, columns, keep_residual=False))
     return layout, linearisations
 
 
-def project(information: np.ndarray, score: np.ndarray, base: list[int]) -> tuple[np.ndarray, np.ndarray]:
-    """Information (n, n) and score (n,) without what the base columns explain."""
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    scale = np.where(scale > 0.0, scale, np.inf)  # a column without any influence stays without
-    scaled, right = information / np.outer(scale, scale), score / scale
-    solved = np.linalg.lstsq(scaled[np.ix_(base, base)], np.column_stack([scaled[base], right[base]]), rcond=1e-11)[0]
-    rest = scaled - scaled[:, base] @ solved[:, :-1]
-    back = np.where(np.isfinite(scale), scale, 0.0)
-    return rest * np.outer(back, back), (right - scaled[:, base] @ solved[:, -1]) * back
-
-
-def _label_indices(labels: Sequence[str], names: Sequence[str]) -> list[int]:
-    return [k for k, label in enumerate(labels) if label.split("@")[0] in names]
-
-
-def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: int) -> Candidate:
+def _score_linear(effect: Effect, equations: ProjectedEquations, values: int) -> Candidate:
     """Score an effect by its linear parameters; values is the number of measured values."""
     start, sigma, gain = _estimate_effect(linear_names(effect), equations)
-    indices = _label_indices(equations.labels, linear_names(effect))
+    indices = equations.indices(linear_names(effect))
     least = MIN_REMAINING_INFORMATION_SHARE * equations.unprojected_information[indices]
-    absorbed = (np.diag(equations.information)[indices] < least).any()
+    absorbed = (np.diag(equations.rest.information)[indices] < least).any()
     trials = 1 + sum(len(p.grid) for p in effect.parameters)  # every start of a refit counts
     return Candidate(
         effect, (start,), gain / residual_variance_ratio(equations, values), {} if absorbed else sigma, trials
@@ -153,7 +145,7 @@ def _score_linear(effect: Effect, equations: ProjectedNormalEquations, values: i
 
 
 def _score_profiled(
-    point: FittedSegments, effect: Effect, grid: ProfileGrid, equations: ProjectedNormalEquations
+    point: FittedSegments, effect: Effect, grid: ProfileGrid, equations: ProjectedEquations
 ) -> Candidate:
     """Score an effect at every setting; where it has no other size the setting itself is what is scored."""
     problem = with_stable_step(point.problem.with_candidates(effect.name), point.fit.values)
@@ -161,44 +153,30 @@ def _score_profiled(
     for setting in grid.settings:
         here = linearise(extended, names or list(setting), setting)
         start, sigma, gain = _estimate_effect(names or list(setting), here)
-        gain += equations.left - here.left
-        found.append((gain if np.isfinite(gain) else -np.inf, {**start, **setting}, sigma))
+        gain += float(equations.rest.cost - here.rest.cost)
+        found.append((gain if np.isfinite(gain) else -np.inf, start.with_values(setting), sigma))
     found.sort(key=lambda f: -f[0])
-    gain, _, sigma = found[0] if found else (-np.inf, {}, {})
+    gain, sigma = (found[0][0], found[0][2]) if found else (-np.inf, {})
     starts = tuple(start for _, start, _ in found)
     gain /= residual_variance_ratio(equations, point.values)
     return Candidate(effect, starts, gain, sigma if names else {}, max(grid.trials, 1))
 
 
-def residual_variance_ratio(equations: ProjectedNormalEquations, values: int) -> float:
+def residual_variance_ratio(equations: ProjectedEquations, values: int) -> float:
     """Mean square of the residual in noise variances, at least 1."""
     return max(equations.cost / max(values, 1), 1.0)
 
 
-def _estimate_effect(
-    names: Sequence[str], equations: ProjectedNormalEquations
-) -> tuple[dict[str, float], dict[str, float], float]:
-    """Size and standard error of the named parameters, and the expected gain.
-
-    Sizes of further logs, where they have their own, come as name@log; a standard error is that of the first.
-    """
-    indices = _label_indices(equations.labels, names)
-    step, inverse = solve(equations.information[np.ix_(indices, indices)], equations.score[indices])
-    start: dict[str, float] = {}
-    sigma: dict[str, float] = {}
+def _estimate_effect(names: Sequence[str], equations: ProjectedEquations) -> tuple[EffectSize, dict[str, float], float]:
+    """Size of the named parameters, their standard errors in the first log, and the expected gain."""
+    indices = equations.indices(names)
+    step, inverse = equations.rest.solve(indices)
+    size, sigma = EffectSize({}, {}), dict[str, float]()
     for k, index in enumerate(indices):
-        name, _, log = equations.labels[index].partition("@")
-        start[f"{name}@{log}" if int(log or 0) else name] = float(step[k])
+        name, _, log, *_ = equations.rest.layout.elements[index]
+        (size.further.setdefault(log, {}) if log else size.values)[name] = float(step[k])
         sigma.setdefault(name, float(np.sqrt(max(inverse[k, k], 0.0))))
-    return start, sigma, float(equations.score[indices] @ step)
-
-
-@np.errstate(over="ignore", invalid="ignore")  # a column without any influence
-def solve(block: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solution of normal equations scaled to a unit diagonal, and their inverse; flat directions do not move."""
-    scale = np.sqrt(np.maximum(np.diag(block), 1e-300))
-    inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-9, hermitian=True) / np.outer(scale, scale)
-    return inverse @ right, inverse
+    return size, sigma, float(equations.rest.score[indices] @ step)
 
 
 def _is_locally_nonlinear(name: str) -> bool:
@@ -226,9 +204,9 @@ def find_twins(
 
 def linear_names(effect: Effect) -> list[str]:
     """Full names of the parameters in which an effect can be scored at its absence."""
-    return [f"{effect.name}.{p.name}" for p in effect.linear]
+    return list(map(effect.name_of, effect.linear))
 
 
 def size_names(effect: Effect) -> list[str]:
     """Full names of the parameters that say how large an effect is."""
-    return [f"{effect.name}.{p.name}" for p in effect.sizes]
+    return list(map(effect.name_of, effect.sizes))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import derive
+from derive.parameter_name import short_name
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
 from wheelpend.diagnosis.missing_force.estimate import (
@@ -179,7 +180,7 @@ def detectable(problem: EstimationProblem, full_score_test: ScoreTest) -> dict[s
     values = sum(p.values for p in problem.training)
     factor = max(5.0, float(np.sqrt(2.0 * MIN_RELATIVE_ERROR_DECREASE * values)))
     return {
-        c.effect.name: {n.partition(".")[2]: factor * s for n, s in c.sigma.items()}
+        c.effect.name: {short_name(n): factor * s for n, s in c.sigma.items()}
         for c in sorted(full_score_test.candidates, key=lambda c: c.effect.name)
         if c.sigma and all(0.0 < s < 1e6 for s in c.sigma.values())
     }

@@ -15,11 +15,14 @@ values make the measurements likeliest, and how well do they predict what the fi
     shooting_problem        the same for all logs of a fit, as functions of θ and the initial states
     states                  initial states of segments: first guess, and fit at given parameters
     state_reconstruction    states from the channels of the sensors
-    normal_equations        initial states eliminated (Schur complement); damped and bounded steps
+    scaled_inverse          information matrices inverted or solved, scaled to a unit diagonal
+    normal_equations        initial states eliminated (Schur complement); parts added up, projected, solved
     gauss_newton            the Levenberg-Marquardt iteration
     fit, fit_statistics     a fitted model, its covariances, its residual's colour
     covariance              block jackknife, test for autocorrelation
-    parameter_table         estimates with standard errors
+    estimate                value, standard error and unit of a parameter
+    parameter_table         the estimates of a fit
+    regressor, linear_fit   the input that acts, the equations of a log; their solution with standard errors
     least_squares           regression on the filtered equations, without and with derivatives (paper eqs. 16-43)
     long_logs               the same in chunks, for logs that do not fit into memory
     nonnegative             the same with nonnegative parameters: a start for shooting

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -16,13 +15,15 @@ from wheelpend.estimation.criteria import (
 )
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import limits_of, per_log_names, tied_pairs
+from wheelpend.estimation.free_parameters import free_parameters, tied_pairs
 from wheelpend.estimation.gauss_newton import fit
 from wheelpend.estimation.parameter_space import ParameterSpace
-from wheelpend.estimation.parameters import parameter_layout
+from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.shooting_problem import ShootingProblem
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 
 SAME_FIT_RELATIVE_TOLERANCE = 1e-3  # relative difference of the errors of two fits that ended at the same minimum
@@ -68,20 +69,20 @@ def shooting_problem(
     ``tied`` are pairs of sine and cosine with one amplitude for all logs.
     """
     module = kernels_for(problem, free, start, start_per_log)
-    layout = parameter_layout(free, per_log_names(free), len(segments))
-    limits = limits_of(free, problem.plant, problem.module.SIGNED)
-    space = ParameterSpace.of(module, layout, start, start_per_log, limits).with_tied_amplitudes(tied)
-    return ShootingProblem(module, segments, space, problem.max_step)
+    layout = ParameterLayout.of(free_parameters(problem, free), len(segments))
+    space = ParameterSpace.of(layout, start, start_per_log).with_tied_amplitudes(tied)
+    return ShootingProblem(Simulator(module, problem.max_step), segments, space)
 
 
 def kernels_for(
     problem: EstimationProblem, free: Sequence[str], *values: Mapping[str, float] | Sequence[Mapping[str, float]]
-) -> ModuleType:
+) -> KernelModule:
     """The problem's kernels, or those of the bare plant, several times faster, where no effect is fitted or present."""
-    absent = dict(zip(problem.module.PARAMETERS, problem.module.ABSENT, strict=True))
+    first, last = problem.module.OWN_PARAMETERS, problem.module.FITTED  # of the effects' parameters
+    absent = dict(zip(problem.module.PARAMETERS[first:last], problem.module.ABSENT[first:last], strict=True))
     given = [v for each in values for v in ([each] if isinstance(each, Mapping) else each)]
-    present = any("." in n and n in absent and x != absent[n] for v in given for n, x in v.items())
-    if problem.model.effects or present or any("." in n for n in free):
+    present = any(n in absent and x != absent[n] for v in given for n, x in v.items())
+    if problem.model.effects or present or any(n not in problem.base for n in free):
         return problem.module
     return model_module(problem.model.plant, problem.model.assumptions, ())
 

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wheelpend.estimation.normal_equations import NormalEquations
+
 TARGET_BLOCK_COUNT = 20  # longer blocks allow slower noise, more blocks estimate their covariance better
 MIN_SEGMENTS_PER_BLOCK = 2  # where there are enough: noise may be correlated from one segment to the next
 MIN_BLOCKS_PER_LOG = 4  # blocks of a log below which they are single segments
@@ -29,10 +31,8 @@ def block_numbers(segments: Sequence[int]) -> np.ndarray:
     return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
 
 
-def jackknife_covariance(
-    covariance: np.ndarray, informations: np.ndarray, scores: np.ndarray, block: np.ndarray
-) -> np.ndarray:
-    """Covariance (n, n) of a fit from the informations (segments, n, n) and scores (segments, n) of its segments.
+def jackknife_covariance(covariance: np.ndarray, segments: NormalEquations, block: np.ndarray) -> np.ndarray:
+    """Covariance (n, n) of a fit from the normal equations of its segments.
 
     covariance is the inverse of the information of all; block (segments,) says which segments are left out together.
     """
@@ -41,8 +41,8 @@ def jackknife_covariance(
     moves = []
     for number in np.unique(block):
         inside = block == number
-        leverage, along = np.linalg.eigh(root.T @ informations[inside].sum(axis=0) @ root)
-        score = along.T @ (root.T @ scores[inside].sum(axis=0))
+        leverage, along = np.linalg.eigh(root.T @ segments.information[inside].sum(axis=0) @ root)
+        score = along.T @ (root.T @ segments.score[inside].sum(axis=0))
         moves.append(root @ (along @ (score / (1.0 - np.clip(leverage, 0.0, MAX_BLOCK_LEVERAGE)))))
     moved = np.array(moves)
     return moved.T @ moved * (len(moved) - 1) / max(len(moved), 1)

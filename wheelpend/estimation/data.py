@@ -12,7 +12,7 @@ import derive
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
-from wheelpend.estimation.problem import EstimationProblem, why_not_testable
+from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log, segment_bounds
@@ -69,7 +69,7 @@ def prepare(
     )  # fmt: skip
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
-    return replace(problem, carries=any(derive.effects.find(e).carries for e in model.effects))
+    return replace(problem, carries=carries_over(module, model.effects))
 
 
 def _require_known_effects(model: Model, names: Sequence[str]) -> None:

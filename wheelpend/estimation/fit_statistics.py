@@ -8,9 +8,8 @@ import numpy as np
 
 from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.normal_equations import covariance_of, segment_informations
+from wheelpend.estimation.normal_equations import covariance_of
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.shooting_problem import LinearisedPoint, ShootingProblem
 
 MAX_COLOUR_TEST_SEGMENTS = 400  # segments whose residual is tested for whiteness
@@ -21,19 +20,17 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
     """The fit that a point stands for, with its covariances from the information and from the block jackknife."""
     space, theta = problem.space, point.theta
     reduced = problem.reduce(point)
-    information = np.nan_to_num(reduced.information, posinf=0.0, neginf=0.0)
-    along, labels = space.directions(theta)
-    covariance, condition, unidentifiable = covariance_of(along.T @ information @ along, labels)
+    information, segments = reduced.total.finite().information, reduced.segments.finite()
+    along, parameters = space.directions(theta)
+    covariance, condition, unidentifiable = covariance_of(along.T @ information @ along, parameters)
     covariance = along @ covariance @ along.T
-    informations = segment_informations(point.linearisations, problem.module.NX, space.layout, reduced)
-    informations, scores = (np.nan_to_num(a, posinf=0.0, neginf=0.0) for a in (informations, reduced.scores))
     block = block_numbers([len(s) for s in point.states])
     return Fit(
         values={**{k: float(v) for k, v in space.shared.items()}, **space.shared_values(theta)},
         per_log=tuple(space.per_log_values(theta, k) for k in range(len(problem.segments))),
-        free=space.layout.labels,
+        free=space.layout.elements,
         covariance=covariance,
-        robust=jackknife_covariance(covariance, informations, scores, block) if len(theta) else covariance,
+        robust=jackknife_covariance(covariance, segments, block) if len(theta) else covariance,
         states=tuple(point.states),
         cost=point.cost,
         count=problem.count,
@@ -55,5 +52,5 @@ def _is_log_coloured(problem: ShootingProblem, segments: Segments, states: np.nd
     near = segments.bounds[:, 1] <= segments.bounds[0, 1] + MAX_COLOUR_TEST_SAMPLES
     bounds = segments.bounds[near][:MAX_COLOUR_TEST_SEGMENTS]
     head = replace(segments, log=segments.log.part(0, int(bounds[-1, 1])), bounds=bounds, weights=None)
-    linearisation = shoot(problem.module, head, states[: len(bounds)], parameters, max_step=problem.max_step)
+    linearisation = problem.simulator.shoot(head, states[: len(bounds)], parameters)
     return is_autocorrelated(linearisation.residual, bounds)

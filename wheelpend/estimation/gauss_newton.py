@@ -8,7 +8,7 @@ import numpy as np
 
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.fit_statistics import fit_at
-from wheelpend.estimation.normal_equations import ReducedNormalEquations
+from wheelpend.estimation.normal_equations import ReducedEquations
 from wheelpend.estimation.shooting_problem import LinearisedPoint, ShootingProblem
 
 MIN_COST_DECREASE = 0.01  # σ², decrease of the sum of squares that is not worth a step
@@ -36,10 +36,10 @@ def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds
     damping = START_DAMPING
     for _ in range(rounds):
         reduced = problem.reduce(point, damping)
-        if not np.isfinite(point.cost) or not np.isfinite(reduced.information).all():
+        if not np.isfinite(point.cost) or not np.isfinite(reduced.total.information).all():
             return point, False  # the start cannot be simulated: there is no direction to take
         theta, states = _damped_step(problem, point, reduced, damping)
-        if damping < MAX_UNDAMPED and problem.predicted_decrease(point, reduced) < _negligible_decrease(point.cost):
+        if damping < MAX_UNDAMPED and problem.predicted_decrease(reduced) < _negligible_decrease(point.cost):
             return point._replace(theta=theta, states=states), True  # the last step is too small to be simulated
         trial = problem.linearise(theta, states)
         if trial.cost <= point.cost:
@@ -57,14 +57,14 @@ def levenberg_marquardt(problem: ShootingProblem, point: LinearisedPoint, rounds
 
 
 def _damped_step(
-    problem: ShootingProblem, point: LinearisedPoint, reduced: ReducedNormalEquations, damping: float
+    problem: ShootingProblem, point: LinearisedPoint, reduced: ReducedEquations, damping: float
 ) -> tuple[np.ndarray, list[np.ndarray]]:
     """θ and initial states after a step: the states' own one, and their response to that of θ."""
-    theta = problem.space.after_step(point.theta, reduced, damping)
+    theta = problem.space.after_step(point.theta, reduced.total, damping)
     step = theta - point.theta
     states = [
-        x + own - np.einsum("skx,k->sx", response, step[places])
-        for x, (own, response), places in zip(point.states, reduced.steps, problem.space.layout.places, strict=True)
+        x + eliminated.step - np.einsum("skx,k->sx", eliminated.response, step[places])
+        for x, eliminated, places in zip(point.states, reduced.states, problem.space.layout.places, strict=True)
     ]
     return theta, problem.consistent_states(theta, states)
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 
 from wheelpend.estimation import long_logs
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.regressor import acting_input, equations_at, free_decay
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 
-def differentiation_least_squares(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
+def differentiation_least_squares(module: KernelModule, log: Log, parameters: np.ndarray) -> LinearFit:
     """Least squares with accelerations from numerical differences (paper eqs. 16, 17, 24)."""
     states = measured_states(module, log)
     rates = np.gradient(states[:, module.NQ :], log.t, axis=0)
@@ -22,7 +21,7 @@ def differentiation_least_squares(module: ModuleType, log: Log, parameters: np.n
 
 
 def filtered_least_squares(
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     tau: tuple[float, float],

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
+
+from wheelpend.kernels.kernel_module import KernelModule
 
 QR_BLOCK_ROWS = 8192  # rows of which a QR decomposition is taken at once
 MIN_SINGULAR_VALUE_RATIO = 1e-9  # of the scaled regressor, below which a direction is not identifiable
@@ -30,7 +31,7 @@ class LinearFit:
 
 
 def solve_least_squares(
-    module: ModuleType, sides: np.ndarray, regressors: np.ndarray, nuisance: np.ndarray | None = None
+    module: KernelModule, sides: np.ndarray, regressors: np.ndarray, nuisance: np.ndarray | None = None
 ) -> LinearFit:
     """Least squares by SVD of the column-scaled regressor (paper eq. 17); zero along unidentifiable directions.
 
@@ -54,7 +55,7 @@ def solve_least_squares(
     return LinearFit(tuple(module.LINEAR), estimate, sigma, condition, right.size, unidentifiable)
 
 
-def unidentifiable_names(module: ModuleType, silent: np.ndarray, null_directions: np.ndarray) -> tuple[str, ...]:
+def unidentifiable_names(module: KernelModule, silent: np.ndarray, null_directions: np.ndarray) -> tuple[str, ...]:
     """Linear parameters without influence, or with a share in the null directions (k, n) of the scaled regressor."""
     lost = (null_directions**2).sum(axis=0)
     rows = zip(module.LINEAR, silent, lost, strict=True)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from types import ModuleType
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from wheelpend.estimation.linear_fit import (
 )
 from wheelpend.estimation.regressor import acting_input, free_decay
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 CHUNK_SAMPLES = 200_000  # samples of a long log that are processed at once
@@ -34,7 +34,7 @@ MAX_NORMAL_EQUATIONS_CONDITION = 1e10  # condition of the scaled normal equation
 class _ChunkedEquations:
     """The filtered equations of a long log, formed chunk by chunk; a memory (of the filters) links the chunks."""
 
-    module: ModuleType
+    module: KernelModule
     log: Log
     parameters: np.ndarray  # (NP,)
     tau: tuple[float, float]  # s
@@ -42,7 +42,7 @@ class _ChunkedEquations:
     voltage: np.ndarray  # (N,) acting input
 
     @property
-    def settings(self) -> tuple:
+    def settings(self) -> tuple[np.ndarray, float, float, bool]:
         """Arguments that all filter kernels take after the signals."""
         return (self.parameters, *self.tau, self.first_order_hold)
 
@@ -76,7 +76,7 @@ def _stacked_rows(sides: np.ndarray, regressors: np.ndarray) -> np.ndarray:
 
 
 def chunked_least_squares(
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     tau: tuple[float, float],
@@ -123,14 +123,14 @@ def _triangular_factor_of_chunks(
     return root
 
 
-def chunks_from(module: ModuleType, log: Log, first: int) -> Iterator[tuple[slice, np.ndarray]]:
+def chunks_from(module: KernelModule, log: Log, first: int) -> Iterator[tuple[slice, np.ndarray]]:
     """Ranges of samples from one on, each with the sample before it, and their states."""
     for a in range(first, len(log), CHUNK_SAMPLES):
         b = min(a + CHUNK_SAMPLES, len(log))
         yield slice(a - 1, b), states_of_range(module, log, a - 1, b)
 
 
-def states_of_range(module: ModuleType, log: Log, first: int, last: int) -> np.ndarray:
+def states_of_range(module: KernelModule, log: Log, first: int, last: int) -> np.ndarray:
     """Measured states (last - first, NX) of a range of samples; those around it determine the slopes at its ends."""
     a, b = max(first - CHUNK_MARGIN_SAMPLES, 0), min(last + CHUNK_MARGIN_SAMPLES, len(log))
     return measured_states(module, log.part(a, b))[first - a : last - a]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 
 from wheelpend.estimation.linear_fit import triangular_factor
 from wheelpend.estimation.regressor import acting_input, free_decay
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 SLIP_SMOOTHING_RATIO = 0.05  # of the slip's standard deviation, over which the sign of dry friction changes
@@ -16,7 +15,7 @@ MIN_PARAMETER_RATIO = 1e-3  # of the largest share, given to a parameter that co
 
 
 def nonnegative_least_squares(
-    module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]
+    module: KernelModule, log: Log, parameters: np.ndarray, tau: tuple[float, float]
 ) -> dict[str, float]:
     """Linear parameters by filtered least squares, none negative but the signed ones.
 
@@ -48,7 +47,7 @@ def nonnegative_least_squares(
 
 
 def _input_nuisances(
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     states: np.ndarray,
     voltage: np.ndarray,

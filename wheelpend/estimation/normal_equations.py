@@ -1,83 +1,172 @@
-"""Normal equations of the shooting problem: initial states eliminated (Schur complement), scaled, solved, inverted."""
+"""Normal equations: a sum of squares near a point, as a quadratic in changes of parameters, without initial states."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
+from wheelpend.estimation.scaled_inverse import (
+    ScaledInverse,
+    explaining,
+    pseudo_inverse,
+    solve_damped,
+    unit_diagonal,
+)
 from wheelpend.estimation.shooting import ShootingLinearisation
 
-MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled information matrix below which a direction is not identifiable
+MAX_LOST_SHARE = 1e-3  # of a parameter in directions that are not identifiable, from which its value means nothing
+SILENT_ROOT = 1e-150  # root of an information up to which a parameter has no influence
 
 
-def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float) -> np.ndarray:
-    """Solve every segment's normal equations (segments, n, n), scaled to a unit diagonal and damped.
+@dataclass(frozen=True)
+class NormalEquations:
+    """A sum of squares after a change δ of n parameters: cost − 2 scoreᵀ δ + δᵀ information δ.
 
-    right is (segments, n, k), and so is the solution: zeros for a segment that is not finite.
+    Leading axes are of parts of the data, as segments or folds are, which add up.
     """
-    finite = np.isfinite(normal).all(axis=(1, 2)) & np.isfinite(right).all(axis=(1, 2))
-    normal = np.where(finite[:, None, None], normal, np.eye(normal.shape[1]))
-    right = np.where(finite[:, None, None], right, 0.0)
-    scale = np.sqrt(np.einsum("sii->si", normal)) + 1e-300
-    scaled = normal / scale[:, :, None] / scale[:, None, :]
-    scaled += (1e-10 + np.broadcast_to(damping, (len(normal),)))[:, None, None] * np.eye(normal.shape[1])
-    return np.linalg.solve(scaled, right / scale[:, :, None]) / scale[:, :, None]
+
+    layout: ParameterLayout  # whose elements the parameters are
+    information: np.ndarray  # (..., n, n)
+    score: np.ndarray  # (..., n)
+    cost: np.ndarray  # (...)
+
+    @classmethod
+    def zeros(cls, layout: ParameterLayout, parts: int) -> NormalEquations:
+        """Those of parts without any data."""
+        size = len(layout.elements)
+        return cls(layout, np.zeros((parts, size, size)), np.zeros((parts, size)), np.zeros(parts))
+
+    def part(self, number: int) -> NormalEquations:
+        """Those of one part."""
+        return NormalEquations(self.layout, self.information[number], self.score[number], self.cost[number])
+
+    def sum(self) -> NormalEquations:
+        """Those of all parts together."""
+        information = symmetric(self.information.sum(axis=0))
+        return replace(self, information=information, score=self.score.sum(axis=0), cost=self.cost.sum(axis=0))
+
+    def fold(self, numbers: np.ndarray) -> NormalEquations:
+        """Those of folds, from the number of the fold of each part (parts,)."""
+        folds = [numbers == k for k in range(int(numbers.max(initial=-1)) + 1)]
+        sums = (np.array([x[f].sum(axis=0) for f in folds]) for x in (self.information, self.score, self.cost))
+        return NormalEquations(self.layout, *sums)
+
+    def add(self, other: NormalEquations) -> NormalEquations:
+        """Those of two sets of data, in the same parameters."""
+        return NormalEquations(
+            self.layout, self.information + other.information, self.score + other.score, self.cost + other.cost
+        )
+
+    def finite(self) -> NormalEquations:
+        """The same with zeros in place of what is not finite."""
+        found = (np.nan_to_num(x, posinf=0.0, neginf=0.0) for x in (self.information, self.score, self.cost))
+        return NormalEquations(self.layout, *found)
+
+    def project(self, base: Sequence[int]) -> NormalEquations:
+        """Those without what the base columns explain, and without the squares that they explain."""
+        scaled, scale = unit_diagonal(self.information)
+        right = self.score / scale
+        answers = explaining(scaled, base, np.column_stack([scaled[base], right[base]]))
+        rest = scaled - scaled[:, base] @ answers[:, :-1]
+        back = np.where(np.isfinite(scale), scale, 0.0)
+        return replace(
+            self,
+            information=rest * np.outer(back, back),
+            score=(right - scaled[:, base] @ answers[:, -1]) * back,
+            cost=self.cost - right[base] @ answers[:, -1],
+        )
+
+    def solve(self, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Change (chosen,) of some parameters alone, and its covariance; flat directions do not move."""
+        covariance = pseudo_inverse(self.information[np.ix_(chosen, chosen)])
+        return covariance @ self.score[list(chosen)], covariance
+
+    def gain(self, chosen: Sequence[int], change: np.ndarray) -> float:
+        """Fall of the sum of squares with a change (chosen,) of some parameters."""
+        own = self.information[np.ix_(chosen, chosen)]
+        return float(2.0 * change @ self.score[list(chosen)] - change @ own @ change)
 
 
-class ReducedNormalEquations(NamedTuple):
+def symmetric(matrix: np.ndarray) -> np.ndarray:
+    """Matrices (..., n, n) without the asymmetry that rounding leaves."""
+    return 0.5 * (matrix + matrix.swapaxes(-2, -1))
+
+
+class StateResponse(NamedTuple):
+    """The step of the initial states of a log's segments in which they are eliminated."""
+
+    step: np.ndarray  # (segments, NX) the states' own
+    response: np.ndarray  # (segments, columns, NX) to the parameters
+    gain: np.ndarray  # (segments,) fall of the sum of squares with the states' own step
+
+
+@dataclass(frozen=True)
+class ReducedEquations:
     """The normal equations of θ alone, the segments' initial states eliminated."""
 
-    information: np.ndarray  # (free, free)
-    score: np.ndarray  # (free,)
-    scores: np.ndarray  # (segments of all logs, free), whose sum is the score
-    steps: tuple[tuple[np.ndarray, np.ndarray], ...]  # per log: the states' own step (segments, NX), and their response
-    # to the columns of θ (segments, columns, NX)
+    total: NormalEquations  # of all logs
+    logs: tuple[NormalEquations, ...]  # of every log's segments, in its columns
+    states: tuple[StateResponse, ...]  # per log
+
+    @property
+    def states_gain(self) -> float:
+        """Fall of the sum of squares with the states' own steps."""
+        return float(sum(float(s.gain.sum()) for s in self.states))
+
+    @cached_property
+    def segments(self) -> NormalEquations:
+        """Those of every segment of all logs, in θ."""
+        layout = self.total.layout
+        found, first = NormalEquations.zeros(layout, sum(len(e.score) for e in self.logs)), 0
+        for equations, places in zip(self.logs, layout.places, strict=True):
+            rows = np.arange(first, first + len(equations.score))
+            found.information[rows[:, None, None], places[:, None], places] = symmetric(equations.information)
+            found.score[rows[:, None], places] = equations.score
+            found.cost[rows] = equations.cost
+            first += len(rows)
+        return found
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is rejected
-def eliminate_initial_states(
+def without_states(
+    gram: np.ndarray, nx: int, layout: ParameterLayout, damping: float = 0.0
+) -> tuple[NormalEquations, StateResponse]:
+    """Normal equations of a log's segments without their initial states (Schur complement).
+
+    gram (segments, nx + n + 1, nx + n + 1) has states first, the residual last.
+    """
+    normal, mixed = gram[:, :nx, :nx], gram[:, nx:-1, :nx]
+    solved = solve_damped(normal, gram[:, :nx, nx:], damping)  # the states' response to θ, and their own step
+    response, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
+    gain = np.einsum("sx,sx->s", gram[:, :nx, -1], step)
+    equations = NormalEquations(
+        layout,
+        information=gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, response),
+        score=gram[:, nx:-1, -1] - np.einsum("skx,sx->sk", mixed, step),
+        cost=gram[:, -1, -1] - gain,
+    )
+    return equations, StateResponse(step, response, gain)
+
+
+def reduced_equations(
     linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, damping: float = 0.0
-) -> ReducedNormalEquations:
-    """Eliminate the initial states (nx each) of every segment of all logs (Schur complement)."""
-    size = len(layout.labels)
-    information, scores, steps = np.zeros((size, size)), [], []
-    for linearisation, places in zip(linearisations, layout.places, strict=True):
-        gram = linearisation.gram
-        normal, mixed, own = gram[:, :nx, :nx], gram[:, nx:-1, :nx], gram[:, nx:-1, -1]
-        solved = solve_damped(normal, gram[:, :nx, nx:], damping)  # the states' response to θ, and their own step
-        response, step = solved[:, :, :-1].transpose(0, 2, 1), solved[:, :, -1]
-        block = (gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", mixed, response)).sum(axis=0)
-        information[np.ix_(places, places)] += 0.5 * (block + block.T)
-        row = np.zeros((len(normal), size))
-        row[:, places] = own - np.einsum("skx,sx->sk", mixed, step)
-        scores.append(row)
-        steps.append((step, response))
-    stacked = np.concatenate(scores)
-    return ReducedNormalEquations(information, stacked.sum(axis=0), stacked, tuple(steps))
-
-
-def predicted_decrease(
-    linearisations: Sequence[ShootingLinearisation], reduced: ReducedNormalEquations, nx: int, layout: ParameterLayout
-) -> float:
-    """Decrease of the sum of squares in the next step, were the residual linear and nothing damped."""
-    pairs = zip(linearisations, reduced.steps, strict=True)
-    states = sum(float(np.einsum("sx,sx->", s.gram[:, :nx, -1], own)) for s, (own, _) in pairs)
-    if not layout.labels:
-        return states
-    return states + float(reduced.score @ solve_scaled(reduced.information, reduced.score))
-
-
-def solve_scaled(information: np.ndarray, score: np.ndarray, damping: float = 0.0) -> np.ndarray:
-    """Solve the normal equations of θ, scaled to a unit diagonal; zero along directions that are not identifiable."""
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    scale = np.where(scale > 0.0, scale, np.inf)  # a parameter without any influence does not move
-    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    kept = eigenvalues > MIN_EIGENVALUE_RATIO * eigenvalues[-1]
-    inverse = np.where(kept, 1.0 / (np.where(kept, eigenvalues, 1.0) + damping), 0.0)
-    return vectors @ (inverse * (vectors.T @ (score / scale))) / scale
+) -> ReducedEquations:
+    """Normal equations of θ from the linearised logs, the initial states (nx each) of every segment eliminated."""
+    logs, states = zip(*(without_states(s.gram, nx, layout, damping) for s in linearisations), strict=True)
+    size = len(layout.elements)
+    information, scores, costs = np.zeros((size, size)), [], []
+    for equations, places in zip(logs, layout.places, strict=True):
+        information[np.ix_(places, places)] += equations.sum().information
+        scores.append(np.zeros((len(equations.score), size)))
+        scores[-1][:, places] = equations.score
+        costs.append(equations.cost)
+    total = NormalEquations(layout, information, np.concatenate(scores).sum(axis=0), np.concatenate(costs).sum())
+    return ReducedEquations(total, logs, states)
 
 
 def bounded_step(
@@ -88,7 +177,8 @@ def bounded_step(
     free = np.ones(len(score), dtype=bool)
     for _ in range(len(score) + 1):
         rest = score - information[:, ~free] @ step[~free]
-        step[free] = solve_scaled(information[np.ix_(free, free)], rest[free], damping) if free.any() else 0.0
+        if free.any():
+            step[free] = ScaledInverse.of(information[np.ix_(free, free)]).solve(rest[free], damping)
         outside = free & ((step < lowest) | (step > highest))
         if not outside.any():
             break
@@ -97,30 +187,13 @@ def bounded_step(
     return step
 
 
-def segment_informations(
-    linearisations: Sequence[ShootingLinearisation], nx: int, layout: ParameterLayout, reduced: ReducedNormalEquations
-) -> np.ndarray:
-    """Information of each segment of all logs about the free parameters (segments, free, free)."""
-    found = []
-    for linearisation, places, (_, response) in zip(linearisations, layout.places, reduced.steps, strict=True):
-        gram = linearisation.gram
-        information = np.zeros((len(gram), len(layout.labels), len(layout.labels)))
-        own = gram[:, nx:-1, nx:-1] - np.einsum("skx,slx->skl", gram[:, nx:-1, :nx], response)
-        information[:, places[:, None], places[None, :]] = 0.5 * (own + own.transpose(0, 2, 1))
-        found.append(information)
-    return np.concatenate(found)
-
-
-def covariance_of(information: np.ndarray, labels: Sequence[str]) -> tuple[np.ndarray, float, tuple[str, ...]]:
-    """Inverse of an information matrix, its scaled condition number, and the labels that are not identifiable."""
-    if not len(labels):
+def covariance_of(
+    information: np.ndarray, parameters: Sequence[FreeParameter]
+) -> tuple[np.ndarray, float, tuple[FreeParameter, ...]]:
+    """Inverse of an information matrix, its scaled condition number, and the parameters that are not identifiable."""
+    if not len(parameters):
         return np.zeros((0, 0)), 1.0, ()
-    scale = np.sqrt(np.maximum(np.diag(information), 0.0))
-    silent = scale <= 1e-150
-    scale = np.where(silent, 1.0, scale)
-    eigenvalues, vectors = np.linalg.eigh(information / np.outer(scale, scale) + np.diag(silent * 1.0))
-    kept = eigenvalues > MIN_EIGENVALUE_RATIO * eigenvalues[-1]
-    inverse = vectors[:, kept] / eigenvalues[kept] @ vectors[:, kept].T / np.outer(scale, scale)
-    lost = (vectors[:, ~kept] ** 2).sum(axis=1)
-    flat = tuple(label for label, s, w in zip(labels, silent, lost, strict=True) if s or w > 1e-3)
-    return inverse, float(eigenvalues[-1] / max(eigenvalues[0], 1e-300)), flat
+    silent = np.sqrt(np.maximum(np.diag(information), 0.0)) <= SILENT_ROOT
+    inverse = ScaledInverse.of(information + np.diag(silent * 1.0))
+    rows = zip(parameters, silent, inverse.lost, strict=True)
+    return inverse.matrix, inverse.condition, tuple(p for p, s, w in rows if s or w > MAX_LOST_SHARE)

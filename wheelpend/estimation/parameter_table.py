@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from wheelpend.estimation.estimate import Estimate, LogValue
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
@@ -9,27 +10,29 @@ from wheelpend.estimation.problem import EstimationProblem
 MAX_WHITE_NOISE_ERROR_RATIO = 1.05  # error over noise floor up to which the noise explains a residual
 
 
-def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, dict]:
-    """Value, standard error and identifiability of every parameter; per-log ones of the first log, all in per_log.
-
-    A value that is not identifiable means nothing, nor does its standard error.
-    """
+def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, Estimate]:
+    """Estimate of every parameter of a model, by name."""
     names = free_names(problem, problem.model.effects)
-    unidentifiable = {n.split("@")[0] for n in fitted.unidentifiable}
-    table: dict[str, dict] = {
-        n: {
-            "value": fitted.of_log(0)[n],
-            "sigma": standard_error(problem, fitted, n),
-            "identifiable": n not in unidentifiable,
-        }
+    lost = {p.name for p in fitted.unidentifiable}
+    units = dict(zip(problem.module.PARAMETERS, problem.module.UNITS, strict=True))
+    several = per_log_names(names) if len(problem.logs) > 1 else ()
+    return {
+        n: Estimate(
+            value=fitted.of_log(0)[n],
+            sigma=standard_error(problem, fitted, n),
+            unit=units[n],
+            identifiable=n not in lost,
+            per_log=_values_of_logs(problem, fitted, n) if n in several else (),
+        )
         for n in names
     }
-    for n in per_log_names(names) if len(problem.logs) > 1 else ():
-        table[n]["per_log"] = [
-            {"log": log.name, "value": fitted.of_log(k)[n], "sigma": standard_error(problem, fitted, n, k)}
-            for k, log in enumerate(problem.logs)
-        ]
-    return table
+
+
+def _values_of_logs(problem: EstimationProblem, fitted: Fit, name: str) -> tuple[LogValue, ...]:
+    return tuple(
+        LogValue(log.name, fitted.of_log(k)[name], standard_error(problem, fitted, name, k))
+        for k, log in enumerate(problem.logs)
+    )
 
 
 def standard_error(problem: EstimationProblem, fitted: Fit, name: str, log: int = 0) -> float:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from types import ModuleType
-from typing import NamedTuple
+from collections.abc import Collection, Iterable, Mapping
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
+Role = Literal["own", "size", "shape", "event time", "missing force", "column"]  # column: of a law, in no kernel
+PER_LOG_SCOPES = ("per log", "event")  # of parameters with a value of their own in every log
 
-def kernel_parameters(module: ModuleType, values: Mapping[str, float], log: Log) -> np.ndarray:
+
+def kernel_parameters(module: KernelModule, values: Mapping[str, float], log: Log) -> np.ndarray:
     """Parameter vector (NP,) of a kernel module: named values, the log's origin, else the values of absence.
 
     A constant that is not known is 1; what needs it has no influence while its own parameter is zero.
@@ -24,24 +27,53 @@ def kernel_parameters(module: ModuleType, values: Mapping[str, float], log: Log)
     return parameters
 
 
+def plant_values(module: KernelModule, values: Mapping[str, float]) -> dict[str, float]:
+    """Values of the plant's own parameters and of constants, without those of effects."""
+    names = (*module.PARAMETERS[: module.OWN_PARAMETERS], *module.PARAMETERS[module.FITTED :])
+    return {n: values[n] for n in names if n in values}
+
+
+class FreeParameter(NamedTuple):
+    """A parameter that is fitted: a column of a log's Jacobian, or an element of θ, where a log may have its own."""
+
+    name: str  # in the kernels' parameter vector; of a column of a law any
+    effect: str = ""  # that it belongs to; "" for the plant's own
+    log: int | None = None  # whose own value it is; None for a shared one
+    scope: str = "shared"  # by all logs, "per log", or of an "event" in one log
+    unit: str = ""
+    bounds: tuple[float, float] = (-np.inf, np.inf)  # lowest and highest value with which a simulation can be made
+    absent: float = 0.0  # value without influence
+    role: Role = "own"
+
+    @property
+    def is_per_log(self) -> bool:
+        """True where every log has a value of its own."""
+        return self.scope in PER_LOG_SCOPES
+
+    def in_log(self, number: int) -> FreeParameter:
+        """The element of θ that it is in a log."""
+        return self._replace(log=number) if self.is_per_log else self
+
+
 class ParameterLayout(NamedTuple):
     """Place of each free parameter in θ: shared ones stand there once, per-log ones once for every log."""
 
-    names: tuple[str, ...]  # of the columns of every log's Jacobian
+    columns: tuple[FreeParameter, ...]  # of every log's Jacobian
     places: tuple[np.ndarray, ...]  # per log: index in θ of each column
-    labels: tuple[str, ...]  # of the elements of θ; name@log for per-log ones
+    elements: tuple[FreeParameter, ...]  # of θ
 
+    @classmethod
+    def of(cls, parameters: Iterable[FreeParameter], logs: int) -> ParameterLayout:
+        """Lay out free parameters over a number of logs."""
+        columns = tuple(parameters)
+        elements = [p for p in columns if not p.is_per_log]
+        places = []
+        for log in range(logs):
+            own = [p.in_log(log) for p in columns]
+            elements += [p for p in dict.fromkeys(own) if p not in elements]
+            places.append(np.array([elements.index(p) for p in own], dtype=np.int64))
+        return cls(columns, tuple(places), tuple(elements))
 
-def parameter_layout(free: Sequence[str], per_log: Sequence[str], logs: int) -> ParameterLayout:
-    """Lay out free parameters over a number of logs; those in ``per_log`` get an element of θ for every log."""
-    labels: list[str] = [n for n in free if n not in per_log]
-    places = []
-    for log in range(logs):
-        row = []
-        for name in free:
-            label = f"{name}@{log}" if name in per_log else name
-            if label not in labels:
-                labels.append(label)
-            row.append(labels.index(label))
-        places.append(np.array(row, dtype=np.int64))
-    return ParameterLayout(tuple(free), tuple(places), tuple(labels))
+    def indices(self, names: Collection[str]) -> list[int]:
+        """Places in θ of the parameters of these names, in all logs."""
+        return [k for k, p in enumerate(self.elements) if p.name in names]

@@ -4,28 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from types import ModuleType
 
 import numpy as np
 
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation
+from wheelpend.estimation.shooting import ShootingLinearisation, Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.logs.log import segment_bounds
 
 
 def prediction_error(
-    module: ModuleType, segments: Segments, values: Mapping[str, float], max_step: float = 0.002, lead: int = 0
+    simulator: Simulator, segments: Segments, values: Mapping[str, float], lead: int = 0
 ) -> tuple[float, np.ndarray]:
     """Error of a model on segments [σ] and its residual (N, channels) [σ]; only the initial states are fitted.
 
     A coupled model is simulated from up to ``lead`` segments before the first.
     """
     longer, before = with_lead_in(segments, lead)
-    states = initial_states(module, longer)
-    parameters = kernel_parameters(module, values, segments.log)
-    states, linearisation = fit_states(module, longer, states, parameters, max_step)
+    states = initial_states(simulator.module, longer)
+    parameters = kernel_parameters(simulator.module, values, segments.log)
+    states, linearisation = fit_states(simulator, longer, states, parameters)
     residual = linearisation.residual.copy()
     residual[: segments.bounds[0, 0]] = np.nan
     return segments_rms_error(segments, ShootingLinearisation(linearisation.gram[before:], residual)), residual

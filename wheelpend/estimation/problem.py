@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import ModuleType
 
 import numpy as np
 
@@ -14,7 +12,9 @@ from derive.effects import Effect
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.estimation.segments import Segments, ValidationData
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.step_size import stable_step
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import released_coordinates
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise
@@ -27,7 +27,7 @@ class EstimationProblem:
     """A model, the kernels that simulate it, and the segments of logs that it is fitted to and validated on."""
 
     model: Model
-    module: ModuleType  # the library's kernels, or the model's own
+    module: KernelModule  # the library's kernels, or the model's own
     training: tuple[Segments, ...]
     validation: tuple[ValidationData, ...]
     noise: tuple[Noise, ...]  # of each log, training logs first
@@ -45,6 +45,11 @@ class EstimationProblem:
         return float(np.mean([n.floor for n in self.noise]))
 
     @property
+    def simulator(self) -> Simulator:
+        """Its kernels with its integration step."""
+        return Simulator(self.module, self.max_step)
+
+    @property
     def plant(self) -> PlantSignature:
         """Signature of the plant under the model's assumptions."""
         return self.model.plant_signature
@@ -60,7 +65,7 @@ class EstimationProblem:
     @property
     def base(self) -> tuple[str, ...]:
         """Names of the model's own parameters."""
-        return tuple(n for n in self.module.PARAMETERS[: self.module.FITTED] if "." not in n)
+        return self.module.PARAMETERS[: self.module.OWN_PARAMETERS]
 
     @property
     def logs(self) -> tuple[Log, ...]:
@@ -84,7 +89,7 @@ class EstimationProblem:
     def with_candidates(self, *effects: str) -> EstimationProblem:
         """The problem with kernels that contain these effects besides its model's."""
         module = library_module_of(self.model, effects)
-        carries = any(derive.effects.find(e).carries for e in (*self.model.effects, *effects))
+        carries = carries_over(module, (*self.model.effects, *effects))
         return replace(self, module=module, carries=carries)
 
     def with_effects(self, effects: Sequence[str]) -> EstimationProblem:
@@ -107,7 +112,7 @@ class EstimationProblem:
         )
 
 
-def why_not_testable(effect: Effect, model: Model, module: ModuleType) -> str:
+def why_not_testable(effect: Effect, model: Model, module: KernelModule) -> str:
     """Reason why an effect cannot be tested with a model and its library's kernels; empty where it can."""
     if own := module.ABSORBED.get(effect.full_names[0]):
         return f"is part of {', '.join(own)} on this plant"
@@ -141,11 +146,11 @@ def with_stable_step(problem: EstimationProblem, values: Mapping[str, float]) ->
     """The problem with a step in which its internal coordinates are stable, at the stiffest bounds of their effects."""
     if problem.module.NA == problem.module.NQ:
         return problem
-    known, library = problem.module.PARAMETERS, derive.effects.EFFECT_LIBRARY.values()
-    rows = [problem.effect(e.name) for e in library if e.releases and e.full_names[0] in known]
-    stiffest = {f"{e.name}.{p.name}": p.maximum for e in rows for p in e.parameters if math.isinf(p.absent)}
-    bounded = {n: v for n, v in stiffest.items() if math.isfinite(v)}
-    step = 2.0 * stable_step(
-        problem.module, {**values, **bounded}, problem.training[0].log
-    )  # 0.5 over the fastest rate
+    stiffest = {**values, **problem.module.STIFFEST}
+    step = 2.0 * stable_step(problem.module, stiffest, problem.training[0].log)  # 0.5 over the fastest rate
     return replace(problem, max_step=min(problem.max_step, step))
+
+
+def carries_over(module: KernelModule, effects: Sequence[str]) -> bool:
+    """True where one of the effects has states that carry over from one segment to the next."""
+    return any(e in module.CARRYING for e in effects)

@@ -38,7 +38,7 @@ def profile_grids(problem: EstimationProblem, fitted: Fit, effects: Iterable[Eff
             continue
         grid = _grid_values(problem, fitted, parameter)
         if grid is not None:
-            name = f"{effect.name}.{parameter.name}"
+            name = effect.name_of(parameter)
             found[effect.name] = ProfileGrid(tuple({name: v} for v in grid[0]), grid[1])
     return found
 
@@ -70,7 +70,7 @@ def profiled_start_values(problem: EstimationProblem) -> dict[str, float]:
             values = quantile_starts(problem, parameter, parameter.starts)
         elif isinstance(parameter.starts, Values):
             values = list(parameter.starts.at)
-        found |= {f"{effect.name}.{parameter.name}": v for v in values[len(values) // 2 :][:1]}
+        found |= {effect.name_of(parameter): v for v in values[len(values) // 2 :][:1]}
     return found
 
 
@@ -102,5 +102,5 @@ def null_values(problem: EstimationProblem, effect: Effect) -> dict[str, float]:
     for p in effect.sizes:
         of = p.starts.of if math.isinf(p.absent) and isinstance(p.starts, Quantiles) else None
         reached = max(float(magnitude(problem, s, of).max(initial=0.0)) for s in problem.training) if of else 0.0
-        table[f"{effect.name}.{p.name}"] = reached
+        table[effect.name_of(p)] = reached
     return table

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 
 from wheelpend.estimation.state_reconstruction import fill_gaps
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 EQUAL_TIME_CONSTANTS_RATIO = 1e-3  # relative difference of two time constants up to which they count as equal
 
 
-def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.ndarray:
+def acting_input(module: KernelModule, log: Log, parameters: np.ndarray) -> np.ndarray:
     """Mean acting input (N,) from each sample to the next: the commanded one unless the motor lags."""
     inputs = [fill_gaps(log.t, c) for c in log.inputs]
     voltage = inputs[0] if log.voltage.ndim == 1 else np.column_stack(inputs)
@@ -23,7 +22,7 @@ def acting_input(module: ModuleType, log: Log, parameters: np.ndarray) -> np.nda
 
 
 def equations_at(
-    module: ModuleType,
+    module: KernelModule,
     t: np.ndarray,
     states: np.ndarray,
     rates: np.ndarray,

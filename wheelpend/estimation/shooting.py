@@ -9,16 +9,16 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
-import derive
-from derive.effects import HysteresisForce
 from wheelpend.estimation.segments import Segments
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.parallel import thread_budget, threads
 
 NO_WINDOW_END = np.iinfo(np.int64).max
+DEFAULT_MAX_STEP_S = 0.002  # s
 MIN_PARALLEL_SEGMENTS = 8  # segments below which one thread simulates all
 
 
@@ -36,43 +36,48 @@ class ShootingLinearisation:
         return total if np.isfinite(total) else np.inf
 
 
-def shoot(
-    module: ModuleType,
-    segments: Segments,
-    states: np.ndarray,
-    parameters: np.ndarray,
-    columns: Sequence[int] = (),
-    window: np.ndarray | None = None,
-    max_step: float = 0.002,
-    keep_residual: bool = True,
-) -> ShootingLinearisation:
-    """Simulate segments from their initial states (segments, NX); linearise the residual in these and some parameters.
+class Simulator(NamedTuple):
+    """Kernels that simulate segments, and the longest step of their integrator."""
 
-    columns are the places of those in the parameter vector (NP,), each effective in a window (columns, 2) of samples.
-    Without keep_residual only the residual's squares are stored: a long log needs no memory beyond its own.
-    """
-    chosen = np.array(columns, dtype=np.int64)
-    if window is None:
-        window = np.tile(np.array([0, NO_WINDOW_END], dtype=np.int64), (chosen.size, 1))
-    log, size = segments.log, module.NX + chosen.size + 1
-    gram = np.zeros((len(segments.bounds), size, size))
-    residual = np.full(log.measured.shape if keep_residual else (0, module.NY), np.nan)
-    weight = 1.0 / segments.sigma
+    module: KernelModule
+    max_step: float = DEFAULT_MAX_STEP_S  # s
 
-    def shoot_range(a: int, b: int) -> None:
-        """Simulate segments a to b; no two threads write to the same segment or sample."""
-        module.shoot(
-            log.t, log.voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
-            chosen, window, max_step, gram[a:b], residual,
-        )  # fmt: skip
+    def shoot(
+        self,
+        segments: Segments,
+        states: np.ndarray,
+        parameters: np.ndarray,
+        columns: Sequence[int] = (),
+        window: np.ndarray | None = None,
+        keep_residual: bool = True,
+    ) -> ShootingLinearisation:
+        """Simulate segments from their initial states (segments, NX); linearise the residual in these and parameters.
 
-    try:
-        _run_in_threads(shoot_range, len(segments.bounds), _worker_count(module, segments, parameters))
-    except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
-        gram[:] = np.nan
-    if segments.weights is not None:
-        gram *= segments.weights[:, None, None]
-    return ShootingLinearisation(gram, residual)
+        columns are the places of these parameters in the vector (NP,), each effective in a window (columns, 2) of
+        samples. Without keep_residual only its squares are stored: a long log needs no memory beyond its own.
+        """
+        chosen = np.array(columns, dtype=np.int64)
+        if window is None:
+            window = np.tile(np.array([0, NO_WINDOW_END], dtype=np.int64), (chosen.size, 1))
+        log, size = segments.log, self.module.NX + chosen.size + 1
+        gram = np.zeros((len(segments.bounds), size, size))
+        residual = np.full(log.measured.shape if keep_residual else (0, self.module.NY), np.nan)
+        weight = 1.0 / segments.sigma
+
+        def shoot_range(a: int, b: int) -> None:
+            """Simulate segments a to b; no two threads write to the same segment or sample."""
+            self.module.shoot(
+                log.t, log.voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
+                chosen, window, self.max_step, gram[a:b], residual,
+            )  # fmt: skip
+
+        try:
+            _run_in_threads(shoot_range, len(segments.bounds), _worker_count(self.module, segments, parameters))
+        except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
+            gram[:] = np.nan
+        if segments.weights is not None:
+            gram *= segments.weights[:, None, None]
+        return ShootingLinearisation(gram, residual)
 
 
 def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -> None:
@@ -84,7 +89,7 @@ def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -
         list(_pool().map(job, edges[:-1], edges[1:]))
 
 
-def _worker_count(module: ModuleType, segments: Segments, parameters: np.ndarray) -> int:
+def _worker_count(module: KernelModule, segments: Segments, parameters: np.ndarray) -> int:
     """Number of threads for some segments: one where these are coupled, or few."""
     alone = len(segments.bounds) < MIN_PARALLEL_SEGMENTS or has_coupled_segments(module, parameters)
     return 1 if alone else thread_budget.share()
@@ -95,9 +100,6 @@ def _pool() -> ThreadPoolExecutor:
     return ThreadPoolExecutor(max_workers=threads())
 
 
-def has_coupled_segments(module: ModuleType, parameters: np.ndarray) -> bool:
+def has_coupled_segments(module: KernelModule, parameters: np.ndarray) -> bool:
     """True where a segment depends on the one before: with internal coordinates, or friction that has a memory."""
-    library = derive.effects.EFFECT_LIBRARY.values()
-    with_memory = [e.full_names[0] for e in library if isinstance(e.enters, HysteresisForce)]
-    places = [module.PARAMETERS.index(n) for n in with_memory if n in module.PARAMETERS]
-    return module.NA > module.NQ or bool(np.any(parameters[places] != 0.0))
+    return module.NA > module.NQ or bool(np.any(parameters[list(module.HYSTERESIS_SIZES)] != 0.0))

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.normal_equations import ReducedNormalEquations, eliminate_initial_states, predicted_decrease
+from wheelpend.estimation.normal_equations import ReducedEquations, reduced_equations
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.scaled_inverse import ScaledInverse
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_coupled_segments
 from wheelpend.estimation.states import fit_states, initial_states, sequential_states
+from wheelpend.kernels.kernel_module import KernelModule
 
 STATE_UPDATE_ROUNDS = 2  # rounds in which initial states are brought up to date with other parameters
 
@@ -37,15 +38,19 @@ class LinearisedPoint(NamedTuple):
 class ShootingProblem:
     """A kernel module's residuals on the segments of several logs."""
 
-    module: ModuleType
+    simulator: Simulator
     segments: Sequence[Segments]  # of each log
     space: ParameterSpace
-    max_step: float  # s
+
+    @property
+    def module(self) -> KernelModule:
+        """Its kernels."""
+        return self.simulator.module
 
     @cached_property
     def columns(self) -> list[int]:
         """Places of the free parameters in the kernels' parameter vector."""
-        return [self.module.PARAMETERS.index(n) for n in self.space.layout.names]
+        return [self.module.PARAMETERS.index(p.name) for p in self.space.layout.columns]
 
     @cached_property
     def count(self) -> int:
@@ -65,18 +70,14 @@ class ShootingProblem:
         return LinearisedPoint(
             theta,
             states,
-            [
-                shoot(self.module, s, x, p, self.columns, max_step=self.max_step, keep_residual=False)
-                for s, x, p in rows
-            ],
+            [self.simulator.shoot(s, x, p, self.columns, keep_residual=False) for s, x, p in rows],
         )
 
     def start_states(self, theta: np.ndarray) -> list[np.ndarray]:
         """Initial states from the measured channels, fitted in a few rounds."""
         return [
             fit_states(
-                self.module, s, initial_states(self.module, s), p, self.max_step, STATE_UPDATE_ROUNDS,
-                keep_residual=False,
+                self.simulator, s, initial_states(self.module, s), p, STATE_UPDATE_ROUNDS, keep_residual=False,
             )[0]
             for s, p in zip(self.segments, self.parameters_at(theta), strict=True)
         ]  # fmt: skip
@@ -90,12 +91,13 @@ class ShootingProblem:
         if not any(has_coupled_segments(self.module, p) for p in parameters):
             return states
         rows = zip(self.segments, states, parameters, strict=True)
-        return [sequential_states(self.module, s, x, p, self.max_step, STATE_UPDATE_ROUNDS) for s, x, p in rows]
+        return [sequential_states(self.simulator, s, x, p, STATE_UPDATE_ROUNDS) for s, x, p in rows]
 
-    def reduce(self, point: LinearisedPoint, damping: float = 0.0) -> ReducedNormalEquations:
+    def reduce(self, point: LinearisedPoint, damping: float = 0.0) -> ReducedEquations:
         """Normal equations of θ alone, the initial states eliminated."""
-        return eliminate_initial_states(point.linearisations, self.module.NX, self.space.layout, damping)
+        return reduced_equations(point.linearisations, self.module.NX, self.space.layout, damping)
 
-    def predicted_decrease(self, point: LinearisedPoint, reduced: ReducedNormalEquations) -> float:
+    def predicted_decrease(self, reduced: ReducedEquations) -> float:
         """Decrease of the sum of squares in an undamped step, were the residual linear."""
-        return predicted_decrease(point.linearisations, reduced, self.module.NX, self.space.layout)
+        information, score = reduced.total.information, reduced.total.score
+        return reduced.states_gain + (float(score @ ScaledInverse.of(information).solve(score)) if score.size else 0.0)

@@ -19,6 +19,7 @@ from wheelpend.estimation.prediction import segments_rms_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import profiled_start_values
 from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.load import model_module
@@ -138,5 +139,7 @@ def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping
     """Error [σ] of a start on segments, with only the initial states fitted."""
     module = kernels_for(problem, (), values)
     first, parameters = initial_states(module, segments), kernel_parameters(module, values, segments.log)
-    linearisation = fit_states(module, segments, first, parameters, rounds=START_STATE_ROUNDS, keep_residual=False)[1]
+    linearisation = fit_states(
+        Simulator(module), segments, first, parameters, rounds=START_STATE_ROUNDS, keep_residual=False
+    )[1]
     return segments_rms_error(segments, linearisation)

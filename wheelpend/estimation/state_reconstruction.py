@@ -7,15 +7,15 @@ comes from the rate sensors where these determine it, else from the slope of the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import ModuleType
 
 import numpy as np
 
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.numerics import null_space
 
 
-def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+def states_from(module: KernelModule, values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """States (N, NX) from readings (N, NY), NaN where missing, and their slopes (N, NY); 0 where not determined."""
     states, known = np.zeros((len(values), module.NX)), np.isfinite(values)
     bits = 1 << np.arange(module.NY)
@@ -27,7 +27,7 @@ def states_from(module: ModuleType, values: np.ndarray, slopes: np.ndarray) -> n
     return states
 
 
-def reconstruction_matrices(module: ModuleType, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def reconstruction_matrices(module: KernelModule, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Matrices (NX, NY) from readings, and from their slopes, to states, where only the known channels have a value."""
     weights = np.where(known[:, None], module.OUTPUT_MATRIX, 0.0)
     positions, rates = weights[:, : module.NQ], weights[:, module.NQ :]
@@ -43,7 +43,7 @@ def _without_rounding_noise(matrix: np.ndarray) -> np.ndarray:
     return np.where(np.abs(matrix) < 1e-12, 0.0, np.round(matrix, 14))
 
 
-def measured_states(module: ModuleType, log: Log) -> np.ndarray:
+def measured_states(module: KernelModule, log: Log) -> np.ndarray:
     """Coordinates and rates (N, NX) at the samples; a rate that no sensor reads is a central difference.
 
     A coordinate of which only the rate is read, such as the yaw, is the integral of that from 0.
@@ -62,7 +62,7 @@ def fill_gaps(t: np.ndarray, signal: np.ndarray) -> np.ndarray:
     return signal if good.all() or not good.any() else np.interp(t, t[good], signal[good])
 
 
-def port_motion(module: ModuleType) -> dict[str, np.ndarray]:
+def port_motion(module: KernelModule) -> dict[str, np.ndarray]:
     """Angles and speeds of the ports that are no coordinate's own, by their text, as weights (NX,) on the states."""
     found = {}
     for weights in module.PORTS.values():
@@ -80,6 +80,6 @@ def combination_text(weights: Mapping[str, float]) -> str:
     return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
 
 
-def input_table(module: ModuleType, voltage: np.ndarray) -> dict[str, np.ndarray]:
+def input_table(module: KernelModule, voltage: np.ndarray) -> dict[str, np.ndarray]:
     """Inputs (N,) by their columns, of a log's voltage (N,) or (N, inputs)."""
     return dict(zip(module.INPUTS, voltage.reshape(len(voltage), -1).T, strict=False))

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from functools import partial
-from types import ModuleType
 
 import numpy as np
 
-from wheelpend.estimation.normal_equations import solve_damped
+from wheelpend.estimation.scaled_inverse import solve_damped
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, has_coupled_segments, shoot
+from wheelpend.estimation.shooting import ShootingLinearisation, Simulator, has_coupled_segments
 from wheelpend.estimation.state_reconstruction import states_from
+from wheelpend.kernels.kernel_module import KernelModule
 
 MAX_STATE_UPDATE_ROUNDS = 3  # rounds up to which initial states are only brought up to date, from one start
 PARABOLA_DURATION_S, MIN_PARABOLA_SAMPLES = 0.03, 6  # s and samples, through which the first guess is drawn
 START_STATE_DAMPING = 1e-4  # of the unit diagonal
 
 
-def initial_states(module: ModuleType, segments: Segments) -> np.ndarray:
+def initial_states(module: KernelModule, segments: Segments) -> np.ndarray:
     """First guess of the segments' initial states (segments, NX), from the measured channels alone.
 
     Positions and rates come from short parabolas through the first samples, or what these allow.
@@ -50,18 +50,17 @@ def parabola_values_and_slopes(t: np.ndarray, signals: np.ndarray) -> np.ndarray
 
 @np.errstate(over="ignore", invalid="ignore")  # a segment that diverges gives infinities, and is rejected
 def fit_states(
-    module: ModuleType,
+    simulator: Simulator,
     segments: Segments,
     states: np.ndarray,
     parameters: np.ndarray,
-    max_step: float = 0.002,
     rounds: int = 8,
     keep_residual: bool = True,
 ) -> tuple[np.ndarray, ShootingLinearisation]:
     """Fit only the initial states (segments, NX); every segment has its own damping and keeps its best."""
-    linearise = partial(shoot, module, segments, parameters=parameters, max_step=max_step, keep_residual=keep_residual)
-    if has_coupled_segments(module, parameters):
-        states = sequential_states(module, segments, states, parameters, max_step, rounds)
+    linearise = partial(simulator.shoot, segments, parameters=parameters, keep_residual=keep_residual)
+    if has_coupled_segments(simulator.module, parameters):
+        states = sequential_states(simulator, segments, states, parameters, rounds)
         return states, linearise(states)
     states = states.copy()
     best, damping = linearise(states), np.full(len(states), START_STATE_DAMPING)
@@ -80,7 +79,7 @@ def fit_states(
 
 
 def sequential_states(
-    module: ModuleType, segments: Segments, states: np.ndarray, parameters: np.ndarray, max_step: float, rounds: int
+    simulator: Simulator, segments: Segments, states: np.ndarray, parameters: np.ndarray, rounds: int
 ) -> np.ndarray:
     """Initial states (segments, NX) of coupled segments, fitted one after the other.
 
@@ -90,9 +89,10 @@ def sequential_states(
     log, found = segments.log, states.copy()
     weight, two_starts = 1.0 / segments.sigma, rounds > MAX_STATE_UPDATE_ROUNDS
     try:
-        module.fit_initial_states(
-            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, max_step, rounds, two_starts
-        )
+        simulator.module.fit_initial_states(
+            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, simulator.max_step, rounds,
+            two_starts,
+        )  # fmt: skip
     except ZeroDivisionError:  # as in shoot
         return states
     return found

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import ModuleType
 
 import numpy as np
 
-import derive
-from derive.effects import InternalForce
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.parameters import kernel_parameters, plant_values
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, stack_inputs
 
 STEP_PER_TIME_CONSTANT = 0.25  # of the fastest motion
@@ -19,16 +17,15 @@ REST_RATE = 1e-6  # rad/s, so near rest that smoothed dry friction is at its ste
 DIFFERENCE_STEP = 1e-3  # rad or rad/s
 
 
-def stable_step(module: ModuleType, values: Mapping[str, float], log: Log) -> float:
+def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Step [s] of the integrator, a quarter of the inverse of the fastest rate; of effects only inner forces count."""
-    internal = {e.name for e in derive.effects.EFFECT_LIBRARY.values() if isinstance(e.enters, InternalForce)}
-    counted = {n: v for n, v in values.items() if "." not in n or n.partition(".")[0] in internal}
-    matrix = linearised_motion(module, kernel_parameters(module, counted, log))
+    internal = {n: values[n] for n in module.INTERNAL if n in values}
+    matrix = linearised_motion(module, kernel_parameters(module, plant_values(module, values) | internal, log))
     fastest = float(np.max(np.abs(np.linalg.eigvals(matrix)))) if np.all(np.isfinite(matrix)) else UNKNOWN_RATE
     return float(np.clip(STEP_PER_TIME_CONSTANT / max(fastest, 1e-9), *STEP_LIMITS_S))
 
 
-def linearised_motion(module: ModuleType, parameters: np.ndarray) -> np.ndarray:
+def linearised_motion(module: KernelModule, parameters: np.ndarray) -> np.ndarray:
     """State matrix (2 n, 2 n) [1/s] of angles and rates near rest without input, by forward differences."""
     rates = np.array(module.RATES)
     angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])

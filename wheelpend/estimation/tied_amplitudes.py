@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wheelpend.estimation.parameters import FreeParameter
+
 MAX_PHASE_STEP_RAD = 1.0  # rad, largest change of a phase in one step
 
 
@@ -23,11 +25,14 @@ class TiedAmplitudes:
     fixed: bool  # True where the amplitude is known, so that only the phases move
 
     @classmethod
-    def of(cls, labels: Sequence[str], pairs: Sequence[tuple[str, str]], fixed: bool = False) -> TiedAmplitudes:
-        """Tie the pairs of names among labels, which carry @ and the number of their log."""
-        logs = {n: sum(label.split("@")[0] == n for label in labels) for n, _ in pairs}
-        places = [[[labels.index(f"{n}@{k}") for n in pair] for k in range(logs[pair[0]])] for pair in pairs]
-        return cls(tuple(np.array(p, dtype=np.int64) for p in places), len(labels), fixed)
+    def of(
+        cls, elements: Sequence[FreeParameter], pairs: Sequence[tuple[str, str]], fixed: bool = False
+    ) -> TiedAmplitudes:
+        """Tie the pairs of names among the elements of θ."""
+        place = {(p.name, p.log): k for k, p in enumerate(elements)}
+        logs = {n: sum(p.name == n for p in elements) for n, _ in pairs}
+        places = [[[place[n, k] for n in pair] for k in range(logs[pair[0]])] for pair in pairs]
+        return cls(tuple(np.array(p, dtype=np.int64) for p in places), len(elements), fixed)
 
     @property
     def others(self) -> np.ndarray:
@@ -73,13 +78,13 @@ class TiedAmplitudes:
         low, high = ((limit - theta)[self.others] for limit in limits)
         return np.append(low, np.full(more, -np.inf)), np.append(high, np.full(more, np.inf))
 
-    def labels(self, labels: Sequence[str]) -> tuple[str, ...]:
-        """A name for every coordinate: the sine of the first log for the amplitude, the cosines for the phases."""
-        names = [labels[k] for k in self.others]
+    def parameters(self, elements: Sequence[FreeParameter]) -> tuple[FreeParameter, ...]:
+        """An element of θ for every coordinate: the first log's sine for the amplitude, the cosines for the phases."""
+        found = [elements[k] for k in self.others]
         for places in self.pairs:
-            names += [] if self.fixed else [labels[places[0, 0]]]
-            names += [labels[p] for p in places[:, 1]]
-        return tuple(names)
+            found += [] if self.fixed else [elements[places[0, 0]]]
+            found += [elements[p] for p in places[:, 1]]
+        return tuple(found)
 
 
 def _amplitude(pairs: np.ndarray) -> float:

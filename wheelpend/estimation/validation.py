@@ -15,6 +15,7 @@ from wheelpend.estimation.gauss_newton import fit
 from wheelpend.estimation.prediction import prediction_error
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments, ValidationData
+from wheelpend.estimation.shooting import Simulator
 
 LEAD_IN_SEGMENTS = 10  # segments before the first that is judged, through which a coupled model is simulated
 CALIBRATION_ROUNDS = 10  # of the fit of a log's own parameters
@@ -60,7 +61,8 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
     lead = LEAD_IN_SEGMENTS if problem.carries else 0
     for validation in problem.validation:
         segments, values = validation.part, _validation_values(problem, fitted, validation)
-        _, residual = prediction_error(kernels_for(problem, (), values), segments, values, problem.max_step, lead)
+        simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
+        _, residual = prediction_error(simulator, segments, values, lead)
         finite = np.isfinite(residual[np.isfinite(segments.log.measured)]).any()
         squares += float(np.nansum(residual**2)) if finite else np.inf
         count += segments.values - 2 * problem.module.NQ * len(segments.bounds)

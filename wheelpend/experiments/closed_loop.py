@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.parameters import kernel_parameters, plant_values
 from wheelpend.experiments.excitation import Excitation
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise, rounding_sigma
 
@@ -68,7 +68,7 @@ class SimulatedExperiment(NamedTuple):
 class ClosedLoop:
     """The robot that is to be recorded, under its controller."""
 
-    module: ModuleType
+    module: KernelModule
     values: Mapping[str, float]
     gains: np.ndarray  # (3,) of the PID on the pitch
     t: np.ndarray  # (N,) s
@@ -77,7 +77,7 @@ class ClosedLoop:
     max_step: float  # s
 
     @classmethod
-    def of(cls, module: ModuleType, values: Mapping[str, float], gains: np.ndarray, t: np.ndarray, sensors: Noise,
+    def of(cls, module: KernelModule, values: Mapping[str, float], gains: np.ndarray, t: np.ndarray, sensors: Noise,
            max_step: float) -> ClosedLoop:  # fmt: skip
         """A loop whose sensors scatter as those of a log do; the draw is always the same."""
         white = np.sqrt(np.maximum(sensors.sigma**2 - np.array([rounding_sigma(q) for q in sensors.quantum]) ** 2, 0.0))
@@ -117,7 +117,7 @@ class ClosedLoop:
         return None
 
 
-def balancing_gains(module: ModuleType, values: Mapping[str, float], dt: float) -> np.ndarray:
+def balancing_gains(module: KernelModule, values: Mapping[str, float], dt: float) -> np.ndarray:
     """Gains (3,) of a PID that keeps the model upright: linear-quadratic, on the pitch about the vertical.
 
     The wheel's slow influence on the pitch is taken as a disturbance, which the integral removes. The loop is made
@@ -135,11 +135,10 @@ def balancing_gains(module: ModuleType, values: Mapping[str, float], dt: float) 
     return np.array([angle, integral, rate])
 
 
-def _linearised_pitch(module: ModuleType, values: Mapping[str, float]) -> tuple[float, float, float]:
+def _linearised_pitch(module: KernelModule, values: Mapping[str, float]) -> tuple[float, float, float]:
     """Derivatives of the pitch's acceleration about the vertical in pitch, its rate, and the voltage."""
-    without_effects = {n: v for n, v in values.items() if "." not in n}
     empty = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
-    parameters = kernel_parameters(module, without_effects, empty)
+    parameters = kernel_parameters(module, plant_values(module, values), empty)
 
     def pitch(state: np.ndarray, voltage: float) -> float:
         return float(module.acceleration(0.0, state, voltage, parameters)[1])

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.free_parameters import effect_parameter, per_log_names
+from wheelpend.estimation.free_parameters import effect_parameter
 from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import builtin_excitations
 from wheelpend.experiments.pose import DesignProblem, pose_problem
@@ -152,11 +152,10 @@ def a_optimality(question: Question, piece: np.ndarray | None) -> float:
     The mean of squares (A-optimality) is ruled by what is known worst. The bound enters as a prior of that width.
     """
     known, values = question.information_with(piece), question.sizes[-1]
-    scale = np.array([_scale(label.split("@")[0], values) for label in known.labels])
+    scale = np.array([_scale(p.name, values) for p in known.layout.elements])
     prior = np.eye(len(scale))
     covariance = np.linalg.inv(known.information * np.outer(scale, scale) + prior)
-    own = per_log_names([label.split("@")[0] for label in known.labels])
-    shared = [k for k, label in enumerate(known.labels) if label not in own and "@" not in label]
+    shared = [k for k, p in enumerate(known.layout.elements) if p.log is None]
     return float(-0.5 * np.log(np.mean(np.diag(covariance)[shared])))
 
 

@@ -10,8 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
+from derive.parameter_name import full_name
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.refit import refit_with
+from wheelpend.diagnosis.score_test import size_names
 from wheelpend.diagnosis.stepwise import diagnose
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
@@ -64,7 +66,7 @@ def start_from_diagnosis(
     rivals = separable_rivals(problem, best)
     said = (f"The logs show {best.effect}, which the model does not have yet; it is in the rehearsals.",)
     start = _start_of_fit(problem, best.fit, present, said, profiled_values={
-        f"{t.effect}.{p}": v for t in found.named for p, v in t.coefficients.items() if t.effect in rivals
+        full_name(t.effect, p): v for t in found.named for p, v in t.coefficients.items() if t.effect in rivals
     })  # fmt: skip
     if best.equivalent_to and not rivals:
         hopeless = (f"No command separates {best.effect} from {' and '.join(best.equivalent_to)}. "
@@ -109,7 +111,7 @@ def _start_of_fit(
     values = tuple({**fitted.of_log(k), **(profiled_values or {})} for k in range(len(problem.training)))
     sentences = list(assumptions)
     for effect in present:
-        sizes = [f"{effect}.{p.name}" for p in derive.effects.find(effect).sizes]
+        sizes = size_names(derive.effects.find(effect))
         if any(abs(values[-1][n] - _absent_value(n)) > MIN_SIZE_IN_STANDARD_ERRORS * fitted.sigma(n) for n in sizes):
             continue
         typical = {n: p.typical for n in sizes if (p := effect_parameter(n))}
@@ -132,8 +134,8 @@ def start_without_logs(model: Model, first: str) -> DesignStart:
     present = tuple(model.effects) if not first or first in model.effects else tuple(extended_effects(model, first))
     sentences = ["No log is given, so the command has to tell everything alone."]
     for effect in present:
-        unset = [p for p in derive.effects.find(effect).parameters if f"{effect}.{p.name}" not in values]
-        values |= {f"{effect}.{p.name}": p.typical for p in unset}
+        unset = [p for p in derive.effects.find(effect).parameters if full_name(effect, p.name) not in values]
+        values |= {full_name(effect, p.name): p.typical for p in unset}
         if unset:
             sentences.append(f"{effect} is assumed to have a typical size.")
     empty = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))

@@ -9,18 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
 import derive
 from derive.effects import SensorMap
-from wheelpend.diagnosis.score_test import project
-from wheelpend.estimation.normal_equations import covariance_of, eliminate_initial_states
-from wheelpend.estimation.parameters import parameter_layout
+from derive.parameter_name import MISSING_FORCE, effect_of
+from wheelpend.estimation.normal_equations import NormalEquations, covariance_of, without_states
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import ShootingLinearisation, shoot
+from wheelpend.estimation.shooting import Simulator
+from wheelpend.kernels.kernel_module import KernelModule
 
 SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last log follows from the log before; 0 none
 
@@ -28,28 +28,20 @@ SignTies = Mapping[str, int]  # by name: sign with which a parameter of the last
 class SimulatedSegments(NamedTuple):
     """Segments of a log with the point at which they are linearised."""
 
-    module: ModuleType
+    simulator: Simulator
     segments: Segments
     states: np.ndarray  # (segments, NX) initial states
     parameters: np.ndarray  # (NP,)
-    max_step: float  # s
+
+    @property
+    def module(self) -> KernelModule:
+        """Its kernels."""
+        return self.simulator.module
 
     def gram(self, names: Sequence[str]) -> np.ndarray:
         """Gram matrices (segments, n + 1, n + 1) in the initial states, the named parameters, and the residual."""
         columns = [self.module.PARAMETERS.index(n) for n in names]
-        linearisation = shoot(self.module, self.segments, self.states, self.parameters, columns, max_step=self.max_step)
-        return linearisation.gram
-
-
-class JointInformation(NamedTuple):
-    """Information on all parameters of several logs."""
-
-    labels: tuple[str, ...]  # name, or name@log where a log has its own
-    information: np.ndarray  # (labels, labels)
-
-    def indices(self, names: Collection[str]) -> list[int]:
-        """Positions of the parameters of these names."""
-        return [k for k, label in enumerate(self.labels) if label.split("@")[0] in names]
+        return self.simulator.shoot(self.segments, self.states, self.parameters, columns).gram
 
 
 def information_of_segments(
@@ -62,8 +54,8 @@ def information_of_segments(
     gram = point.gram(names)
     if fault_free_sigma:
         gram = gram + _fault_free_gram(point, names, fault_free_sigma)
-    linearisation = ShootingLinearisation(gram, np.zeros((0, point.module.NY)))
-    return eliminate_initial_states([linearisation], point.module.NX, parameter_layout(names, (), 1)).information
+    layout = ParameterLayout.of(map(FreeParameter, names), 1)
+    return without_states(gram, point.module.NX, layout)[0].sum().information
 
 
 def _fault_free_gram(
@@ -85,44 +77,47 @@ def _fault_free_gram(
 
 def is_sensor_parameter(name: str) -> bool:
     """A parameter of one of the sensors' effects."""
-    effect, dot, _ = name.partition(".")
-    if not dot or effect == "missing":
+    effect = effect_of(name)
+    if effect in ("", MISSING_FORCE):
         return False
     return isinstance(derive.effects.find(effect).enters, SensorMap)
 
 
 def add_information(
-    pieces: Sequence[np.ndarray], names: Sequence[str], per_log: Collection[str], ties: SignTies | None = None
-) -> JointInformation:
-    """Add up the information (names, names) of several logs.
+    pieces: Sequence[np.ndarray], parameters: Sequence[FreeParameter], ties: SignTies | None = None
+) -> NormalEquations:
+    """Normal equations, with a score of zero, that add up the information (parameters, parameters) of several logs.
 
-    Parameters ``per_log`` have a value in each. With ``ties`` those of the last log follow from the log before.
+    With ``ties`` those of the last log follow from the log before.
     """
-    labels: list[str] = [n for n in names if n not in per_log]
+    joint = [p for p in parameters if not p.is_per_log]
     rows = []
     for number in range(len(pieces)):
         last = ties is not None and number == len(pieces) - 1
-        row = [_joint_label(n, number, per_log, ties if last else None) for n in names]
-        labels += [label for label, _ in row if label not in labels]
+        row = [_joint_parameter(p, number, ties if last else None) for p in parameters]
+        joint += [p for p, _ in row if p not in joint]
         rows.append(row)
-    total = np.zeros((len(labels), len(labels)))
+    total = np.zeros((len(joint), len(joint)))
+    places = []
     for piece, row in zip(pieces, rows, strict=True):
-        chosen, signs = [labels.index(label) for label, _ in row], np.array([s for _, s in row])
+        chosen, signs = [joint.index(p) for p, _ in row], np.array([s for _, s in row])
         total[np.ix_(chosen, chosen)] += piece * np.outer(signs, signs)
-    return JointInformation(tuple(labels), total)
+        places.append(np.array(chosen))
+    layout = ParameterLayout(tuple(parameters), tuple(places), tuple(joint))
+    return NormalEquations(layout, total, np.zeros(len(joint)), np.array(0.0))
 
 
-def _joint_label(name: str, number: int, per_log: Collection[str], ties: SignTies | None) -> tuple[str, int]:
+def _joint_parameter(parameter: FreeParameter, number: int, ties: SignTies | None) -> tuple[FreeParameter, int]:
     """The joint parameter that a log's own one is, and its sign."""
     if ties is None or number == 0:
-        return (f"{name}@{number}" if name in per_log else name), 1
-    if ties[name] == 0:
-        return f"{name}@{number}", 1
-    return (f"{name}@{number - 1}" if name in per_log else name), ties[name]
+        return parameter.in_log(number), 1
+    if ties[parameter.name] == 0:
+        return parameter._replace(log=number), 1
+    return parameter.in_log(number - 1), ties[parameter.name]
 
 
 def separation(
-    joint: JointInformation,
+    joint: NormalEquations,
     sizes: Sequence[Mapping[str, float]],
     first: Collection[str],
     other: Collection[str],
@@ -133,25 +128,23 @@ def separation(
     √(δᵀ (I_ff − I_fr I_rr⁻¹ I_rf) δ), with the sizes δ of ``first`` in each log and r the parameters that are refitted,
     ``base`` and ``other``. Its square is the sum of squares that the best refit leaves above the noise.
     """
-    first_indices, refitted = joint.indices(first), joint.indices([*base, *other])
-    information, _ = project(joint.information, np.zeros(len(joint.labels)), refitted)
-    size = np.array([_value_of(joint.labels[k], sizes) for k in first_indices])
+    first_indices, refitted = joint.layout.indices(first), joint.layout.indices([*base, *other])
+    information = joint.project(refitted).information
+    size = np.array([_value_of(joint.layout.elements[k], sizes) for k in first_indices])
     return float(np.sqrt(max(size @ information[np.ix_(first_indices, first_indices)] @ size, 0.0)))
 
 
-def _value_of(label: str, sizes: Sequence[Mapping[str, float]]) -> float:
-    name, _, number = label.partition("@")
-    return sizes[min(int(number or 0), len(sizes) - 1)][name]
+def _value_of(parameter: FreeParameter, sizes: Sequence[Mapping[str, float]]) -> float:
+    return sizes[min(parameter.log or 0, len(sizes) - 1)][parameter.name]
 
 
-def standard_errors(joint: JointInformation, names: Collection[str]) -> dict[str, float]:
+def standard_errors(joint: NormalEquations, names: Collection[str]) -> dict[str, float]:
     """Standard error of each parameter, the others being fitted too; infinite where these logs do not identify it.
 
     Of a parameter with a value in each log that of the last one.
     """
-    indices = joint.indices(names)
-    labels = [joint.labels[k] for k in indices]
-    covariance, _, flat = covariance_of(joint.information[np.ix_(indices, indices)], labels)
-    errors = {label.split("@")[0]: np.inf if label in flat else float(np.sqrt(covariance[k, k]))
-              for k, label in enumerate(labels)}  # fmt: skip
+    indices = joint.layout.indices(names)
+    parameters = [joint.layout.elements[k] for k in indices]
+    covariance, _, flat = covariance_of(joint.information[np.ix_(indices, indices)], parameters)
+    errors = {p.name: np.inf if p in flat else float(np.sqrt(covariance[k, k])) for k, p in enumerate(parameters)}
     return {n: errors[n] for n in names}

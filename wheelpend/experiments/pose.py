@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
 import derive
+from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameters import kernel_parameters
@@ -26,6 +26,7 @@ from wheelpend.experiments.question import (
     sample_times,
 )
 from wheelpend.experiments.reversals import PART_REVERSALS, changes_sign
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels, workspace
 from wheelpend.model.record import Model
@@ -92,7 +93,7 @@ def order_rivals(model: Model, between: Sequence[str]) -> tuple[str, tuple[str, 
     return first, (other,)
 
 
-def _check_separable(module: ModuleType, first: str, other: str) -> None:
+def _check_separable(module: KernelModule, first: str, other: str) -> None:
     """Raise Failure where the equations say that no command distinguishes two effects."""
     if other in module.TWINS.get(first, ()):
         helps = [t.instruction for t in PART_REVERSALS if changes_sign(t, first) != changes_sign(t, other)]
@@ -108,7 +109,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     problem = start.problem
     kept = [e for e in start.present if e not in (first, *others)]
     base = tuple(free_names(problem, kept))
-    absent = {f"{o}.{p.name}": 0.0 for o in others for p in derive.effects.find(o).linear}  # the machine lacks it
+    absent = {n: 0.0 for o in others for n in linear_names(derive.effects.find(o))}  # the machine lacks it
     profiled = profiled_values_of(others, start.values[-1])
     log_values = tuple({**own, **absent, **profiled} for own in start.values)
     names = (*base, *rival_parameters(first, others))
@@ -116,7 +117,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     for segments, values in zip(problem.training, log_values, strict=False):
         parameters = kernel_parameters(problem.module, values, segments.log)
         states = initial_states(problem.module, segments)
-        states, _ = fit_states(problem.module, segments, states, parameters, problem.max_step)
+        states, _ = fit_states(problem.simulator, segments, states, parameters)
         pieces.append(information_at(problem, segments, states, values, names))
     loop = closed_loop_of(problem, log_values[-1], t)
     return DesignProblem(Question(problem, loop, base, first, others, log_values, tuple(pieces)), start.sentences)

@@ -8,14 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 
 import derive
+from derive.parameter_name import full_name
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.estimation.free_parameters import effect_parameter, free_names, per_log_names
+from wheelpend.diagnosis.score_test import size_names
+from wheelpend.estimation.free_parameters import effect_parameter, free_names, free_parameters
+from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.experiments.closed_loop import ClosedLoop, SimulatedExperiment, balancing_gains
 from wheelpend.experiments.information import (
-    JointInformation,
     SignTies,
     SimulatedSegments,
     add_information,
@@ -67,13 +69,13 @@ class Question:
         sigma = problem.noise[0].sigma * np.array([(sigma_factors or {}).get(c, 1.0) for c in played.log.channels])
         bounds = np.ascontiguousarray(segment_bounds(played.log, problem.horizon))
         segments, states = Segments(played.log, sigma, bounds), played.states[bounds[:, 0]]
-        point = SimulatedSegments(problem.module, segments, states, played.parameters, problem.max_step)
+        point = SimulatedSegments(problem.simulator, segments, states, played.parameters)
         return self.density * information_of_segments(point, self.names, fault_free_sigma)
 
-    def information_with(self, piece: np.ndarray | None, ties: SignTies | None = None) -> JointInformation:
+    def information_with(self, piece: np.ndarray | None, ties: SignTies | None = None) -> NormalEquations:
         """Information of the logs at hand, and of one more log where it is given."""
         pieces = self.pieces if piece is None else (*self.pieces, piece)
-        return add_information(pieces, self.names, per_log_names(self.names), ties if self.pieces else None)
+        return add_information(pieces, free_parameters(self.problem, self.names), ties if self.pieces else None)
 
     def separation(self, piece: np.ndarray | None, ties: SignTies | None = None) -> float:
         """Standard errors between the first effect and the closest of the others."""
@@ -94,7 +96,7 @@ class Question:
 
 def rival_parameters(first: str, others: Sequence[str]) -> tuple[str, ...]:
     """Parameters in which effects are linearised: the size of the first, everything of the others."""
-    lead = [f"{first}.{p.name}" for p in derive.effects.find(first).sizes] if first else []
+    lead = size_names(derive.effects.find(first)) if first else []
     return (*lead, *(n for o in others for n in derive.effects.find(o).full_names))
 
 
@@ -103,7 +105,9 @@ def question_of_fit(problem: EstimationProblem, first: CandidateFit, others: Seq
     fitted, rivals = first.fit, first.equivalent_to
     kept = [e for e in problem.model.effects if e not in problem.replaced(first.effect)]
     base = tuple(free_names(problem, kept))
-    profiled = profiled_values_of(rivals, {f"{t.effect}.{p}": v for t in others for p, v in t.coefficients.items()})
+    profiled = profiled_values_of(
+        rivals, {full_name(t.effect, p): v for t in others for p, v in t.coefficients.items()}
+    )
     sizes = tuple({**fitted.of_log(k), **profiled} for k in range(len(problem.training)))
     names = (*base, *rival_parameters(first.effect, rivals))
     pieces = tuple(
@@ -125,9 +129,7 @@ def information_at(
 ) -> np.ndarray:
     """Information (names, names) of one log at hand at some values, with its initial states (segments, NX)."""
     parameters = kernel_parameters(problem.module, values, segments.log)
-    return information_of_segments(
-        SimulatedSegments(problem.module, segments, states, parameters, problem.max_step), names
-    )
+    return information_of_segments(SimulatedSegments(problem.simulator, segments, states, parameters), names)
 
 
 def profiled_values_of(effects: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:

@@ -17,6 +17,7 @@ import sympy as sp
 import derive
 from derive.effects import Deformation, Effect, InputMap, SensorMap
 from derive.functions import TIME_SYMBOL
+from derive.parameter_name import effect_of
 
 TRACK_SLOPE_SYMBOL = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
 NUMERIC_FUNCTIONS = {
@@ -46,9 +47,9 @@ PART_REVERSALS = (
 
 def sign_after_reversal(reversal: PartReversal, name: str) -> int:
     """Sign of a parameter effect.parameter after a reversal: 1 or -1; 0 where it takes another value altogether."""
-    if "." not in name:
+    if not effect_of(name):
         return 1
-    effect = derive.effects.find(name.partition(".")[0])
+    effect = derive.effects.find(effect_of(name))
     if sum(p.scope == "per log" for p in effect.parameters) > 1:
         return 0  # amplitude and phase: every log begins elsewhere
     return _effect_sign(reversal.part, effect)

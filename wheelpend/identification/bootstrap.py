@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
@@ -20,11 +19,12 @@ from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states
 from wheelpend.identification import instrumental
 from wheelpend.identification.instrumental import ClosedLoop
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import Noise, rounding_sigma
 from wheelpend.model.record import Model
@@ -75,7 +75,7 @@ class ParametricBootstrap:
 
 def parametric_bootstrap(
     model: Model,
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     progress: Callable[[str], None] = lambda text: None,
@@ -91,14 +91,14 @@ def parametric_bootstrap(
         return _open_loop_bootstrap(model, module, log, progress)
 
 
-def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> ParametricBootstrap:
+def _closed_loop_bootstrap(model: Model, module: KernelModule, log: Log, parameters: np.ndarray) -> ParametricBootstrap:
     noise = noise_of(log, model)
     found = instrumental.instrumental_estimate(model, module, log, parameters, instrumental.IV_TIME_CONSTANTS_S)
     centre = instrumental.with_linear_values(module, parameters, found.fit.estimate)
     loop = ClosedLoop.of(model, module, log)
     samples = min(len(log), max(MIN_INITIAL_STATE_SAMPLES, round(INITIAL_STATE_FIT_DURATION_S / log.dt)))
     head = Segments(log, noise.sigma, np.array([[0, samples]]))
-    loop = replace(loop, start=fit_states(module, head, loop.start[None], centre)[0][0])
+    loop = replace(loop, start=fit_states(Simulator(module), head, loop.start[None], centre)[0][0])
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings | None:
         run = loop.run(centre, noise, quantum)
@@ -112,14 +112,14 @@ def _closed_loop_bootstrap(model: Model, module: ModuleType, log: Log, parameter
 
 
 def _open_loop_bootstrap(
-    model: Model, module: ModuleType, log: Log, progress: Callable[[str], None]
+    model: Model, module: KernelModule, log: Log, progress: Callable[[str], None]
 ) -> ParametricBootstrap:
     problem, fitted = shooting_fit(model, [log], progress)
     values, segments = fitted.of_log(0), problem.training[0]
     parameters = kernel_parameters(problem.module, values, log)
-    linearisation = shoot(problem.module, segments, fitted.states[0], parameters, max_step=problem.max_step)
+    linearisation = problem.simulator.shoot(segments, fitted.states[0], parameters)
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
-    keys = [fitted.free.index(n if n in fitted.free else f"{n}@0") for n in module.LINEAR]
+    keys = [fitted.place(n) for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)
 
     def play(noise: np.ndarray, quantum: np.ndarray) -> InputAndReadings:

@@ -6,17 +6,16 @@ filter of time constant τ, times τ, both sides tend to this as τ grows: integ
 
 from __future__ import annotations
 
-from types import ModuleType
-
 import numpy as np
 
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.regressor import acting_input
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 
-def energy_least_squares(module: ModuleType, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
+def energy_least_squares(module: KernelModule, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
     """Least squares on the energy balance, integrated (τ infinite) or behind τ/(τs + 1).
 
     The energy at the start, which depends on a single noisy reading, is a nuisance parameter.
@@ -27,14 +26,16 @@ def energy_least_squares(module: ModuleType, log: Log, parameters: np.ndarray, t
 
 
 def energy_limit(
-    module: ModuleType, log: Log, parameters: np.ndarray, taus: np.ndarray
+    module: KernelModule, log: Log, parameters: np.ndarray, taus: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Estimates (len(taus), n) behind filters, and by integration (n,), to which they tend as τ grows."""
     behind = [energy_least_squares(module, log, parameters, float(tau)).estimate for tau in taus]
     return np.array(behind), energy_least_squares(module, log, parameters).estimate
 
 
-def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: float) -> tuple[np.ndarray, np.ndarray]:
+def energy_regressor(
+    module: KernelModule, log: Log, parameters: np.ndarray, tau: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Energy supplied (N,) [V rad] and regressor (N, n).
 
     The supply is the held voltage times the increment of the angle, which is exact; all else is linear between samples.
@@ -53,7 +54,7 @@ def energy_regressor(module: ModuleType, log: Log, parameters: np.ndarray, tau: 
     return filtered_integral(log.t, power[:, None], power[:, None], tau)[:, 0], gain + loss
 
 
-def rates_by_spline(module: ModuleType, log: Log) -> np.ndarray:
+def rates_by_spline(module: KernelModule, log: Log) -> np.ndarray:
     """States (N, NX); rates that no sensor reads are those of a cubic spline through the measured positions.
 
     Central differences cost 2.1 % of X2 on ideal data of the paper's robot, the spline 1.0 %.

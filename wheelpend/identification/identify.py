@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.identification.bias_test import BiasTest
@@ -32,6 +32,7 @@ from wheelpend.identification.regression import (
     regression_problem,
 )
 from wheelpend.identification.time_constants import TimeConstantChoice
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
 
@@ -43,7 +44,7 @@ class Identification:
     """Identified parameters; every value that is identifiable is finite."""
 
     method: str
-    parameters: dict[str, dict]  # name: value, sigma, identifiable
+    parameters: dict[str, Estimate]  # by name
     condition_number: float
     samples: int
     error: float | None  # of the fit [σ], for shooting
@@ -62,16 +63,16 @@ class Identification:
     @cached_property
     def model(self) -> Model:
         """The model with the identified values."""
-        return self.start.with_fit({n: (row["value"], row["sigma"]) for n, row in self.identified.items()})
+        return self.start.with_fit({n: (e.value, e.sigma) for n, e in self.identified.items()})
 
     @property
-    def identified(self) -> dict[str, dict]:
+    def identified(self) -> dict[str, Estimate]:
         """The parameters that are identifiable from the log."""
-        return {n: row for n, row in self.parameters.items() if row["identifiable"]}
+        return {n: e for n, e in self.parameters.items() if e.identifiable}
 
     def __post_init__(self) -> None:
-        for name, row in self.identified.items():
-            check_finite(name, row["value"])
+        for name, found in self.identified.items():
+            check_finite(name, found.value)
 
 
 def identify(
@@ -104,7 +105,7 @@ def identify(
 def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
     problem, fitted = shooting_fit(model, logs, progress)
     table = parameter_table(problem, fitted)
-    unidentifiable = {n for n, row in table.items() if not row["identifiable"]}
+    unidentifiable = {n for n, e in table.items() if not e.identifiable}
     return Identification(
         "shooting", table, fitted.condition, sum(len(s.log) for s in problem.training), fitted.error, problem.floor,
         (*problem.warnings, *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
@@ -114,7 +115,7 @@ def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...],
 def _identify_by_regression(
     regression: RegressionProblem, settings: RegressionOptions, auto: bool, test_bias: bool, warnings: tuple[str, ...]
 ) -> Identification:
-    guide, bias = None, None
+    guide, bias, units = None, None, _units(regression.module)
     if auto and settings.tau:
         guide = choose_regression_time_constants(regression, settings)
         settings = settings._replace(tau=guide.chosen)
@@ -124,8 +125,8 @@ def _identify_by_regression(
         bias, untested = bias_test_or_warning(regression, settings, fitted)
         warnings = (*warnings, *untested)
     return Identification(
-        settings.method, _linear_parameter_table(fitted), fitted.condition, len(regression.log), None, None,
-        (*_regression_warnings(regression, fitted), *warnings), regression.model, _units(regression.module),
+        settings.method, _linear_parameter_table(fitted, units), fitted.condition, len(regression.log), None, None,
+        (*_regression_warnings(regression, fitted), *warnings), regression.model, units,
         tau=settings.tau if np.isfinite(settings.tau).all() and settings.tau else None,
         hold=settings.hold,
         forgetting=settings.forgetting if settings.method == "recursive" else None,
@@ -136,12 +137,10 @@ def _identify_by_regression(
     )  # fmt: skip
 
 
-def _linear_parameter_table(fitted: LinearFit) -> dict[str, dict]:
-    """Value, standard error and identifiability of every linear parameter."""
+def _linear_parameter_table(fitted: LinearFit, units: Mapping[str, str]) -> dict[str, Estimate]:
+    """Estimate of every linear parameter, by name."""
     rows = zip(fitted.names, fitted.estimate, fitted.sigma, strict=True)
-    return {
-        n: {"value": float(v), "sigma": float(s), "identifiable": n not in fitted.unidentifiable} for n, v, s in rows
-    }
+    return {n: Estimate(float(v), float(s), units[n], n not in fitted.unidentifiable) for n, v, s in rows}
 
 
 def _regression_warnings(regression: RegressionProblem, fitted: LinearFit) -> tuple[str, ...]:
@@ -165,7 +164,7 @@ def _unexcited_warnings(names: Iterable[str]) -> tuple[str, ...]:
                  for n in sorted(names))  # fmt: skip
 
 
-def _units(module: ModuleType) -> dict[str, str]:
+def _units(module: KernelModule) -> dict[str, str]:
     return dict(zip(module.PARAMETERS, module.UNITS, strict=True))
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from wheelpend.estimation.starts import start_time_constants
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.estimation.states import initial_states
 from wheelpend.estimation.step_size import stable_step
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.simulation.simulate import first_sample_out_of_range
@@ -47,13 +47,13 @@ class ClosedLoopRun(NamedTuple):
 class ClosedLoop:
     """The robot under its controller, along a log's reference, from the log's own first state."""
 
-    module: ModuleType
+    module: KernelModule
     log: Log
     gains: np.ndarray  # (3,)
     start: np.ndarray  # (NX,)
 
     @classmethod
-    def of(cls, model: Model, module: ModuleType, log: Log) -> ClosedLoop:
+    def of(cls, model: Model, module: KernelModule, log: Log) -> ClosedLoop:
         """The loop of a log; raises Failure where the controller or the reference is not known."""
         if model.controller is None:
             raise Failure(f"{log.name}: the controller must be known to simulate the loop, but the model has no "
@@ -102,7 +102,7 @@ class InstrumentalEstimate(NamedTuple):
 
 def instrumental_estimate(
     model: Model,
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     tau: tuple[float, float],
@@ -124,7 +124,7 @@ def instrumental_estimate(
                   )  # fmt: skip
 
 
-def start_candidates(model: Model, module: ModuleType, log: Log, parameters: np.ndarray) -> Iterator[np.ndarray]:
+def start_candidates(model: Model, module: KernelModule, log: Log, parameters: np.ndarray) -> Iterator[np.ndarray]:
     """Possible values of the linear parameters: the model's, then filtered regressions, slow filters first."""
     known = known_values(model)
     if all(n in known for n in module.LINEAR):
@@ -133,20 +133,20 @@ def start_candidates(model: Model, module: ModuleType, log: Log, parameters: np.
         yield np.array(list(nonnegative_least_squares(module, log, parameters, tau).values()))
 
 
-def with_linear_values(module: ModuleType, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
+def with_linear_values(module: KernelModule, parameters: np.ndarray, values: np.ndarray) -> np.ndarray:
     """The parameter vector with other values of the linear parameters."""
     changed = parameters.copy()
     changed[[module.PARAMETERS.index(n) for n in module.LINEAR]] = values
     return changed
 
 
-def linear_values(module: ModuleType, parameters: np.ndarray) -> np.ndarray:
+def linear_values(module: KernelModule, parameters: np.ndarray) -> np.ndarray:
     """Values of the linear parameters in a parameter vector."""
     return parameters[[module.PARAMETERS.index(n) for n in module.LINEAR]]
 
 
 def filtered_equations(
-    module: ModuleType, log: Log, parameters: np.ndarray, tau: tuple[float, float]
+    module: KernelModule, log: Log, parameters: np.ndarray, tau: tuple[float, float]
 ) -> FilteredEquations:
     """The filtered equations of a measured log (paper eqs. 39-43)."""
     states, voltage = measured_states(module, log), acting_input(module, log, parameters)
@@ -156,7 +156,7 @@ def filtered_equations(
 
 
 def simulated_instruments(
-    module: ModuleType, log: Log, run: ClosedLoopRun, parameters: np.ndarray, tau: tuple[float, float]
+    module: KernelModule, log: Log, run: ClosedLoopRun, parameters: np.ndarray, tau: tuple[float, float]
 ) -> np.ndarray:
     """Instruments (rows, n): the filtered regressor of the simulated loop."""
     voltage = acting_input(module, replace(log, voltage=run.voltage), parameters)
@@ -194,7 +194,7 @@ def _halved_step(
     return parameters, None
 
 
-def solve_instrumental(module: ModuleType, rows: FilteredEquations, instruments: np.ndarray) -> LinearFit:
+def solve_instrumental(module: KernelModule, rows: FilteredEquations, instruments: np.ndarray) -> LinearFit:
     """X from Zᵀ right = Zᵀ matrix X for instruments Z (rows, n), both scaled; zero along unidentifiable directions."""
     scale, weight = (np.linalg.norm(a, axis=0) for a in (rows.matrix, instruments))
     silent = (scale == 0.0) | (weight == 0.0)

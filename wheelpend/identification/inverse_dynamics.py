@@ -9,7 +9,6 @@ needs a log with little noise.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.regressor import acting_input, equations_at
 from wheelpend.estimation.state_reconstruction import fill_gaps, states_from
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, gapless_ranges
 
 BUTTERWORTH_ORDER = 4  # of the Butterworth filter for positions and their derivatives
@@ -42,13 +42,13 @@ class RegressionEquations(NamedTuple):
     regressor: np.ndarray  # (N, rows, n)
 
 
-def inverse_dynamics(module: ModuleType, log: Log, parameters: np.ndarray) -> LinearFit:
+def inverse_dynamics(module: KernelModule, log: Log, parameters: np.ndarray) -> LinearFit:
     """Least squares on the measured motion; raises Failure where no stretch of the log is long enough."""
     sides = regression_equations(module, log, parameters)
     return solve_least_squares(module, sides.left, sides.regressor)
 
 
-def force_error(module: ModuleType, log: Log, values: Mapping[str, float]) -> float | None:
+def force_error(module: KernelModule, log: Log, values: Mapping[str, float]) -> float | None:
     """Residual of a model's equations relative to their left side [%]; None where there is nothing to compare.
 
     The left side is the measured input, or for a machine that swings freely the pull of gravity.
@@ -69,7 +69,7 @@ def _force_error_percent(stretches: Sequence[StretchEquations], estimate: np.nda
     return float(100.0 * np.sqrt(np.sum(residual**2) / size)) if size > 0.0 else None
 
 
-def linear_parameter_values(module: ModuleType, values: Mapping[str, float]) -> np.ndarray:
+def linear_parameter_values(module: KernelModule, values: Mapping[str, float]) -> np.ndarray:
     """Values of the regressor's parameters (n,), 0 where missing."""
     return np.array([values.get(n, 0.0) for n in module.LINEAR])
 
@@ -85,7 +85,7 @@ class Burst(NamedTuple):
 
 
 def force_error_and_bursts(
-    module: ModuleType, log: Log, values: Mapping[str, float]
+    module: KernelModule, log: Log, values: Mapping[str, float]
 ) -> tuple[float | None, list[Burst]]:
     """Force error of a model [%], and the bursts of its residual, in the order of time.
 
@@ -102,7 +102,7 @@ def force_error_and_bursts(
     return error, sorted(b for s, residual in pairs for b in _bursts_of_stretch(module, s, residual))
 
 
-def _bursts_of_stretch(module: ModuleType, stretch: StretchEquations, residual: np.ndarray) -> list[Burst]:
+def _bursts_of_stretch(module: KernelModule, stretch: StretchEquations, residual: np.ndarray) -> list[Burst]:
     """Bursts in the residual (N, rows) of one stretch."""
     found, smooth = [], butter(BUTTERWORTH_ORDER, stretch.band, fs=1.0 / stretch.dt, output="sos")
     port_speeds = stretch.states[:, module.NQ :] @ np.array([*module.PORTS.values()]).T
@@ -126,7 +126,7 @@ def _outlier_groups(force: np.ndarray, dt: float) -> list[np.ndarray]:
     return np.split(outliers, np.flatnonzero(np.diff(outliers) > gap) + 1) if len(outliers) else []
 
 
-def regression_equations(module: ModuleType, log: Log, parameters: np.ndarray) -> RegressionEquations:
+def regression_equations(module: KernelModule, log: Log, parameters: np.ndarray) -> RegressionEquations:
     """Both sides, filtered in parallel and decimated, over all stretches of a log; raises Failure without any."""
     sides = stacked_equations(equations_by_stretch(module, log, parameters))
     if sides is None:
@@ -137,7 +137,7 @@ def regression_equations(module: ModuleType, log: Log, parameters: np.ndarray) -
     return sides
 
 
-def equations_by_stretch(module: ModuleType, log: Log, parameters: np.ndarray) -> list[StretchEquations]:
+def equations_by_stretch(module: KernelModule, log: Log, parameters: np.ndarray) -> list[StretchEquations]:
     """Both sides of the equations over every stretch of a log that is long enough."""
     found = (stretch_equations(module, log.part(a, b), parameters) for a, b in measured_stretches(log))
     return [stretch for stretch in found if stretch is not None]
@@ -180,7 +180,7 @@ class StretchEquations(NamedTuple):
         return float(self.t[1] - self.t[0])
 
 
-def stretch_equations(module: ModuleType, log: Log, parameters: np.ndarray) -> StretchEquations | None:
+def stretch_equations(module: KernelModule, log: Log, parameters: np.ndarray) -> StretchEquations | None:
     """Both sides of the equations over one stretch; None where it is too short."""
     if len(log) < MIN_STRETCH_SAMPLES or log.duration < 4 * FILTER_EDGE_S:
         return None
@@ -208,7 +208,7 @@ def uniform_times(t: np.ndarray) -> np.ndarray:
     return np.linspace(t[0], t[-1], len(t))
 
 
-def smooth_motion(module: ModuleType, log: Log, t: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
+def smooth_motion(module: KernelModule, log: Log, t: np.ndarray, band: float) -> tuple[np.ndarray, np.ndarray]:
     """States (N, NX) and accelerations (N, NQ) at uniform times, from channels filtered forward and backward."""
     dt = float(t[1] - t[0])
     sos = butter(BUTTERWORTH_ORDER, band, fs=1.0 / dt, output="sos")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import ModuleType
 
 import numpy as np
 
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.regressor import acting_input
 from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 INITIAL_VARIANCE_RATIO = 1e12  # variance of a parameter before the first sample, over that after the whole log
@@ -33,7 +33,7 @@ class RecursiveFit:
 
 
 def recursive_least_squares(
-    module: ModuleType,
+    module: KernelModule,
     log: Log,
     parameters: np.ndarray,
     tau: tuple[float, float],
@@ -60,7 +60,7 @@ def recursive_least_squares(
     return RecursiveFit(fit, _track_points(module, log, track))
 
 
-def _track_points(module: ModuleType, log: Log, track: np.ndarray) -> tuple[TrackPoint, ...]:
+def _track_points(module: KernelModule, log: Log, track: np.ndarray) -> tuple[TrackPoint, ...]:
     """Estimates (points, n), noted at equal distances over a log, with their times."""
     samples = -(-np.arange(1, TRACK_POINT_COUNT + 1) * len(log) // TRACK_POINT_COUNT) - 1
     rows = zip(samples, track, strict=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from types import ModuleType
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from wheelpend.identification.energy import energy_least_squares
 from wheelpend.identification.method_options import IS_FIRST_ORDER_HOLD, RegressionOptions
 from wheelpend.identification.recursive import TrackPoint, recursive_least_squares
 from wheelpend.identification.time_constants import Tau, TimeConstantChoice, choose_time_constants
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -33,7 +33,7 @@ class RegressionProblem:
     """A log, and the model whose linear parameters are regressed on it."""
 
     model: Model
-    module: ModuleType
+    module: KernelModule
     log: Log
     parameters: np.ndarray  # (NP,) known values
     progress: Callable[[str], None]

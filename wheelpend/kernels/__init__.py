@@ -1,11 +1,13 @@
 """Compiled kernels of a model.
 
-In: plant, assumptions and effects. Out: a generated module, derived and compiled once per machine and kept. Question:
-where is the machine code that simulates and linearises this model?
+In: plant, assumptions and effects. Out: a generated module, derived and compiled once per machine and kept.
+Question: where is the machine code that simulates and linearises this model?
 
+- kernel_module: what a generated module offers, typed
 - plant_signature: names, units and numbers of a plant, from the cache
 - load: modules of a model, of the whole library, and with free forces
 - cache: derived texts in files, by a hash of what decides them
+- numba_start: numba, imported without a configuration from the current folder
 - machine_code: numba's cached machine code, loaded fast
 - first_use: notices of what is derived or compiled
 """

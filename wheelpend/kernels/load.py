@@ -15,11 +15,11 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import derive
 from wheelpend.kernels.cache import cache_folder, cached_text
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.numba_start import import_numba
 
 if TYPE_CHECKING:
@@ -29,14 +29,14 @@ KERNEL_MODULE_PREFIX = "wheelpend_kernels_"  # of the names of modules
 DERIVING_NOTICE = "Deriving the equations with every effect, once per machine; later runs find them derived."
 
 
-def model_module(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
+def model_module(plant: str, assumptions: dict, effects: Sequence[str]) -> KernelModule:
     """The model's own module: its effects and no others."""
     return load_module(model_text(plant, derive.plants.complete_assumptions(plant, assumptions), effects), plant)
 
 
 def library_module(
     plant: str, assumptions: dict, user_effects: Sequence[str] = (), released: Sequence[str] = ()
-) -> ModuleType:
+) -> KernelModule:
     """The plant's module with every effect at zero; it does not change when an effect is added to a model.
 
     ``user_effects`` are names of a user's registered effects, which it holds too. ``released`` are internal
@@ -47,7 +47,7 @@ def library_module(
     return load_module(text, "_".join((plant, "library", *sorted(released))))
 
 
-def free_force_module(plant: str, assumptions: dict, effects: Sequence[str]) -> ModuleType:
+def free_force_module(plant: str, assumptions: dict, effects: Sequence[str]) -> KernelModule:
     """A module with these effects and no others, and a free force on each row."""
     text = model_text(plant, derive.plants.complete_assumptions(plant, assumptions), effects, missing_force=True)
     return load_module(text, f"{plant}_probing")
@@ -93,12 +93,12 @@ def _cached_module_text(
 
 
 @lru_cache
-def load_module(text: str, name: str) -> ModuleType:
+def load_module(text: str, name: str) -> KernelModule:
     """Import a derived text under a name with its hash; its machine code is cached beside it."""
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     module_name = f"{KERNEL_MODULE_PREFIX}{name}_{digest}"
     if module_name in sys.modules:
-        return sys.modules[module_name]
+        return cast(KernelModule, sys.modules[module_name])
     path = _module_file(module_name, text)
     import_numba()
     from wheelpend.kernels.machine_code import install_fast_load_cache  # imported late: numba is slow to load
@@ -110,7 +110,7 @@ def load_module(text: str, name: str) -> ModuleType:
     spec.loader.exec_module(module)
     install_fast_load_cache(module)
     first_use_notice()
-    return module
+    return cast(KernelModule, module)
 
 
 def _module_file(module_name: str, text: str) -> Path:

@@ -8,6 +8,7 @@ the noise of its channels. Question: what was measured, when, and how well?
 - read: files to logs and back
 - guess: column maps guessed from names, units and clock
 - checks: errors and warnings of a log that was read
+- shipped: the logs that come with the package
 - unwrap: wrapped angles and reset counters, made continuous
 - noise: standard deviation and quantisation of every channel
 - tables: files as named columns of numbers, by what is in them

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 
 from wheelpend.errors import Failure
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import library_module, library_text, load_module, model_text, released_coordinates
 from wheelpend.model.record import Model
 
@@ -22,12 +22,12 @@ def derived_files(model: Model) -> dict[str, str]:
     }
 
 
-def library_module_of(model: Model, effects: Sequence[str] = ()) -> ModuleType:
+def library_module_of(model: Model, effects: Sequence[str] = ()) -> KernelModule:
     """The library's module of a model's plant and assumptions, with what its and further effects release."""
     return library_module(model.plant, model.assumptions, model.own, released_coordinates((*model.effects, *effects)))
 
 
-def load_kernels(workspace: str | Path = ".") -> ModuleType:
+def load_kernels(workspace: str | Path = ".") -> KernelModule:
     """Return the generated module of a workspace, compiled on first use.
 
     Raises Failure where the folder holds no model or its `generated/` is not what the model derives to.

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from types import ModuleType
 
 import numpy as np
 
 import derive
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import first_use_notice, model_module
 from wheelpend.logs.log import stack_inputs
 from wheelpend.model.model_kernels import library_module_of
@@ -28,7 +28,7 @@ def compile_all(model: Model, progress: Callable[[str], None]) -> list[str]:
     return compile_modules(module_loaders(model), progress)
 
 
-def module_loaders(model: Model) -> dict[str, Callable[[], ModuleType]]:
+def module_loaders(model: Model) -> dict[str, Callable[[], KernelModule]]:
     """Loaders of the modules that the tool uses of a model, by what they hold."""
     releasing = sorted(
         {e.releases: e.name for e in derive.effects.applicable_to(model.plant_signature) if e.releases}.items()
@@ -41,7 +41,7 @@ def module_loaders(model: Model) -> dict[str, Callable[[], ModuleType]]:
     }
 
 
-def compile_modules(modules: Mapping[str, Callable[[], ModuleType]], progress: Callable[[str], None]) -> list[str]:
+def compile_modules(modules: Mapping[str, Callable[[], KernelModule]], progress: Callable[[str], None]) -> list[str]:
     """Compile modules by name; returns those of which something was compiled in this process."""
     compiled = []
     for number, (name, load) in enumerate(modules.items(), 1):
@@ -66,7 +66,7 @@ class KernelArguments:
     columns: np.ndarray  # (1,) indices of parameters with sensitivities
 
 
-def call_every_kernel(module: ModuleType) -> None:
+def call_every_kernel(module: KernelModule) -> None:
     """Call every public kernel of a generated module once, which compiles it."""
     command = np.zeros(SAMPLES)
     arguments = KernelArguments(
@@ -83,7 +83,7 @@ def call_every_kernel(module: ModuleType) -> None:
     call_estimation_kernels(module, arguments)
 
 
-def call_simulation_kernels(module: ModuleType, a: KernelArguments) -> None:
+def call_simulation_kernels(module: KernelModule, a: KernelArguments) -> None:
     """Call the kernels that simulate, in open and closed loop, and that linearise a simulation."""
     start, gains, quantum = a.states[0], np.zeros(3), np.zeros(module.NY)
     module.acceleration(0.0, start, a.voltage[0], a.parameters)
@@ -94,7 +94,7 @@ def call_simulation_kernels(module: ModuleType, a: KernelArguments) -> None:
         module.acting_voltage(a.t, a.voltage, a.parameters)
 
 
-def call_regression_kernels(module: ModuleType, a: KernelArguments) -> None:
+def call_regression_kernels(module: KernelModule, a: KernelArguments) -> None:
     """Call the kernels of inverse dynamics, of its filtered and its energy form, and of recursive least squares."""
     start, (tau1, tau2), count = a.states[0], TIME_CONSTANTS_S, len(module.LINEAR)
     module.regressor(0.0, start, np.zeros(module.NQ), a.voltage[0], a.parameters)
@@ -107,7 +107,7 @@ def call_regression_kernels(module: ModuleType, a: KernelArguments) -> None:
     )
 
 
-def call_estimation_kernels(module: ModuleType, a: KernelArguments) -> None:
+def call_estimation_kernels(module: KernelModule, a: KernelArguments) -> None:
     """Call the kernels of multiple shooting, with a segment from the first sample to the last."""
     weight, bounds, first, size = np.ones(module.NY), np.array([[0, SAMPLES]]), a.states[:1], module.NX + 2
     module.shoot(

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from derive import plants
+from derive.parameter_name import full_name
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
@@ -153,7 +154,7 @@ def model_from_tables(file: ModelFile, text: str, path: Path | None) -> Model:
         assumptions=names.assumptions,
         constants=file.constants,
         parameters=file.parameters,
-        effect_values={f"{e}.{p}": v for e in names.effects for p, v in file.effect.get(e, {}).items()},
+        effect_values={full_name(e, p): v for e in names.effects for p, v in file.effect.get(e, {}).items()},
         sensors=replace(file.sensors, encoder_counts=file.sensors.encoder_counts or None),
         controller=file.controller,
         columns={name: ColumnMap(c.column, c.unit, c.sign, c.scale) for name, c in file.columns.items()},

@@ -10,10 +10,12 @@ from typing import Any
 import tomlkit
 import tomlkit.items
 
+from derive.parameter_name import ParameterName
+
 
 def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     """Text with an identified value, kept in the place and form that the file has for it."""
-    effect, _, parameter = name.rpartition(".")
+    effect, parameter = ParameterName.parse(name)
     header = ("effect", effect) if effect else ("parameters",)
     document = tomlkit.parse(text)
     table: Any = document

@@ -1,7 +1,7 @@
 """The paper's tables and figures beside ours: many seeds, every method on the same data.
 
-In: the paper's robot and its printed numbers. Out: a Reproduction, CSV tables, PNG figures and one HTML page. Question:
-which of the paper's results come out again, and how much do they depend on what it leaves open?
+In: the paper's robot and its printed numbers. Out: a Reproduction, CSV tables, PNG figures and one HTML page.
+Question: which of the paper's results come out again, and how much do they depend on what it leaves open?
 
 experiment     the closed loop of section 4
 estimators     the methods

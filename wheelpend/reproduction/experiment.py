@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -49,7 +49,7 @@ class Robot(NamedTuple):
     """The machine with its true parameters, and the lean kernels of its model."""
 
     model: Model
-    module: ModuleType
+    module: KernelModule
     values: dict[str, float]  # true parameters and known constants
 
     @property

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from wheelpend.errors import Failure, did_you_mean
+from wheelpend.errors import Failure, did_you_mean, require
 from wheelpend.model.record import Model
 from wheelpend.parallel import run_all
 from wheelpend.reproduction import choices, tables
@@ -58,6 +58,7 @@ def run(
         )
     if seeds < 1:
         raise Failure(f"--seeds must be at least 1, not {seeds}. Use 100 or more for a spread that can be trusted.")
+    require("matplotlib", "plots", "Drawing the reproduced figures")
     make_writable_folder(Path(out))
     model = model or Model.default()
     wanted = [p for p in REPRODUCTION_PARTS[:-1] if what in (p, "all")]

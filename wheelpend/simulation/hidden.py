@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 import derive
+from derive.parameter_name import ParameterName, effect_of, full_name
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.problem import needed_constants
@@ -18,15 +19,20 @@ def with_full_parameter_names(hide: Mapping[str, float]) -> dict[str, float]:
     """Hidden values by effect.parameter; raises Failure for an unknown or an ambiguous name."""
     found = {}
     for name, value in hide.items():
-        effect, _, parameter = name.partition(".")
+        effect, parameter = _parts_of(name)
         try:
             known = [p.name for p in derive.effects.find(effect).parameters]
         except KeyError as error:
             raise Failure(error.args[0]) from None
         if parameter not in known and (parameter or len(known) > 1):
-            raise Failure(f"'{name}' must be one of {', '.join(f'{effect}.{k}' for k in known)}.")
-        found[f"{effect}.{parameter or known[0]}"] = float(value)
+            raise Failure(f"'{name}' must be one of {', '.join(full_name(effect, k) for k in known)}.")
+        found[full_name(effect, parameter or known[0])] = float(value)
     return found
+
+
+def _parts_of(name: str) -> ParameterName:
+    """The parts of effect.parameter, or of an effect alone."""
+    return ParameterName.parse(name) if effect_of(name) else ParameterName(name, "")
 
 
 def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
@@ -39,7 +45,7 @@ def machine_values(model: Model, hide: Mapping[str, float]) -> dict[str, float]:
     if missing:
         raise Failure(f"{', '.join(missing)} must have a value to simulate: give it in [simulation] or [parameters], "
                       "or identify the model first.")  # fmt: skip
-    absent = {c for e in {n.partition(".")[0] for n in hide} for c in needed_constants(model, e) if c not in values}
+    absent = {c for e in set(map(effect_of, hide)) for c in needed_constants(model, e) if c not in values}
     if absent:
         raise Failure(f"{', '.join(sorted(absent))} must be in [constants] to simulate these effects.")
     return with_absorbed_effects(model, {**values, **hide})
@@ -58,7 +64,7 @@ def with_absorbed_effects(model: Model, values: Mapping[str, float]) -> dict[str
 def base_parameter_names(model: Model) -> tuple[str, ...]:
     """Names of the plant's own parameters under the model's assumptions."""
     module = library_module_of(model)
-    return tuple(n for n in module.PARAMETERS[: module.FITTED] if "." not in n)
+    return module.PARAMETERS[: module.OWN_PARAMETERS]
 
 
 def parse_hidden(texts: Sequence[str]) -> dict[str, float]:
@@ -78,9 +84,9 @@ def parse_hidden(texts: Sequence[str]) -> dict[str, float]:
             parameter, number = _parse_entry(entry, known)
             if parameter not in known or not np.isfinite(number):
                 raise Failure(f"--hide {text} must give {', '.join(known)} as numbers. Write {form}.")
-            hidden[f"{effect.name}.{parameter}"] = number
+            hidden[full_name(effect.name, parameter)] = number
         required = [p.name for p in effect.parameters if p not in effect.sizes]
-        unset = [n for n in required if f"{effect.name}.{n}" not in hidden]
+        unset = [n for n in required if full_name(effect.name, n) not in hidden]
         if unset:
             raise Failure(f"--hide {text} must give {', '.join(unset)}. Write {form}.")
     return hidden

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import ModuleType
 
 import numpy as np
 
+from derive.parameter_name import effect_of
 from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.step_size import stable_step
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.model_kernels import library_module_of
@@ -62,10 +63,10 @@ def simulate(
     )
 
 
-def _simulation_module(model: Model, machine: Mapping[str, float]) -> ModuleType:
+def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModule:
     """Kernels with all effects of a machine; raises Failure where it cannot be simulated in a closed loop."""
-    module = library_module_of(model, sorted({n.partition(".")[0] for n in machine if "." in n}))
-    unknown = sorted(n for n in machine if "." in n and n not in module.PARAMETERS)
+    module = library_module_of(model, sorted(set(map(effect_of, machine)) - {""}))
+    unknown = sorted(n for n in machine if effect_of(n) and n not in module.PARAMETERS)
     if unknown:
         raise Failure(f"{', '.join(unknown)} cannot be simulated under the model's assumptions.")
     if module.INPUTS and module.CONTROLLED[0] < 0:
@@ -83,7 +84,7 @@ def _checked_duration(command: str, duration: float | None) -> float:
     return duration
 
 
-def first_sample_out_of_range(module: ModuleType, states: np.ndarray) -> int | None:
+def first_sample_out_of_range(module: KernelModule, states: np.ndarray) -> int | None:
     """First sample at which a simulation (N, NX) has left the plant's range; None where it stays within."""
     inside = np.isfinite(states).all(axis=1)
     if module.RANGE_OUTPUT >= 0:

@@ -13,6 +13,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, EffectParameter
+from derive.parameter_name import effect_of
 from derive.plant_signature import PlantSignature
 from wheelpend.benchmarks.hidden_effects.engine import SUPPORTED_PARAMETERS
 from wheelpend.kernels.plant_signature import plant_signature
@@ -54,7 +55,7 @@ class Case:
     @property
     def effects(self) -> tuple[str, ...]:
         """Names of the hidden effects, in the order of ``hide``."""
-        return tuple(dict.fromkeys(name.partition(".")[0] for name, _ in self.hide))
+        return tuple(dict.fromkeys(effect_of(name) for name, _ in self.hide))
 
     @property
     def key(self) -> str:
@@ -68,7 +69,7 @@ class Case:
     def with_smaller_effects(self) -> Case:
         """The same with every size smaller, and a limit farther away."""
         factors = {
-            f"{e.name}.{p.name}": SIZE_REDUCTION_FACTOR if p.absent == 0.0 else 1 / SIZE_REDUCTION_FACTOR
+            e.name_of(p): SIZE_REDUCTION_FACTOR if p.absent == 0.0 else 1 / SIZE_REDUCTION_FACTOR
             for e in map(derive.effects.find, self.effects)
             for p in size_parameters(e)
         }
@@ -115,9 +116,9 @@ def draw_effect(effect: Effect, size: float, random: np.random.Generator) -> tup
     """
     factor, scaled = size * random.uniform(0.8, 1.25), size_parameters(effect)
     sign = 1.0 if any(p.minimum >= 0.0 for p in scaled) else float(random.choice([-1.0, 1.0]))
-    found = {f"{effect.name}.{p.name}": p.typical for p in effect.parameters}
+    found = {effect.name_of(p): p.typical for p in effect.parameters}
     for p in scaled:
-        found[f"{effect.name}.{p.name}"] = sign * factor * p.typical if p.absent == 0.0 else p.typical / factor
+        found[effect.name_of(p)] = sign * factor * p.typical if p.absent == 0.0 else p.typical / factor
     for name in [n for n in found if n in EVENT_TIME_RANGES_S]:
         found[name] = round(random.uniform(*EVENT_TIME_RANGES_S[name]), 4)  # between two samples
     if "external_push.end" in found:
@@ -127,9 +128,7 @@ def draw_effect(effect: Effect, size: float, random: np.random.Generator) -> tup
 
 def size_parameters(effect: Effect) -> tuple[EffectParameter, ...]:
     """Parameters that say how large an effect is; the times of an event are not among them."""
-    return tuple(
-        p for p in effect.sizes if f"{effect.name}.{p.name}" not in (*EVENT_TIME_RANGES_S, "external_push.end")
-    )
+    return tuple(p for p in effect.sizes if effect.name_of(p) not in (*EVENT_TIME_RANGES_S, "external_push.end"))
 
 
 def is_supported_by_engine(hide: Sequence[tuple[str, float]]) -> bool:
@@ -165,11 +164,11 @@ def singles(effects: Sequence[Effect]) -> Iterator[Case]:
             turn += 1
 
 
-def make_case(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0, without=()) -> Case:
+def make_case(kind: str, hide, seed: int, command: str, source: str, size: float = 1.0) -> Case:
     """Case with the engine's dry friction soft for odd seeds, except Stribeck friction, which stays sharp."""
-    dry = any(name.partition(".")[0] in DRY_FRICTION_EFFECTS[:2] for name, _ in hide)
+    dry = any(effect_of(name) in DRY_FRICTION_EFFECTS[:2] for name, _ in hide)
     engage = SOFT_ENGAGE_TIME_S if source == "engine" and dry and seed % 2 else 0.0
-    return Case(kind, tuple(hide), seed, command, source, size, engage, tuple(without))
+    return Case(kind, tuple(hide), seed, command, source, size, engage)
 
 
 def complete(effects: Sequence[Effect]) -> Iterator[Case]:
@@ -206,7 +205,7 @@ def left_out(effects: Sequence[Effect]) -> Iterator[Case]:
             effect = effects[number]
             hide = draw_effect(effect, 1.0, random)
             place, source = 20000 + 1000 * seed + int(number), sources[number].next(hide)
-            yield make_case("left_out", hide, place, "aggressive", source, 1.0, (effect.name,))
+            yield replace(make_case("left_out", hide, place, "aggressive", source), without=(effect.name,))
 
 
 def stick_slip(effects: Sequence[Effect]) -> Iterator[Case]:

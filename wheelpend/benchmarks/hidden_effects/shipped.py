@@ -10,9 +10,9 @@ import numpy as np
 
 from wheelpend.benchmarks.hidden_effects.engine import engine_log
 from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
-from wheelpend.cli.demo import data_folder
 from wheelpend.files import write_text
 from wheelpend.logs.log import Log
+from wheelpend.logs.shipped import data_folder
 
 LOG_DURATION_S = 10.0  # s
 COLUMN_DECIMALS = {"t": 3, "v_in": 3, "theta_w": 6, "theta_p": 5, "dtheta_p": 5, "theta_ref": 6}  # below the noise

@@ -8,16 +8,19 @@ from time import monotonic
 import numpy as np
 
 import derive
+from derive.parameter_name import effect_of
 from wheelpend.api import explain
 from wheelpend.benchmarks.hidden_effects.cases import Case
 from wheelpend.benchmarks.hidden_effects.engine import engine_log
 from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
 from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.diagnosis.stepwise import reduced_model_error
 from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.problem import with_stable_step
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.identify import identify
@@ -133,8 +136,8 @@ def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, m
     costs = tuple(reduced_model_error(open_to_all, effects, fitted) / error - 1.0 for effects in fewer)
     deviations: tuple[float, ...] = ()
     if set(explanation.effects) == set(case.effects):
-        known = {n: row for n, row in explanation.parameters.items() if row["identifiable"]}
-        deviations = tuple((row["value"] - truth[n]) / row["sigma"] for n, row in known.items())
+        known = {n: e for n, e in explanation.parameters.items() if e.identifiable}
+        deviations = tuple((e.value - truth[n]) / e.sigma for n, e in known.items())
     size = size_in_standard_deviations(fitted, case.effects)
     return replace(outcome, true_error=error, strength=size, deviations=deviations, costs=costs)
 
@@ -143,7 +146,7 @@ def estimates(case: Case, log: Log, model: Model) -> tuple[tuple[str, float], ..
     """(name, (estimate − truth) / σ) of each of the model's own parameters, identified from the whole log."""
     truth = true_values(case, model)
     found = identify(model, [log]).parameters
-    return tuple((name, (row["value"] - truth[name]) / row["sigma"]) for name, row in found.items())
+    return tuple((name, (e.value - truth[name]) / e.sigma) for name, e in found.items())
 
 
 def true_values(case: Case, model: Model) -> dict[str, float]:
@@ -151,15 +154,15 @@ def true_values(case: Case, model: Model) -> dict[str, float]:
     plain = (
         TRUE_PARAMETERS
         if case.source == "engine"
-        else {n: v for n, v in machine_values(model, {}).items() if "." not in n}
+        else {n: v for n, v in machine_values(model, {}).items() if not effect_of(n)}
     )
     return {**model.constants, **plain, **dict(case.hide)}
 
 
 def size_in_standard_deviations(fitted: Fit, effects: tuple[str, ...]) -> float:
     """√(θᵀ Σ⁻¹ θ) over the sizes of the effects: the signal of a likelihood-ratio test that knows them."""
-    sizes = [f"{e}.{p.name}" for e in effects for p in derive.effects.find(e).linear]
-    keys = [k for k, label in enumerate(fitted.free) if label.partition("@")[0] in sizes]
+    sizes = [n for e in effects for n in linear_names(derive.effects.find(e))]
+    keys = [k for k, p in enumerate(fitted.free) if p.name in sizes]
     if not keys:
         return 0.0
     values = np.array([_value(fitted, fitted.free[k]) for k in keys])
@@ -167,9 +170,8 @@ def size_in_standard_deviations(fitted: Fit, effects: tuple[str, ...]) -> float:
     return float(np.sqrt(max(values @ np.linalg.pinv(matrix) @ values, 0.0)))
 
 
-def _value(fitted: Fit, label: str) -> float:
-    name, _, log = label.partition("@")
-    return float(fitted.of_log(int(log or 0))[name])
+def _value(fitted: Fit, parameter: FreeParameter) -> float:
+    return float(fitted.of_log(parameter.log or 0)[parameter.name])
 
 
 __all__ = ["Outcome", "try_case"]

@@ -125,7 +125,7 @@ def fit_rung(model: Model, effects: Sequence[str], estimation: Path, pulses: Pat
     """Identify a model by inverse dynamics on the estimation log; its force error there and on the log with pulses."""
     larger = model.with_effects(effects)
     found = identify(larger, [estimation], method="inverse")
-    values = {n: row["value"] for n, row in found.parameters.items()}
+    values = {n: e.value for n, e in found.parameters.items()}
     other = force_error(model_module(larger.plant, larger.assumptions, effects), read_logs([pulses], larger)[0], values)
     return Rung(tuple(effects), found.force_error or float("nan"), other or float("nan"), values)
 
@@ -154,7 +154,7 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
     for path in logs:
         found = identify(larger, [path]).parameters
         cells = [
-            f"{found[n]['value'] * FORCE_PER_VOLT_N:.2f} ± {found[n]['sigma'] * FORCE_PER_VOLT_N:.2f}"
+            f"{found[n].value * FORCE_PER_VOLT_N:.2f} ± {found[n].sigma * FORCE_PER_VOLT_N:.2f}"
             for n in [*PUBLISHED_FORCE_VALUES][:3]
         ]
         rows.append((path.name, *cells))

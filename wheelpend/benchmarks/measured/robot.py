@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from derive.parameter_name import effect_of
 from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, step_rows
@@ -102,10 +103,10 @@ def explanation_texts(explanation: Explanation) -> dict[str, str]:
 def identification_texts(identification: Identification) -> dict[str, str]:
     """Back-EMF and dry friction from the whole log."""
     parameters, unit = identification.parameters, identification.unit
-    back_emf = parameters[next(n for n in parameters if unit[n] == "V s/rad" and "." not in n)]
+    back_emf = parameters[next(n for n in parameters if unit[n] == "V s/rad" and not effect_of(n))]
     return {
-        "k": f"{back_emf['value']:.2f} ± {back_emf['sigma']:.2f}",
-        "torque": f"{parameters['coulomb_drive.torque']['value']:.3f}",
+        "k": f"{back_emf.value:.2f} ± {back_emf.sigma:.2f}",
+        "torque": f"{parameters['coulomb_drive.torque'].value:.3f}",
     }
 
 

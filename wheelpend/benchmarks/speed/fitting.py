@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from derive.parameter_name import MISSING_FORCE, effect_of
 from wheelpend.api import diagnose
 from wheelpend.benchmarks.speed.environment import peer
 from wheelpend.benchmarks.speed.record import Times
@@ -118,8 +119,8 @@ def library_columns(s: Setting) -> Columns:
     tau, phi = module.filter_regressor(
         log.t, states, log.voltage, parameters, *FILTER_TIME_CONSTANTS_S, True, states[0]
     )
-    own = tuple(k for k, name in enumerate(module.LINEAR) if "." not in name)
-    others = [k for k, name in enumerate(module.LINEAR) if "." in name and not name.startswith("missing")]
+    own = tuple(k for k, name in enumerate(module.LINEAR) if not effect_of(name))
+    others = [k for k, name in enumerate(module.LINEAR) if effect_of(name) not in ("", MISSING_FORCE)]
     further = (*combinations(others, 1), *combinations(others, 2))
     return Columns(phi.reshape(-1, phi.shape[2]), tau.ravel(), own, further)
 

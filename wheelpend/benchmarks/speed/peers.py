@@ -40,7 +40,7 @@ def casadi(problem):
     voltage = kp * error + ki * integral + kd * (rate - z[3])
 
     def slope(x):
-        return ca.vertcat(x[2], x[3], *accelerations(X, voltage, x[1], x[2], x[3], ca.sin(x[1]), ca.cos(x[1])))
+        return ca.vertcat(x[2], x[3], *accelerations(X, voltage, x[2], x[3], ca.sin(x[1]), ca.cos(x[1])))
 
     step = ca.Function("step", [z, given], [ca.vertcat(runge_kutta(slope, z[:4], h), integral)])
     loop, start = step.mapaccum(len(problem["t"]) - 1), ca.DM(np.append(problem["state"], 0.0))
@@ -92,7 +92,7 @@ def lambdify(problem):
     return work
 
 
-def accelerations(X, voltage, angle, wheel, body, sine, cosine):
+def accelerations(X, voltage, wheel, body, sine, cosine):
     """Of wheel and body (paper eqs. 19, 20), of numbers or symbols."""
     drive = voltage - X[5] * wheel + X[6] * body
     on_wheel, on_body = drive + X[2] * body**2 * sine, X[4] * sine - drive

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.model_kernels import library_module_of
@@ -45,12 +45,12 @@ class Setting:
         return Model.default()
 
     @cached_property
-    def lean(self) -> ModuleType:
+    def lean(self) -> KernelModule:
         """Kernels of the model, the text of generated/wheel_pendulum.py."""
         return model_module(self.model.plant, self.model.assumptions, ())
 
     @cached_property
-    def library(self) -> ModuleType:
+    def library(self) -> KernelModule:
         """Kernels with every effect."""
         return library_module_of(self.model)
 

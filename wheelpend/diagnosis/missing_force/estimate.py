@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.diagnosis.missing_force.piecewise_force import force_equations
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.free_parameters import free_parameters
+from wheelpend.estimation.normal_equations import NormalEquations
+from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import input_table, measured_states, port_motion
 
 PIECES_PER_SEGMENT = 10
@@ -48,12 +50,11 @@ class ForceConcentration(NamedTuple):
 def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingForce:
     """Estimate the missing force along the first training log, at a fit to the problem's training segments."""
     segments = problem.training[0]
-    names = [n for n in problem.module.PARAMETERS if n.startswith("missing.")]
-    gram, centres = _linearise(problem, fitted, segments, names)
-    equations = [_without_states(g, problem.module.NX) for g in gram]
+    names = list(problem.module.MISSING_FORCES)
+    equations, centres = _linearise(problem, fitted, segments, names)
     sizes = _prior_standard_deviations(equations, len(names))
     force, sigma = [], []
-    for information, score in equations:
+    for information, score in zip(equations.information, equations.score, strict=True):
         prior = np.tile(1.0 / sizes**2, PIECES_PER_SEGMENT)
         covariance = np.linalg.inv(information + np.diag(prior))
         force.append((covariance @ score).reshape(PIECES_PER_SEGMENT, -1))
@@ -66,31 +67,23 @@ def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingFo
 
 def _linearise(
     problem: EstimationProblem, fitted: Fit, segments: Segments, names: list[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Gram matrices of the segments in states and force pieces, and the samples in the middle of the pieces."""
+) -> tuple[NormalEquations, np.ndarray]:
+    """Normal equations of the segments in force pieces, and the samples in the middle of the pieces."""
     parameters = kernel_parameters(problem.module, fitted.of_log(0), segments.log)
     length = int(np.max(segments.bounds[:, 1] - segments.bounds[:, 0]))
     edges = np.linspace(0, length, PIECES_PER_SEGMENT + 1).astype(np.int64)
     columns = [problem.module.PARAMETERS.index(n) for _ in range(PIECES_PER_SEGMENT) for n in names]
     window = np.array([[edges[k], edges[k + 1]] for k in range(PIECES_PER_SEGMENT) for _ in names], dtype=np.int64)
-    linearisation = shoot(
-        problem.module, segments, fitted.states[0], parameters, columns, window, problem.max_step, keep_residual=False
+    linearisation = problem.simulator.shoot(
+        segments, fitted.states[0], parameters, columns, window, keep_residual=False
     )
     middle = (edges[:-1] + edges[1:]) // 2
     centres = np.minimum(segments.bounds[:, :1] + middle[None, :], segments.bounds[:, 1:] - 1).ravel()
-    return linearisation.gram, centres
+    layout = ParameterLayout.of(free_parameters(problem, names * PIECES_PER_SEGMENT), 1)
+    return force_equations(linearisation.gram, problem.module.NX, layout), centres
 
 
-def _without_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
-    """Information (n, n) and score (n,) of a segment's force pieces, its initial state eliminated."""
-    scale = np.sqrt(np.maximum(np.diag(gram)[:nx], 1e-300))
-    states = gram[:nx, :nx] / np.outer(scale, scale) + 1e-9 * np.eye(nx)
-    mixed = gram[:nx, nx:] / scale[:, None]
-    reduced = gram[nx:, nx:] - mixed.T @ np.linalg.solve(states, mixed)
-    return 0.5 * (reduced[:-1, :-1] + reduced[:-1, :-1].T), reduced[:-1, -1]
-
-
-def _prior_standard_deviations(equations: list[tuple[np.ndarray, np.ndarray]], rows: int) -> np.ndarray:
+def _prior_standard_deviations(equations: NormalEquations, rows: int) -> np.ndarray:
     """Standard deviation (rows,) of each row's missing force [V] by maximum likelihood on a grid, row after row."""
     sizes = np.full(rows, FIRST_FORCE_SIZE_V)
     for _ in range(2):
@@ -99,7 +92,8 @@ def _prior_standard_deviations(equations: list[tuple[np.ndarray, np.ndarray]], r
             for size in FORCE_SIZE_GRID_V:
                 trial = sizes.copy()
                 trial[row] = size
-                likelihood.append(sum(_log_marginal_likelihood(i, s, trial) for i, s in equations))
+                pairs = zip(equations.information, equations.score, strict=True)
+                likelihood.append(sum(_log_marginal_likelihood(i, s, trial) for i, s in pairs))
             sizes[row] = FORCE_SIZE_GRID_V[int(np.argmax(likelihood))]
     return sizes
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from derive import effects as library
+from derive.parameter_name import full_name
 from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.missing_force.law_terms import Term
 from wheelpend.model.user_effects import effect_from_table
@@ -28,7 +29,7 @@ class LawEffect(NamedTuple):
         """The effect as a table of effects.toml, with the estimated size as the typical one."""
         parameters = {}
         for name, given in self.parameters.items():
-            found = values.get(f"{self.name}.{name}", given.get("starts", [0.1])[0])
+            found = values.get(full_name(self.name, name), given.get("starts", [0.1])[0])
             value = float(f"{found:.4g}") or 0.1
             shape = {"starts": [value]} if "starts" in given else {}
             parameters[name] = {**given, "typical": value, **shape}
@@ -80,7 +81,7 @@ def rename_symbols(text: str, names: Mapping[str, str]) -> str:
 
 def full_parameter_names(effects: Sequence[LawEffect]) -> dict[tuple[int, str], str]:
     """Full name effect.parameter of each number in each term."""
-    return {place: f"{e.name}.{parameter}" for e in effects for parameter, place in e.origin.items()}
+    return {place: full_name(e.name, parameter) for e in effects for parameter, place in e.origin.items()}
 
 
 def register(effects: Sequence[LawEffect], values: Mapping[str, float], plant: PlantSignature) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from derive.parameter_name import full_name
 from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.criteria import (
     MAX_EVALUATED_COST_RATIO,
@@ -238,7 +239,7 @@ def free_law_of(problem: EstimationProblem, base: Fit, law: FittedLaw, term_coun
     effects = effects_from_terms(dict(enumerate(law.terms.values(), 1)), DEFAULT_LAW_NAME)
     order = {number: k for k, number in enumerate(law.terms, 1)}
     renamed = {full: full_parameter_names(effects)[order[n], local] for (n, local), full in law.names.items()}
-    units = {f"{e.name}.{p}": given["unit"] for e in effects for p, given in e.parameters.items()}
+    units = {full_name(e.name, p): given["unit"] for e in effects for p, given in e.parameters.items()}
     excess = max(error_before**2 - problem.floor**2, 1e-12)
     return FreeLaw(
         laws={e.name: e.law for e in effects},

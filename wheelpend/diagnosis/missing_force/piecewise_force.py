@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -20,24 +20,23 @@ from wheelpend.diagnosis.criteria import SHORT_HORIZON_SHARE
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import limits_of, per_log_names
-from wheelpend.estimation.normal_equations import bounded_step
-from wheelpend.estimation.parameters import kernel_parameters, parameter_layout
+from wheelpend.estimation.free_parameters import free_parameters
+from wheelpend.estimation.normal_equations import NormalEquations, bounded_step, symmetric, without_states
+from wheelpend.estimation.parameters import FreeParameter, ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import input_table, port_motion
 
 PIECES_PER_SEGMENT = 5
 FOLD_COUNT = 5
+EXTRA_STATE_DAMPING = 9e-10  # of the unit diagonal: forces in pieces say little about a short segment's state
 FOLD_RUN_COUNT = 10  # consecutive stretches of a log, dealt to the folds in turn
 
 
 class PiecewiseForce(NamedTuple):
     """Normal equations of a log's segments in parameters and in a force on each row in each piece."""
 
-    information: np.ndarray  # (S, n, n): parameters first, then the forces, piece by piece and in it row by row
-    score: np.ndarray  # (S, n)
+    equations: NormalEquations  # (S, n): parameters first, then the forces, piece by piece and in it row by row
     own: int  # number of parameters
     sample_ranges: np.ndarray  # (S, pieces, 2) half-open sample ranges
     motion: dict[str, np.ndarray]  # states, angle and speed of the drive, input and time (N,)
@@ -47,11 +46,15 @@ class LinearisedLogs(NamedTuple):
     """The training logs, linearised at a point on short segments."""
 
     fit: Fit
-    own: tuple[str, ...]  # the model's own parameters, those of one log as name@log
+    parameters: tuple[FreeParameter, ...]  # the model's own
     pieces: tuple[PiecewiseForce, ...]  # of each log
     noise: int  # expected sum of squares of the true model
     cost: float  # sum of squares at the point
-    limits: dict[str, tuple[float, float]]  # of the model's own parameters
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of the model's own parameters."""
+        return tuple(p.name for p in self.parameters)
 
 
 def linearise_logs(problem: EstimationProblem, base: Fit) -> list[LinearisedLogs]:
@@ -78,7 +81,7 @@ def linearise_at(problem: EstimationProblem, fitted: Fit, log_segments: Sequence
         piecewise_force(problem, fitted, segments, number, own) for number, segments in enumerate(log_segments)
     )
     noise = fitted.count - sum(s.size for s in fitted.states)
-    return LinearisedLogs(fitted, own, pieces, noise, fitted.cost, limits_of(own, problem.plant, problem.module.SIGNED))
+    return LinearisedLogs(fitted, free_parameters(problem, own), pieces, noise, fitted.cost)
 
 
 def piecewise_force(
@@ -86,29 +89,26 @@ def piecewise_force(
 ) -> PiecewiseForce:
     """Linearise a log's shooting problem, at a fit to it as log ``number``, in parameters and constant forces."""
     module = problem.module
-    forces = [n for n in module.PARAMETERS if n.startswith("missing.")]
+    forces = list(module.MISSING_FORCES)
     length = int(np.max(segments.bounds[:, 1] - segments.bounds[:, 0]))
     edges = np.linspace(0, length, min(PIECES_PER_SEGMENT, length) + 1).astype(np.int64)
     pairs = list(itertools.pairwise(edges))
     window = np.array([[0, length]] * len(own) + [p for p in pairs for _ in forces], dtype=np.int64)
     columns = [module.PARAMETERS.index(n) for n in (*own, *(forces * len(pairs)))]
     parameters = kernel_parameters(module, fitted.of_log(number), segments.log)
-    linearisation = shoot(
-        module, segments, fitted.states[number], parameters, columns, window, problem.max_step, keep_residual=False
+    linearisation = problem.simulator.shoot(
+        segments, fitted.states[number], parameters, columns, window, keep_residual=False
     )
-    information, score = eliminate_states(linearisation.gram, module.NX)
+    layout = ParameterLayout.of(free_parameters(problem, (*own, *(forces * len(pairs)))), 1)
+    equations = force_equations(linearisation.gram, module.NX, layout)
     spans = np.minimum(segments.bounds[:, :1, None] + np.array(pairs), segments.bounds[:, 1:, None])
-    return PiecewiseForce(information, score, len(own), spans, fitted_motion(problem, fitted, segments, number))
+    return PiecewiseForce(equations, len(own), spans, fitted_motion(problem, fitted, segments, number))
 
 
-def eliminate_states(gram: np.ndarray, nx: int) -> tuple[np.ndarray, np.ndarray]:
-    """Information (S, n, n) and score (S, n) of all columns but the initial states, those eliminated."""
-    scale = np.sqrt(np.maximum(np.einsum("sii->si", gram)[:, :nx], 1e-300))
-    states = gram[:, :nx, :nx] / scale[:, :, None] / scale[:, None, :] + 1e-9 * np.eye(nx)
-    mixed = gram[:, :nx, nx:] / scale[:, :, None]
-    rest = gram[:, nx:, nx:] - mixed.transpose(0, 2, 1) @ np.linalg.solve(states, mixed)
-    information = rest[:, :-1, :-1]
-    return 0.5 * (information + information.transpose(0, 2, 1)), rest[:, :-1, -1]
+def force_equations(gram: np.ndarray, nx: int, layout: ParameterLayout) -> NormalEquations:
+    """Normal equations of segments in force pieces, and parameters, their initial states eliminated."""
+    equations, _ = without_states(gram, nx, layout, EXTRA_STATE_DAMPING)
+    return replace(equations, information=symmetric(equations.information))
 
 
 def fitted_motion(problem: EstimationProblem, fitted: Fit, segments: Segments, number: int) -> dict[str, np.ndarray]:
@@ -163,9 +163,7 @@ def force_columns(shapes: np.ndarray, directions: np.ndarray) -> np.ndarray:
 class FoldedLeastSquares:
     """Least squares in parameters and columns of laws, summed over folds of the segments."""
 
-    labels: tuple[str, ...]  # parameters and columns, those of one log as name@log
-    normal: np.ndarray  # (FOLD_COUNT, n, n)
-    right: np.ndarray  # (FOLD_COUNT, n)
+    folds: NormalEquations  # (FOLD_COUNT, n), of parameters of the model, and of columns
     lowest: np.ndarray  # (n,) bounds on the change
     highest: np.ndarray  # (n,)
     prior_information: np.ndarray  # (n,) diagonal of the information that is there before any data
@@ -179,22 +177,21 @@ class FoldedLeastSquares:
     def index(self) -> dict[str, list[int]]:
         """Positions of each parameter or column, one or one for every log."""
         found: dict[str, list[int]] = {}
-        for k, label in enumerate(self.labels):
-            found.setdefault(label.split("@")[0], []).append(k)
+        for k, parameter in enumerate(self.folds.layout.elements):
+            found.setdefault(parameter.name, []).append(k)
         return found
 
     def solve(self, names: Sequence[str], left_out: int | None = None) -> np.ndarray:
         """Change of the named parameters and columns, within bounds, from all folds but one."""
         chosen, kept = self.indices(names), [k for k in range(FOLD_COUNT) if k != left_out]
-        normal = self.normal[np.ix_(kept, chosen, chosen)].sum(axis=0) + np.diag(self.prior_information[chosen])
-        right = self.right[np.ix_(kept, chosen)].sum(axis=0)
-        return bounded_step(normal, right, 0.0, self.lowest[chosen], self.highest[chosen])
+        normal = self.folds.information[np.ix_(kept, chosen, chosen)].sum(axis=0)
+        right = self.folds.score[np.ix_(kept, chosen)].sum(axis=0)
+        prior = np.diag(self.prior_information[chosen])
+        return bounded_step(normal + prior, right, 0.0, self.lowest[chosen], self.highest[chosen])
 
     def gain(self, names: Sequence[str], change: np.ndarray, fold: int) -> float:
         """Fall of the sum of squares of a fold with a change."""
-        chosen = self.indices(names)
-        own = self.normal[fold][np.ix_(chosen, chosen)]
-        return float(2.0 * change @ self.right[fold][chosen] - change @ own @ change)
+        return self.folds.part(fold).gain(self.indices(names), change)
 
     def cross_validated_cost(self, names: Sequence[str]) -> float:
         """Sum of squares that is left when every fold is predicted with the coefficients of the others."""
@@ -213,42 +210,41 @@ def build_least_squares(
 
     ``ridge`` is the prior information of every column; those in ``per_log`` have a coefficient for each log.
     """
-    everything = [*linearised.own, *names]
-    layout = parameter_layout(everything, [*per_log_names(linearised.own), *per_log], len(linearised.pieces))
-    size = len(layout.labels)
-    normal, right = np.zeros((FOLD_COUNT, size, size)), np.zeros((FOLD_COUNT, size))
+    scopes = dict.fromkeys(per_log, "per log")
+    coefficients = [FreeParameter(n, scope=scopes.get(n, "shared"), role="column") for n in names]
+    layout = ParameterLayout.of((*linearised.parameters, *coefficients), len(linearised.pieces))
+    folds = NormalEquations.zeros(layout, FOLD_COUNT)
     for pieces, column, places in zip(linearised.pieces, columns, layout.places, strict=True):
         for k, (block, score) in enumerate(normal_equations_by_fold(pieces, column)):
-            normal[k][np.ix_(places, places)] += block
-            right[k][places] += score
-    lowest, highest = change_bounds(linearised, layout.labels)
-    prior = np.array([0.0 if label.split("@")[0] in linearised.own else ridge for label in layout.labels])
-    return FoldedLeastSquares(layout.labels, normal, right, lowest, highest, prior, linearised.cost)
+            folds.information[k][np.ix_(places, places)] += block
+            folds.score[k][places] += score
+    lowest, highest = change_bounds(linearised, layout.elements)
+    prior = np.array([ridge if p.role == "column" else 0.0 for p in layout.elements])
+    return FoldedLeastSquares(folds, lowest, highest, prior, linearised.cost)
 
 
 def normal_equations_by_fold(pieces: PiecewiseForce, columns: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """For each fold information (n, n) and score (n,) in a log's parameters and in columns (S, pieces · rows, m)."""
     own, folds, found = pieces.own, fold_numbers(len(columns)), []
-    pulled = pieces.information[:, :, own:] @ columns  # (S, n, m) information between everything and the columns
+    information, scores = pieces.equations.information, pieces.equations.score
+    pulled = information[:, :, own:] @ columns  # (S, n, m) information between everything and the columns
     for k in range(FOLD_COUNT):
         inside = folds == k
         flat = columns[inside].reshape(-1, columns.shape[2])
         mixed, inner = pulled[inside, :own].sum(axis=0), flat.T @ pulled[inside, own:].reshape(flat.shape)
-        block = np.block([[pieces.information[inside, :own, :own].sum(axis=0), mixed], [mixed.T, inner]])
-        score = pieces.score[inside]
+        block = np.block([[information[inside, :own, :own].sum(axis=0), mixed], [mixed.T, inner]])
+        score = scores[inside]
         found.append((block, np.concatenate([score[:, :own].sum(axis=0), flat.T @ score[:, own:].ravel()])))
     return found
 
 
-def change_bounds(linearised: LinearisedLogs, labels: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+def change_bounds(linearised: LinearisedLogs, elements: Sequence[FreeParameter]) -> tuple[np.ndarray, np.ndarray]:
     """How far each parameter may change: the model's own are never negative; columns are free."""
     lowest, highest = [], []
-    for label in labels:
-        name, _, log = label.partition("@")
-        low, high = linearised.limits.get(name, (-np.inf, np.inf))
-        value = linearised.fit.of_log(int(log or 0)).get(name, 0.0)
-        lowest.append(low - value)
-        highest.append(high - value)
+    for parameter in elements:
+        value = linearised.fit.of_log(parameter.log or 0).get(parameter.name, 0.0)
+        lowest.append(parameter.bounds[0] - value)
+        highest.append(parameter.bounds[1] - value)
     return np.minimum(np.array(lowest), 0.0), np.maximum(np.array(highest), 0.0)
 
 

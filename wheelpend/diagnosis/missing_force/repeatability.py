@@ -139,19 +139,16 @@ def curve(best: SelectedVariables, variable: str) -> Curve:
     linearised, least_squares = best.linearised, best.least_squares
     names = [*linearised.own, *best.basis.names(best.chosen)]
     indices, change = least_squares.indices(names), least_squares.solve(names)
-    law = [k for k in indices if not _is_parameter(least_squares.labels[k], linearised)]
-    normal = least_squares.normal.sum(axis=0)[np.ix_(law, law)] + np.diag(least_squares.prior_information[law])
+    law = [k for k in indices if least_squares.folds.layout.elements[k].role == "column"]
+    normal = least_squares.folds.information.sum(axis=0)[np.ix_(law, law)] + np.diag(
+        least_squares.prior_information[law]
+    )
     grid, motion = _curve_motion(best, variable)
     matrix = best.basis.matrix(motion, best.basis.names(best.chosen))
     matrix = matrix - matrix.mean(axis=0)
     excess = max(best.cross_validated_costs[-1] / max(linearised.noise, 1), 1.0)
     variance = np.einsum("ik,kl,il->i", matrix, np.linalg.pinv(normal, rcond=1e-12, hermitian=True), matrix) * excess
     return Curve(variable, grid, matrix @ change[-len(law) :], np.sqrt(np.maximum(variance, 0.0)))
-
-
-def _is_parameter(label: str, linearised: LinearisedLogs) -> bool:
-    """A label of one of the model's own parameters."""
-    return label in linearised.own or label.split("@")[0] in linearised.own
 
 
 def _curve_motion(best: SelectedVariables, variable: str) -> tuple[np.ndarray, dict[str, np.ndarray]]:

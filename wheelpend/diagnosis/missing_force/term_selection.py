@@ -23,12 +23,13 @@ from wheelpend.diagnosis.missing_force.piecewise_force import (
     values_in_segments,
 )
 from wheelpend.diagnosis.missing_force.regressors import term_directions, term_regressors
-from wheelpend.diagnosis.score_test import project
+from wheelpend.estimation.scaled_inverse import ScaledInverse
 from wheelpend.estimation.state_reconstruction import combination_text
 
 MAX_SINGLE_TERM_STARTS = 4  # single terms at a point that are refitted
 MAX_LAW_STARTS = 10  # sets of terms that are refitted
 MAX_CROSS_VALIDATED_TERMS = 12  # terms with the largest expected gain that are judged on folds
+MIN_TERM_EIGENVALUE_RATIO = 1e-6  # of the columns of one term
 MIN_TERM_GAIN = 12.0  # noise variances that a term must explain
 
 
@@ -117,19 +118,17 @@ def leading_terms(
     chosen: Sequence[Term],
 ) -> list[Term]:
     """Terms with the largest expected gain beside the parameters and the terms chosen already."""
-    normal, right = least_squares.normal.sum(axis=0), least_squares.right.sum(axis=0)
-    present = least_squares.indices([*linearised.own, *_column_names(chosen)])
-    information, score = project(normal, right, present)
+    equations = least_squares.folds.sum()
+    rest_equations = equations.project(least_squares.indices([*linearised.own, *_column_names(chosen)]))
+    information, score = rest_equations.information, rest_equations.score
     gains = {}
     for term, names in columns.items():
         own = [k for n in names for k in least_squares.index[n]]
-        raw, rest = np.diag(normal)[own], np.diag(information)[own]
+        raw, rest = np.diag(equations.information)[own], np.diag(information)[own]
         if term in chosen or not np.all(rest > MIN_REMAINING_INFORMATION_SHARE * raw) or not np.all(raw > 0.0):
             continue
-        block = information[np.ix_(own, own)]
-        scale = np.sqrt(np.diag(block))
-        inverse = np.linalg.pinv(block / np.outer(scale, scale), rcond=1e-6, hermitian=True)
-        gains[term] = float((score[own] / scale) @ inverse @ (score[own] / scale))
+        inverse = ScaledInverse.of(information[np.ix_(own, own)], MIN_TERM_EIGENVALUE_RATIO)
+        gains[term] = float(score[own] @ inverse.solve(score[own]))
     return sorted(gains, key=lambda t: -gains[t])[:MAX_CROSS_VALIDATED_TERMS]
 
 
@@ -138,12 +137,11 @@ def law_start(
 ) -> LawStart:
     """Parameters and coefficients of the linearised problem with the chosen terms."""
     names = [*linearised.own, *_column_names(chosen)]
-    changes = dict(
-        zip((least_squares.labels[k] for k in least_squares.indices(names)), least_squares.solve(names), strict=True)
-    )
+    moving = [least_squares.folds.layout.elements[k] for k in least_squares.indices(names)]
+    changes = {(p.name, p.log): c for p, c in zip(moving, least_squares.solve(names), strict=True)}
     values, sizes = [], []
     for log in range(len(linearised.pieces)):
-        moved = {n: changes.get(n, changes.get(f"{n}@{log}", 0.0)) for n in names}
+        moved = {n: changes.get((n, None), changes.get((n, log), 0.0)) for n in names}
         values.append({n: v + moved.get(n, 0.0) for n, v in linearised.fit.of_log(log).items()})
         sizes.append({n: moved[n] for n in _column_names(chosen)})
     return LawStart(tuple(chosen), tuple(values), tuple(sizes), cost)

@@ -83,16 +83,15 @@ def confidence_band(
 
     The wider of what the information matrix and the scatter of blocks give. Limits that a simulation needs are kept.
     """
-    labels = {n: (n if n in fitted.free else f"{n}@{log}") for n in values}
-    known = [n for n in values if labels[n] in fitted.free]
-    places, limits = [fitted.free.index(labels[n]) for n in known], limits_of(known, plant)
+    known = [n for n in values if n in fitted.names]
+    places, limits = [fitted.place(n, log) for n in known], limits_of(known, plant)
     if not known:
         return None
     normal, edges = np.random.default_rng(0).normal(size=(COEFFICIENT_DRAWS, len(known))), []
     for matrix in (fitted.covariance, fitted.robust):
         eigenvalues, vectors = np.linalg.eigh(np.nan_to_num(matrix[np.ix_(places, places)], posinf=0.0))
         draws = normal @ (vectors * np.sqrt(np.maximum(eigenvalues, 0.0))).T
-        moved = [{n: float(np.clip(values[n] + d, *limits.get(n, (-np.inf, np.inf))))
+        moved = [{n: float(np.clip(values[n] + d, *limits[n]))
                   for n, d in zip(known, row, strict=True)} for row in draws]  # fmt: skip
         edges.append(np.quantile([lines({**values, **m})[name] for m in moved], BAND_QUANTILES, axis=0))
     return np.minimum(edges[0][0], edges[1][0]), np.maximum(edges[0][1], edges[1][1])

@@ -20,7 +20,6 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
-from wheelpend.estimation.shooting import shoot
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.model.units import units_of
@@ -216,11 +215,11 @@ def _output_change_plot(effect: Effect, problem: EstimationProblem, fitted: Fit,
     own = fitted.of_log(number)
     absent = {n: module.ABSENT[module.PARAMETERS.index(n)] for n in effect.full_names}
     first = initial_states(module, segments)
-    states, _ = fit_states(module, segments, first, kernel_parameters(module, own, segments.log), problem.max_step)
+    states, _ = fit_states(problem.simulator, segments, first, kernel_parameters(module, own, segments.log))
 
     def residual(values: EffectValues, where: Segments, begin: np.ndarray) -> np.ndarray:
         parameters = kernel_parameters(module, {**own, **values}, where.log)
-        return np.nan_to_num(shoot(module, where, begin, parameters, max_step=problem.max_step).residual)
+        return np.nan_to_num(problem.simulator.shoot(where, begin, parameters).residual)
 
     change = residual(absent, segments, states) - residual({}, segments, states)
     changes = [np.nan_to_num(np.nansum(change[a:b] ** 2), posinf=0.0) for a, b in segments.bounds]

@@ -94,7 +94,7 @@ def _residuals(problem: EstimationProblem, fitted: Fit) -> list[np.ndarray]:
     if problem.validation:
         return validation_residuals(problem, fitted)[1]
     return [
-        prediction_error(problem.module, segments, fitted.of_log(k), problem.max_step)[1]
+        prediction_error(problem.simulator, segments, fitted.of_log(k))[1]
         for k, segments in enumerate(problem.training)
     ]
 

@@ -9,6 +9,7 @@ import sympy as sp
 
 from derive.effects import DryForce, Effect
 from derive.functions import Magnitude, Ramp, Sign, Step
+from derive.parameter_name import full_name
 
 LAMBDIFY_MODULES = [
     {Sign.__name__: np.sign, Step.__name__: lambda x: 1.0 * (x > 0), Magnitude.__name__: np.abs,
@@ -31,7 +32,7 @@ def numeric_law(effect: Effect, law: sp.Expr, free: Sequence[sp.Symbol]) -> Call
     numeric = sp.lambdify([*(effect.symbols[n] for n in names), *free], law, LAMBDIFY_MODULES)
 
     def evaluate(values: EffectValues, *x: np.ndarray) -> np.ndarray:
-        given = (values[f"{effect.name}.{n}"] for n in names)
+        given = (values[full_name(effect.name, n)] for n in names)
         return np.broadcast_to(numeric(*given, *x), x[0].shape).astype(float)
 
     return evaluate

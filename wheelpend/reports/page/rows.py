@@ -65,8 +65,8 @@ def parameter_rows(explanation: Explanation) -> list[ParameterRow]:
         given, first = explanation.model.parameters.get(name), explanation.first.fit.values[name]
         values = [s.parameters[name] for s in explanation.steps if name in s.parameters]
         steps = [(v, 100.0 * (v / first - 1.0) if first else None) for v in values]
-        final = explanation.parameters.get(name, {"value": first, "sigma": None})
-        row = typeset_estimate_text(final["value"], final["sigma"])
+        final = explanation.parameters.get(name)
+        row = typeset_estimate_text(final.value, final.sigma) if final else typeset_estimate_text(first, None)
         rows.append(ParameterRow(name, given.nominal if given else None, first, steps, row))
     return rows
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from derive.parameter_name import full_name
+from wheelpend.estimation.estimate import Estimate, LogValue
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import (
     digits_text,
@@ -87,27 +89,27 @@ def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits)
     """Coefficients of an added effect as the final model has them."""
     drive_v = rms_drive_voltage(explanation.problem) if explanation.problem.module.INPUT else 0.0
     return ", ".join(
-        _final_coefficient_text(c, explanation.parameters.get(f"{step.effect}.{c.name}"), quantities, drive_v)
+        _final_coefficient_text(c, explanation.parameters.get(full_name(step.effect, c.name)), quantities, drive_v)
         for c in coefficients_of(step)
     )
 
 
 def _final_coefficient_text(
-    coefficient: Coefficient, final: Mapping[str, Any] | None, quantities: PlantUnits, drive_v: float
+    coefficient: Coefficient, final: Estimate | None, quantities: PlantUnits, drive_v: float
 ) -> str:
     name, value, sigma, unit = coefficient
     if final is not None:
-        value, sigma = final["value"], final["sigma"]
-    per_log = (final or {}).get("per_log", [])
+        value, sigma = final.value, final.sigma
+    per_log = final.per_log if final else ()
     text = f"{name} {per_log_text(per_log, unit) if per_log else _with_unit(value, sigma, unit)}".rstrip()
     share = f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive voltage" if drive_v else ""
     beside = [typeset_physical_text(value, unit, quantities), share if unit == quantities.force else ""]
     return text + _in_brackets(beside)
 
 
-def per_log_text(rows: Iterable[Mapping[str, Any]], unit: str) -> str:
+def per_log_text(rows: Iterable[LogValue], unit: str) -> str:
     """A parameter that several logs have each for themselves."""
-    return ", ".join(f"{typeset_estimate_text(r['value'], r['sigma'])} {unit_text(unit)} in {r['log']}" for r in rows)
+    return ", ".join(f"{typeset_estimate_text(r.value, r.sigma)} {unit_text(unit)} in {r.log}" for r in rows)
 
 
 def candidate_size_lines(candidate: CandidateFit, quantities: PlantUnits) -> list[str]:

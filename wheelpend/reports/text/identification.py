@@ -29,13 +29,13 @@ def identification_text(result: Identification) -> TextBlocks:
 
 def _parameters_text(result: Identification) -> Iterator[str | Table]:
     rows = [
-        (n, estimate_text(r["value"], r["sigma"], result.unit.get(n, "")), "" if r["identifiable"] else "not excited")
-        for n, r in result.parameters.items()
+        (n, estimate_text(e.value, e.sigma, e.unit), "" if e.identifiable else "not excited")
+        for n, e in result.parameters.items()
     ]
     yield Table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
-    for n, r in result.parameters.items():
-        for own in r.get("per_log", ()):
-            yield f"  {n} in {own['log']}: {estimate_text(own['value'], own['sigma'], result.unit.get(n, ''))}"
+    for n, e in result.parameters.items():
+        for own in e.per_log:
+            yield f"  {n} in {own.log}: {estimate_text(own.value, own.sigma, e.unit)}"
 
 
 def _quality_sentence(result: Identification) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from derive.parameter_name import effect_of, short_name
 from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, ExplainedForce
 from wheelpend.reports.numbers import digits_text, incomplete_percent_text
 
@@ -72,7 +73,7 @@ def law_summary_text(law: FreeLaw) -> str:
 def law_parts(law: FreeLaw) -> list[LawPart]:
     """The parts of a law, each with the parameters that stand in it."""
     return [
-        LawPart(effect, law.on[effect], text, [n for n in law.coefficients if n.partition(".")[0] == effect])
+        LawPart(effect, law.on[effect], text, [n for n in law.coefficients if effect_of(n) == effect])
         for effect, text in law.laws.items()
     ]
 
@@ -84,7 +85,7 @@ def law_text_lines(law: FreeLaw) -> list[str]:
         lines.append(f"{part.effect}, a resistance at the {part.port} port [V]: {part.text}")
         for name in part.parameters:
             value, sigma = digits_text(law.coefficients[name], 5), digits_text(law.sigma[name], 2)
-            lines.append(f"  {name.partition('.')[2]} = {value} ± {sigma} {law.unit[name]}")
+            lines.append(f"  {short_name(name)} = {value} ± {sigma} {law.unit[name]}")
     return lines
 
 

@@ -1,0 +1,30 @@
+"""The estimate of one parameter: value, standard error, unit, and whether the logs identify it at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+
+class LogValue(NamedTuple):
+    """A parameter that each log has for itself, in one of them."""
+
+    log: str
+    value: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter as estimated from logs. A value that is not identifiable means nothing, nor does its error."""
+
+    value: float  # of a parameter that each log has for itself the first log's
+    sigma: float  # standard error
+    unit: str
+    identifiable: bool = True
+    per_log: tuple[LogValue, ...] = ()  # of several logs, where each has its own
+
+    def to_json(self) -> dict[str, Any]:
+        """The estimate as a table, without its unit; values of single logs only where there are some."""
+        table = {"value": self.value, "sigma": self.sigma, "identifiable": self.identifiable}
+        return {**table, "per_log": self.per_log} if self.per_log else table

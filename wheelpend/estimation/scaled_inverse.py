@@ -1,0 +1,99 @@
+"""Inverses of information matrices, scaled to a unit diagonal: damped ones, and ones without flat directions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+MIN_EIGENVALUE_RATIO = 1e-9  # eigenvalue of the scaled matrix below which a direction is not identifiable
+MIN_EXPLAINING_RATIO = 1e-11  # the same for columns that only explain others
+STATE_DAMPING = 1e-10  # of the unit diagonal, with which a direction without influence does not move
+
+
+def unit_diagonal(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A positive semidefinite matrix (n, n) with a unit diagonal, and the scale (n,), infinite where that is zero."""
+    root = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.where(root > 0.0, root, np.inf)  # what has no influence is left without
+    return matrix / np.outer(scale, scale), scale
+
+
+@dataclass(frozen=True)
+class ScaledInverse:
+    """The inverse of an information matrix, zero along directions that are not identifiable."""
+
+    scale: np.ndarray  # (n,)
+    eigenvalues: np.ndarray  # (n,) of the scaled matrix, ascending
+    vectors: np.ndarray  # (n, n)
+    kept: np.ndarray  # (n,) True for identifiable directions
+
+    @classmethod
+    def of(cls, information: np.ndarray, min_ratio: float = MIN_EIGENVALUE_RATIO) -> ScaledInverse:
+        """Take the inverse of a matrix (n, n); eigenvalues below a share of the largest count as zero."""
+        scaled, scale = unit_diagonal(information)
+        eigenvalues, vectors = np.linalg.eigh(scaled)
+        return cls(scale, eigenvalues, vectors, eigenvalues > min_ratio * eigenvalues[-1:])
+
+    def solve(self, right: np.ndarray, damping: float = 0.0) -> np.ndarray:
+        """Solution (n,) or (n, k) for right sides of that shape."""
+        across = (slice(None), *(None,) * (right.ndim - 1))
+        inverse = np.where(self.kept, 1.0 / (np.where(self.kept, self.eigenvalues, 1.0) + damping), 0.0)
+        return self.vectors @ (inverse[across] * (self.vectors.T @ (right / self.scale[across]))) / self.scale[across]
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The inverse (n, n)."""
+        kept = self.vectors[:, self.kept]
+        return kept / self.eigenvalues[self.kept] @ kept.T / np.outer(self.scale, self.scale)
+
+    @property
+    def condition(self) -> float:
+        """Condition number of the scaled matrix."""
+        return float(self.eigenvalues[-1] / max(self.eigenvalues[0], 1e-300))
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Share (n,) of each coordinate in directions that are not identifiable."""
+        return (self.vectors[:, ~self.kept] ** 2).sum(axis=1)
+
+
+def pseudo_inverse(information: np.ndarray) -> np.ndarray:
+    """The inverse (n, n) alone, of a block of an information matrix; flat directions are left out."""
+    scaled, scale = unit_diagonal(information)
+    return np.linalg.pinv(scaled, rcond=MIN_EIGENVALUE_RATIO, hermitian=True) / np.outer(scale, scale)
+
+
+def explaining(scaled: np.ndarray, base: Sequence[int], others: np.ndarray) -> np.ndarray:
+    """Coefficients (base, k) with which base columns explain others, of which ``others`` (base, k) are the products.
+
+    ``scaled`` (n, n) is the information of all columns with a unit diagonal. What is left of the others is small where
+    they are explained well, so these are solved by singular values, which round less than a product with an inverse.
+    """
+    return np.linalg.lstsq(scaled[np.ix_(base, base)], others, rcond=MIN_EXPLAINING_RATIO)[0]
+
+
+def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float = 0.0) -> np.ndarray:
+    """Solve many normal equations (..., n, n), scaled to a unit diagonal and damped.
+
+    right is (..., n, k), and so is the solution: zeros where equations are not finite. damping is one number, or (...).
+    """
+    finite = np.isfinite(normal).all(axis=(-2, -1)) & np.isfinite(right).all(axis=(-2, -1))
+    normal = np.where(finite[..., None, None], normal, np.eye(normal.shape[-1]))
+    right = np.where(finite[..., None, None], right, 0.0)
+    scale = np.sqrt(np.einsum("...ii->...i", normal)) + 1e-300
+    scaled = normal / scale[..., :, None] / scale[..., None, :]
+    ridge = STATE_DAMPING + np.broadcast_to(damping, normal.shape[:-2])
+    scaled += ridge[..., None, None] * np.eye(normal.shape[-1])
+    return _solve_small(scaled, right / scale[..., :, None]) / scale[..., :, None]
+
+
+def _solve_small(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (..., n, k) of many equations, those of one and of two unknowns in closed form."""
+    if matrix.shape[-1] == 1:
+        return right / matrix
+    if matrix.shape[-1] > 2:
+        return np.linalg.solve(matrix, right)
+    a, b, c, d = (matrix[..., i, j, None] for i in range(2) for j in range(2))
+    e, f = right[..., 0, :], right[..., 1, :]
+    return np.stack([d * e - b * f, a * f - c * e], axis=-2) / (a * d - b * c)[..., None, :]
