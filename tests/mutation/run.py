@@ -4,7 +4,8 @@
 Each is tried in a copy of the checkout of its own. What was tried is kept in a journal under a fingerprint of the
 mistake, of the code and of its tests, so that an interrupted run goes on where it ended and a new test is tried only on
 what it is for.
-The exit code is 1 while a mistake passes that is not shown to change nothing, and 2 where the tests fail without one.
+The exit code is 1 while a mistake passes that is not shown to change nothing, and 2 where the tests fail without one or
+a mistake cannot be made as the list has it: then its text has changed, and the list follows.
 """
 
 from __future__ import annotations
@@ -228,18 +229,17 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=2, help="copies to work in side by side")
     parser.add_argument("--no-check", action="store_true", help="do not run the tests without a mistake first")
     arguments = parser.parse_args()
-    mistakes = [m for m in read_mistakes() if arguments.only in m.name or arguments.only in m.file]
-    silent = {m.name: m.changes_nothing for m in mistakes if m.changes_nothing}
-    counts = dict.fromkeys((CAUGHT, PASSED, BROKEN), 0)
-    unexpected = []
+    counts, unexpected = dict.fromkeys((CAUGHT, PASSED, BROKEN), 0), []
     try:
+        mistakes = [m for m in read_mistakes() if arguments.only in m.name or arguments.only in m.file]
+        silent = {m.name: m.changes_nothing for m in mistakes if m.changes_nothing}
         for number, outcome in enumerate(outcomes(mistakes, arguments.workers, check=not arguments.no_check), 1):
             counts[outcome.result] += 1
             unexpected += [outcome.name] if outcome.result != CAUGHT and outcome.name not in silent else []
             note = silent.get(outcome.name) or outcome.noticed_by
             print(f"{number:4}/{len(mistakes)} {outcome.result:7} {outcome.seconds:6.1f} s  {outcome.name}  {note}",
                   flush=True)  # fmt: skip
-    except RuntimeError as failure:
+    except (ValueError, RuntimeError) as failure:
         print(failure, file=sys.stderr)
         return 2
     print(", ".join(f"{count} {result}" for result, count in counts.items())
