@@ -7,7 +7,7 @@ DEV := $(VENV)/.dev
 EXTRAS := $(VENV)/.extras
 PEERS := .venv-peers
 
-.PHONY: install demo test test-all test-extras check bench benchmark generate clean
+.PHONY: install demo test test-all test-extras mutate check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -41,6 +41,11 @@ test-all: $(EXTRAS)
 # What needs MuJoCo or rosbags, quick or not.
 test-extras: $(EXTRAS)
 	$(BIN)/python -m pytest -m extras
+
+# Small mistakes, one at a time, each of which the quick tests must notice: within two hours on two cores; goes on where
+# it was interrupted.
+mutate: $(DEV)
+	$(BIN)/python tests/mutation/run.py
 
 check: $(DEV)
 	$(BIN)/wheelpend generate --check

@@ -2,8 +2,10 @@
 
 import numpy as np
 from scipy import linalg, ndimage, signal
+from scipy.stats import beta
 
 from wheelpend import numerics
+from wheelpend.proportion import Proportion, proportion_of
 
 
 def test_what_a_matrix_turns_into_zero():
@@ -18,3 +20,13 @@ def test_smoothing_and_thinning():
     np.testing.assert_allclose(smooth, ndimage.gaussian_filter1d(walk[:, 0], 5.3, mode="nearest"), atol=1e-10)
     thin, expected = numerics.decimated(walk, 4), signal.decimate(walk, 4, axis=0)
     assert thin.shape == expected.shape and np.abs(thin - expected)[20:-20].max() < 1e-3 * walk.std()
+
+
+def test_a_constant_stays_a_constant():
+    np.testing.assert_allclose(numerics.gaussian_smoothed(np.full(50, 3.0), 4.0), 3.0)
+
+
+def test_a_proportion_has_the_interval_of_clopper_and_pearson():
+    low, high = Proportion(3, 20).interval
+    np.testing.assert_allclose([low, high], [beta.ppf(0.025, 3, 18), beta.ppf(0.975, 4, 17)], rtol=1e-6)
+    assert proportion_of([True, False, True, True]) == (3, 4) and Proportion(3, 4).share == 0.75

@@ -57,3 +57,51 @@ def test_parameters_are_those_of_the_model_that_most_logs_end_with():
     told = [diagnosed(("slope",), slope__angle=0.01)] * 2 + [diagnosed(("com_offset",), com_offset__angle=0.5)]
     found = summarise(Model.default(), None, told)
     assert (found.effects, list(found.parameters)) == (("slope",), ["slope.angle"])
+
+
+def test_a_truth_within_two_standard_errors_is_inside_and_one_beyond_is_not():
+    inside = {k: parameter_recovery([2.0 + k * 0.1], [(2.0 + k * 0.1, 0.1)], truth=2.0).inside.hits
+              for k in (-2.1, -1.8, 0.0, 1.8, 2.1)}  # fmt: skip
+    assert inside == {-2.1: 0, -1.8: 1, 0.0: 1, 1.8: 1, 2.1: 0}
+
+
+def test_a_bias_has_the_standard_error_of_a_mean():
+    values = [1.0, 2.0, 6.0, 3.0]
+    found = parameter_recovery(values, [(v, 0.5) for v in values], truth=2.5)
+    assert found.bias_sigma == pytest.approx(np.std(values, ddof=1) / 2.0)
+    assert (found.bias, found.sigma, found.logs) == (0.5, 0.5, 4)
+    assert parameter_recovery([1.0], [(1.0, 0.1)], truth=1.0).bias_sigma is None
+
+
+def test_an_agreement_has_the_weighted_mean_with_its_own_standard_error_and_degrees():
+    found = parameter_agreement(["a", "b", "c"], np.array([[1.0, 1.0], [4.0, 2.0], [1.0, 0.5]]))
+    assert found.mean_sigma == pytest.approx(5.25**-0.5)  # of weights 1, 1/4 and 4
+    assert (found.degrees, found.sigma) == (2, pytest.approx(3.5 / 3))
+    assert found.spread == pytest.approx(np.std([1.0, 4.0, 1.0], ddof=1))
+    assert found.p_value == pytest.approx(np.exp(-found.chi_square / 2))  # of two degrees of freedom
+    assert found.furthest.log == "b" and found.furthest.sigmas == pytest.approx(3.0 / np.sqrt(4.0 + 0.2))
+
+
+def test_logs_above_the_noise_floor_are_listed_with_what_was_named_the_worst_first():
+    def answer(log, error, after=None, floor=0.9):
+        return LogResult(log, error=error, error_after=after, noise_floor=floor)
+
+    logs = [answer("good", 9.0, 0.98), answer("bad", 1.0), answer("worse", 9.0, 2.0), answer("lower", 0.95)]
+    found = summarise(Model.default(), None, [*logs, LogResult("gone", failure="no file")])
+    assert found.unexplained == ("worse", "bad")
+    assert (found.logs, found.failed) == (5, 1)
+    assert found.error == pytest.approx((19.95 / 4, 0.95, 9.0)) and found.error_after == pytest.approx(
+        (1.49, 0.98, 2.0)
+    )
+
+
+def test_parameters_that_scatter_too_much_are_named_for_all_parameters_together():
+    def estimates(off):
+        return {"X1": Estimate(1.0 + off, 0.1), "X2": Estimate(2.0, 0.1)}
+
+    def told(*offs):
+        logs = [LogResult(str(k), parameters=estimates(off)) for k, off in enumerate(offs)]
+        return summarise(Model.default(), None, logs).disagreeing
+
+    assert told(0.0, 0.42) == ("X1",)  # p = 0.003 of two parameters
+    assert told(0.0, 0.38) == ()  # p = 0.007, which would do for one

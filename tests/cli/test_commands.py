@@ -3,6 +3,7 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 from tests.support import DATA, ROOT, run, simulated
@@ -41,6 +42,11 @@ def test_explain_prints_json_with_the_documented_keys_and_nothing_else(workspace
     )
     assert data["effects"] == ["coulomb_drive"]
     assert abs(data["parameters"]["X6"]["value"] - 0.7268) < 1e-3
+    (step,) = data["steps"]
+    assert step["coefficients"]["torque"] == pytest.approx(0.3, abs=5 * step["sigma"]["torque"])
+    assert data["nominal_error"] > data["base_error"] == step["error_before"] > 10 > step["error_after"]
+    assert step["error_after"] == data["error"] == pytest.approx(data["noise_floor"], rel=0.02)
+    assert data["base_error"] > 5 * data["error"] and step["p_value"] < 1e-6
 
 
 def test_compare_prints_error_horizons_and_places(workspace):
@@ -49,6 +55,10 @@ def test_compare_prints_error_horizons_and_places(workspace):
     assert {"theta_w", "theta_p", "dtheta_p"} == set(data["fit_percent"]) == set(data["rmse"])
     assert {"seconds", "error", "diverged"} <= set(data["horizons"][0])
     assert {"row", "state", "from", "to", "share"} <= set(data["where"][0])
+    assert {h["seconds"]: h["error"] for h in data["horizons"]}[0.5] == pytest.approx(data["error"], rel=1e-3)
+    assert max(data["fit_percent"].values()) < 100.0
+    assert 0.01 < data["rmse"]["theta_p"] < np.pi
+    assert all(w["from"] < w["to"] and 0.0 < w["share"] <= 1.0 for w in data["where"])
 
 
 def test_identify_saves_values_that_explain_the_log(workspace):

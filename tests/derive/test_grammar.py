@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.functions import Magnitude, Sign, symbol
+from derive.functions import Magnitude, Ramp, Sign, symbol
 from derive.grammar import GrammarError, parse
 
 S, F, V = (symbol(n) for n in ("s", "F", "v"))
@@ -50,3 +50,16 @@ def test_an_expression_means_what_it_says(text, meant):
 def test_anything_else_is_refused_with_a_reason(text, why):
     with pytest.raises(GrammarError, match=why):
         parse(text, NAMES)
+
+
+@pytest.mark.parametrize("name", ["sympify", "lambdify", "Function", "gamma", "Integer", "Symbol", "besselj", "Abs"])
+def test_no_function_of_sympy_can_be_called_but_those_of_the_grammar(name):
+    with pytest.raises(GrammarError, match=f"No function named '{name}'"):
+        parse(f"{name}(s)", NAMES)
+
+
+def test_a_function_of_the_grammar_is_the_one_of_its_name():
+    found = {name: parse(f"{name}(s)", NAMES) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "atan")}
+    assert found == {name: getattr(sp, name)(S) for name in found}
+    assert (parse("abs(s)", NAMES), parse("sign(s)", NAMES), parse("positive(s)", NAMES)) == (
+        Magnitude(S), Sign(S), Ramp(S))  # fmt: skip

@@ -39,6 +39,8 @@ def test_where_nothing_is_hidden_nothing_is_missing(command, seed):
     assert result.verdict == "nothing_missing"
     assert not result.candidates
     assert set(result.detectable) >= {"coulomb_drive", "slope", "voltage_dead_zone"}
+    assert 2e-4 < result.detectable["coulomb_drive"]["torque"] < 2e-3
+    assert 1e-4 < result.detectable["slope"]["angle"] < 1e-2
 
 
 BOTH = {"voltage_dead_zone__threshold": 0.4, "slope__angle": 0.02}

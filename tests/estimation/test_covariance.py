@@ -47,3 +47,22 @@ def test_colour_is_seen_where_there_is_some_and_hardly_ever_where_there_is_none(
     white = [is_autocorrelated(autoregressive((3, 3000), 0.0, seed).T, bounds) for seed in range(40)]
     assert sum(white) <= 1
     assert all(is_autocorrelated(autoregressive((3, 3000), 0.3, seed).T, bounds) for seed in range(10))
+
+
+def test_blocks_are_of_two_segments_at_least_where_a_log_has_enough():
+    assert np.bincount(block_numbers([26])).tolist() == 13 * [2]
+    assert np.bincount(block_numbers([200])).tolist() == 20 * [10]
+    assert np.bincount(block_numbers([3])).tolist() == [1, 1, 1]
+
+
+def test_a_block_moves_the_fit_by_as_much_as_a_fit_without_it():
+    rng = np.random.default_rng(4)
+    rows = rng.normal(size=(30, 2)) * np.where(np.arange(30) < 5, 3.0, 1.0)[:, None]  # the first block weighs most
+    right, block = rows @ [1.0, -2.0] + rng.normal(size=30), np.arange(30) // 5
+    whole = np.linalg.lstsq(rows, right, rcond=None)[0]
+    moves = [np.linalg.lstsq(rows[block != k], right[block != k], rcond=None)[0] - whole for k in range(6)]
+    informations, scores = np.einsum("si,sj->sij", rows, rows), rows * (right - rows @ whole)[:, None]
+    layout = ParameterLayout.of(map(FreeParameter, "ab"), 1)
+    segments = NormalEquations(layout, informations, scores, np.zeros(30))
+    found = jackknife_covariance(np.linalg.inv(rows.T @ rows), segments, block)
+    assert np.allclose(found, 5 / 6 * np.transpose(moves) @ moves, rtol=1e-9)

@@ -1,9 +1,11 @@
 """States come back from readings, also where a sensor is missing."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from wheelpend.estimation.state_reconstruction import measured_states, states_from
+from wheelpend.estimation.state_reconstruction import fill_gaps, measured_states, states_from
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 
@@ -40,3 +42,16 @@ def test_rates_that_no_sensor_reads_are_differences_of_what_one_does():
     states = measured_states(module, Log("x", t, np.zeros(200), measured, module.OUTPUTS))
     np.testing.assert_allclose(states[1:-1], np.column_stack([np.sin(t), np.cos(t), np.cos(t), -np.sin(t)])[1:-1],
                                atol=1e-4)  # fmt: skip
+
+
+def test_a_coordinate_of_which_only_the_rate_is_read_is_its_integral():
+    module = SimpleNamespace(NQ=1, NX=2, NY=1, OUTPUT_MATRIX=np.array([[0.0, 1.0]]))
+    t = np.array([0.0, 0.1, 0.3, 0.4, 1.0])
+    log = Log("turning", t, np.zeros(5), 2.0 * t[:, None] + 1.0, ("yaw_rate",))
+    states = measured_states(module, log)
+    assert np.allclose(states, np.column_stack([t**2 + t, 2.0 * t + 1.0]))
+
+
+def test_missing_readings_are_filled_along_a_line():
+    t = np.array([0.0, 1.0, 3.0, 4.0])
+    assert fill_gaps(t, np.array([0.0, np.nan, 6.0, np.nan])).tolist() == [0.0, 2.0, 6.0, 6.0]

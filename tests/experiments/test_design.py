@@ -57,6 +57,7 @@ def test_the_separation_that_is_promised_is_the_one_that_refits_find(command):
     for name, promised in ((found.builtin, found.separation["builtin"]), (command, found.separation["designed"])):
         measured = np.sqrt(np.mean([apart(name, seed) for seed in range(3)]))
         assert measured == pytest.approx(promised, rel=0.35)
+        assert 0.85 < measured / promised < 1.2
     assert found.separation["designed"] > 2.0 * found.separation["builtin"]
 
 

@@ -18,6 +18,8 @@ def deviations(result):
 def test_shooting_reaches_the_cramer_rao_bound_of_its_own_problem():
     squares = [deviations(identify(Model.default(), [simulated(seed=seed, duration=6.0)])) ** 2 for seed in range(12)]
     assert np.all(np.sqrt(np.mean(squares, axis=0)) < 1.5)
+    assert np.all(np.sqrt(np.mean(squares, axis=0)) > 0.55)  # nor are the standard errors too large
+    assert 0.7 < np.sqrt(np.mean(squares)) < 1.2
 
 
 def test_shooting_starts_from_nothing():

@@ -12,6 +12,7 @@ import pytest
 
 from tests.support import DATA
 from wheelpend.inspection.inspect import inspect_log
+from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, parabolic_minimum
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
@@ -203,3 +204,34 @@ def test_a_measured_log_is_recognised_as_relative_and_has_no_other_fault():
     log = load_log(REAL)
     assert kinds(log, relative=True) == []
     assert kinds(log, relative=False) == [("relative_encoder", "theta_w")]
+
+
+@pytest.mark.parametrize("names", [("theta_w",), ("dtheta_p",), ("theta_p", "dtheta_p")])
+def test_a_time_shift_is_found_to_a_fifth_of_a_sample(names):
+    (finding,) = inspect_log(late(robot()[0], 10, *names)).findings
+    assert finding.size == pytest.approx(0.010, abs=0.2e-3)
+
+
+def test_an_input_that_acts_late_is_timed_to_a_fifth_of_a_sample():
+    (finding,) = inspect_log(late(robot()[0], -15, "v_in")).findings
+    assert finding.size == pytest.approx(0.015, abs=0.2e-3)
+
+
+def test_a_parabola_through_three_shifts_has_its_lowest_point_between_them():
+    shifts = np.arange(-MAX_SHIFT_SAMPLES, MAX_SHIFT_SAMPLES + 1)
+    for at in (-3.3, 0.0, 4.25):
+        assert parabolic_minimum((shifts - at) ** 2 + 5.0) == pytest.approx(at)
+    assert parabolic_minimum(shifts.astype(float)) == -MAX_SHIFT_SAMPLES
+
+
+def test_statistics_are_in_the_units_of_each_channel():
+    log = robot()[0]
+    found = inspect_log(log)
+    assert found.jitter == pytest.approx(0.0, abs=1e-6) and found.duration_s == pytest.approx(20.0)
+    assert found.channels["theta_p"]["noise"] == pytest.approx(0.5 * DEGREE, rel=0.1)
+    t = log.t + 3.0 * (np.arange(len(log)) > 9000)
+    assert inspect_log(replace(log, t=t)).jitter == pytest.approx(0.0, abs=1e-6)  # a gap is none
+    shaken = inspect_log(replace(log, t=log.t + 1e-4 * np.random.default_rng(0).uniform(-1, 1, size=len(log))))
+    assert shaken.jitter == pytest.approx(0.1 * np.sqrt(2 / 3), rel=0.05)
+    assert found.channels["v_in"]["maximum"] == np.max(log.voltage)
+    assert found.channels["dtheta_p"]["minimum"] == np.min(log.measured[:, 2])

@@ -56,3 +56,31 @@ def test_a_freely_swinging_pendulum_keeps_its_energy_until_friction_takes_it():
     energy = 0.07 * free[:, 1] ** 2 / 2 - np.cos(free[:, 0])
     assert np.ptp(energy) < 1e-7
     assert abs(stopped[-1, 1]) < 1e-12 and abs(np.sin(stopped[-1, 0])) < 0.05  # it sticks where gravity cannot move it
+
+
+def test_friction_in_a_joint_opposes_how_its_two_links_turn_against_each_other():
+    module = kernels.model_module("pendulum", {"links": 2}, ("coulomb_joint", "quadratic_joint"))
+    plain = np.array([{"X1": 0.1, "X2": 0.02, "X3": 0.03, "X4": 0.3}.get(n, a)
+                      for n, a in zip(module.PARAMETERS, module.ABSENT, strict=True)])  # fmt: skip
+    state = np.array([0.3, -0.2, 0.5, 1.7])
+    mass = np.array([[0.1, 0.02 * np.cos(0.5)], [0.02 * np.cos(0.5), 0.03]])
+    laws = {"coulomb_joint.torque": 1.0, "quadratic_joint.coefficient": 1.2**2}  # per unit of size, at a slip of 1.2
+    for name, law in laws.items():
+        rubbing = plain.copy()
+        rubbing[module.PARAMETERS.index(name)] = 0.05
+        more = module.acceleration(0.0, state, 0.0, rubbing) - module.acceleration(0.0, state, 0.0, plain)
+        np.testing.assert_allclose(mass @ more, 0.05 * law * np.array([1.0, -1.0]), rtol=1e-9)
+
+
+def test_friction_in_a_joint_never_adds_energy():
+    module = kernels.model_module("pendulum", {"links": 2}, ("coulomb_joint", "quadratic_joint"))
+    own = {"X1": 0.1, "X2": 0.02, "X3": 0.03, "X4": 0.3}
+    t = np.arange(0.0, 3.0, 1e-3)
+    for name, size in (("coulomb_joint.torque", 0.02), ("quadratic_joint.coefficient", 0.01), ("", 0.0)):
+        values = {**own, name: size}
+        parameters = np.array([values.get(n, a) for n, a in zip(module.PARAMETERS, module.ABSENT, strict=True)])
+        a, b, da, db = module.simulate(t, np.zeros_like(t), np.array([1.2, -0.6, 0.3, 0.0]), parameters, 5e-4)[:, :4].T
+        kinetic = 0.05 * da**2 + 0.02 * np.cos(a - b) * da * db + 0.015 * db**2
+        energy = kinetic - np.cos(a) - 0.3 * np.cos(b)
+        assert np.diff(energy).max() < 1e-8
+        assert np.ptp(energy) > 0.02 if name else np.ptp(energy) < 1e-6

@@ -91,3 +91,20 @@ def test_single_readings_far_off_count_as_noise():
 def test_an_encoder_coarser_than_stated_is_believed():
     log = complete_log("coarse encoder", 1)[1]
     assert sensor_noise(log, {}, {"theta_w": 2 * np.pi / 60000}).quantum[0] == pytest.approx(2 * np.pi / 2000)
+
+
+def test_fast_motion_is_not_taken_for_noise():
+    t = np.arange(4000) * 0.005
+    noise = 1e-3 * np.random.default_rng(0).normal(size=(4000, 2))
+    motion = 0.3 * np.sin(2 * np.pi * 4.0 * t)[:, None] + noise
+    log = Log("fast", t, t, np.column_stack([t, motion]), ("theta_w", "theta_p", "dtheta_p"))
+    assert sensor_noise(log, {}, {}).sigma[1:] == pytest.approx([1e-3, 1e-3], rel=0.1)
+
+
+def test_one_reading_in_a_hundred_far_off_counts_with_its_whole_square():
+    random = np.random.default_rng(1)
+    noise = 1e-2 * random.normal(size=(8000, 2))
+    noise[::100] += 0.2 * random.choice([-1.0, 1.0], size=(80, 2))
+    t = np.arange(8000) * 0.005
+    log = Log("spikes", t, t, np.column_stack([t, noise]), ("theta_w", "theta_p", "dtheta_p"))
+    assert sensor_noise(log, {}, {}).sigma[1:] == pytest.approx(np.std(noise, axis=0), rel=0.1)

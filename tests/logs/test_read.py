@@ -5,7 +5,7 @@ import polars as pl
 import pytest
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
 from wheelpend.logs.read import load_log, save_log
 
@@ -216,3 +216,44 @@ def test_a_pitch_in_degrees_a_fall_and_a_still_sensor_are_remarked_on(tmp_path):
     assert 'theta_p = { column = "theta_p", unit = "deg" }' in load_log(write(tmp_path, degrees)).warnings[0]
     assert "from t = 0.27 s: the robot fell over" in load_log(write(tmp_path, fall)).warnings[0]
     assert load_log(write(tmp_path, still)).warnings == ("theta_w is 0.5 throughout: this sensor says nothing.",)
+
+
+UNITS = {
+    "rad": 1.0, "deg": np.pi / 180, "rev": 2 * np.pi, "rad/s": 1.0, "deg/s": np.pi / 180, "rev/s": 2 * np.pi,
+    "rpm": np.pi / 30, "m": 1.0, "mm": 1e-3, "um": 1e-6, "m/s": 1.0, "mm/s": 1e-3, "s": 1.0, "ms": 1e-3, "us": 1e-6,
+    "ns": 1e-9, "V": 1.0, "mV": 1e-3,
+}  # fmt: skip
+
+
+def test_every_unit_has_its_size():
+    assert {unit: size for unit, (_, size) in UNIT_CONVERSIONS.items()} == pytest.approx(UNITS)
+
+
+def test_a_columns_scale_and_sign_multiply_its_unit(tmp_path):
+    path = write(tmp_path, rows(), header="t,duty,theta_w,theta_p,gyro")
+    columns = {"v_in": ColumnMap("duty", sign=-1, scale=12.0), "dtheta_p": ColumnMap("gyro", "deg/s", scale=2.0)}
+    log = load_log(path, columns)
+    assert log.voltage[1] == -12.0 * -1.0
+    assert log.measured[10, 2] == pytest.approx(2.0 * np.radians(0.2))
+
+
+def test_further_columns_are_saved_with_a_log(tmp_path):
+    save_log(tmp_path / "log.csv", synthetic(30), extra={"current": np.arange(30.0)})
+    frame = pl.read_csv(tmp_path / "log.csv")
+    assert frame.columns == ["t", "v_in", *WHEEL_PENDULUM_CHANNELS, "current"]
+    assert frame["current"].to_list() == list(range(30))
+    with pytest.raises(Failure, match="must have 30 values to be saved; current has 29"):
+        save_log(tmp_path / "log.csv", synthetic(30), extra={"current": np.arange(29.0)})
+
+
+def test_the_longest_gap_is_named_wherever_it_is(tmp_path):
+    cells = rows(60)
+    log = load_log(write(tmp_path, cells[:20] + cells[26:40] + cells[50:]))
+    assert log.warnings == ("2 gaps in the sampling, the longest 0.11 s after t = 0.39 s.",)
+
+
+def test_missing_samples_are_counted(tmp_path):
+    cells = rows(40)
+    for k in (3, 7, 9, 20):
+        cells[k][3] = ""
+    assert load_log(write(tmp_path, cells)).warnings == ("theta_p is missing in 4 of 40 samples (10 %).",)

@@ -68,3 +68,11 @@ def test_a_log_without_usable_samples_has_no_segments():
 def test_a_horizon_must_be_positive(horizon):
     with pytest.raises(Failure, match="positive time"):
         segment_bounds(synthetic(), horizon)
+
+
+def test_no_segment_goes_on_across_a_gap_shorter_than_the_horizon():
+    t = np.arange(400) * 0.01
+    t[130:] += 0.06
+    bounds = segment_bounds(synthetic(t=t), 0.5)
+    assert not any(first < 130 < last for first, last in bounds)
+    assert sum(last - first for first, last in bounds) == 400

@@ -74,3 +74,10 @@ def test_missing_samples_do_not_hide_a_wrap():
     found, _ = make_continuous("theta_1", wrapped, T, "rad")
     good = np.isfinite(found)
     assert np.abs(found[good] - TURNING[good] - (found[good] - TURNING[good])[0]).max() < 1e-9
+
+
+def test_what_happened_in_a_gap_is_no_wrap():
+    t = np.where(np.arange(4000) < 2000, T, T + 30.0)
+    values = np.where(np.arange(4000) < 2000, 0.1, 0.1 + 2 * np.pi) + 0.01 * np.sin(9 * T)
+    found, remarks = make_continuous("theta_1", values, t, "rad", can_reset=False)
+    assert found is values and remarks == []

@@ -249,3 +249,17 @@ def test_windows_line_ends_survive_an_edit():
     model = Model.parse(EXAMPLE.replace("\n", "\r\n")).with_fit({"X3": (0.1, 0.1), "X1": (0.1, 0.1)})
     text = model.with_effects([]).dump()
     assert text.count("\n") == text.count("\r\n")
+
+
+@pytest.mark.parametrize(("old", "new", "says"), [
+    ("R = 0.2413", "R = true", "constants.R: must be a number, not True"),
+    ("X2 = 0.0178", "X2 = { nominal = false }", "parameters.X2.nominal: must be a number, not False"),
+    ("R = 0.2413", "R = 1e999", "finite number"),
+])  # fmt: skip
+def test_a_switch_and_infinity_are_no_numbers(old, new, says):
+    assert says in failure(EXAMPLE.replace(old, new, 1))
+
+
+def test_a_list_of_effects_keeps_its_comments_where_one_leaves():
+    text = 'plant = "wheel_pendulum"\neffects = [\n  "coulomb_drive",  # the gearbox\n  "slope",\n]\n'
+    assert "# the gearbox" in Model.parse(text).with_effects(["coulomb_drive"]).text

@@ -1,0 +1,79 @@
+"""Errors of a comparison on a wrong model, where a square, a σ or a factor shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support import X, simulated
+from wheelpend import Model, compare, simulate
+from wheelpend.diagnosis.compare import rmse_of
+from wheelpend.diagnosis.horizons import errors_at, horizons_of
+from wheelpend.diagnosis.replay import replay_closed_loop
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.prediction import prediction_error
+
+WRONG = {**X, "X5": 0.9 * X["X5"], "X6": 1.1 * X["X6"]}
+
+
+@pytest.fixture(scope="module")
+def wrong():
+    """A model with wrong values, and a log of the right one."""
+    model = Model.default()
+    return model.with_fit({n: (v, None) for n, v in WRONG.items()}), simulated(duration=4.0)
+
+
+@pytest.fixture(scope="module")
+def compared(wrong):
+    return compare(wrong[0], [wrong[1]])
+
+
+def test_an_error_per_channel_is_in_the_channels_unit(wrong, compared):
+    problem = prepare(wrong[0], [wrong[1]], use_all=True)
+    segments = problem.training[0]
+    error, residual = prediction_error(problem.simulator, segments, WRONG)
+    assert compared.error == pytest.approx(error, rel=1e-3) and error > 5.0
+    for channel, number, sigma in zip(wrong[1].channels, residual.T, segments.sigma, strict=True):
+        rms = sigma * np.sqrt(np.nanmean(number**2))
+        assert compared.rmse[channel] == pytest.approx(rms, rel=1e-3)
+    two = rmse_of([segments, segments], [np.ones_like(residual), np.full_like(residual, 7.0)])
+    assert two == pytest.approx(dict(zip(wrong[1].channels, 5.0 * segments.sigma, strict=True)))  # √((1 + 49)/2)
+
+
+def test_the_error_over_the_horizon_is_that_of_segments_as_long(wrong, compared):
+    by_length = {h.seconds: h for h in compared.horizons}
+    assert by_length[0.5].error == pytest.approx(compared.error, rel=1e-3)
+    assert by_length[0.1].error < by_length[0.2].error < by_length[0.5].error < by_length[1.0].error
+    assert [h.seconds for h in compared.horizons] == pytest.approx([0.005, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0])
+    assert horizons_of(wrong[1]) == tuple(h.seconds for h in compared.horizons)
+
+
+def test_the_error_over_several_logs_is_the_mean_of_their_squares(wrong):
+    problem = prepare(wrong[0], [wrong[1], wrong[1]], use_all=True)
+    right, off = (errors_at(problem, problem.training[:1], [v], 0.2).error for v in (X, WRONG))
+    both = errors_at(problem, problem.training, [X, WRONG], 0.2)
+    assert both.error == pytest.approx(np.sqrt((right**2 + off**2) / 2), rel=1e-6)
+    assert not both.diverged and off > 3.0 * right
+
+
+def test_a_closed_loop_is_off_by_what_the_two_machines_differ(wrong):
+    model, exact = wrong[0], simulated(duration=4.0, noise=False)
+    machine = replace(Model.default(), simulation={**Model.default().simulation, **WRONG})
+    other = simulate(machine, duration=4.0, noise=False)
+    problem = prepare(model, [exact], use_all=True)
+    first = replace(problem.training[0], bounds=np.array([[0, 12]]))  # so short that the model does not bend its start
+    found = replay_closed_loop(problem, first, WRONG)
+    off = np.sqrt(np.mean((other.measured - exact.measured) ** 2, axis=0))
+    assert found.rmse == pytest.approx(dict(zip(exact.channels, off, strict=True)), rel=0.05)
+    assert found.rmse_input == pytest.approx(np.sqrt(np.mean((other.voltage - exact.voltage) ** 2)), rel=0.05)
+    assert not found.diverged
+
+
+def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
+    model, log = wrong
+    short = simulated("simple", duration=3.0)
+    found = compare(model, [log], [short])
+    segments = prepare(model, [log], [short]).validation[0].part
+    error, _ = prediction_error(prepare(model, [log]).simulator, segments, WRONG)
+    assert found.error == pytest.approx(error, rel=1e-3)
+    assert abs(found.error / compare(model, [log]).error - 1.0) > 0.1

@@ -1,0 +1,192 @@
+"""The verdict on refitted effects: what is named, what is equivalent, and what these data would have shown."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import derive
+from tests.support import X, simulated
+from wheelpend import Model, diagnose
+from wheelpend.diagnosis.evidence import Comparisons, ValidatedFit, evaluate_candidate
+from wheelpend.diagnosis.explain import overall_verdict
+from wheelpend.diagnosis.ranking import rank_candidates
+from wheelpend.diagnosis.score_test import ScoreTest, find_twins, score_test
+from wheelpend.diagnosis.stepwise import selection_done
+from wheelpend.diagnosis.verdict import conclude, detectable, revise_verdict, structurally_equivalent, verdict_on
+from wheelpend.estimation.continuation import fit_segments
+from wheelpend.estimation.data import prepare
+
+TORQUE = "coulomb_drive.torque"
+
+
+def screened(log):
+    """A problem, the fit of its model as it is, and what the score test says of every effect."""
+    problem = prepare(Model.default(), [log], horizon=0.2)
+    fitted = fit_segments(problem, problem.training, X, problem.base, rounds=30)
+    return problem, fitted, score_test(problem, fitted, problem.training, {})
+
+
+@pytest.fixture(scope="module")
+def complete():
+    """A log of the model itself."""
+    return screened(simulated(duration=8.0, seed=1))
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """A log with dry friction, the base fit, and the evidence for the friction."""
+    problem, fitted, tests = screened(simulated(duration=8.0, seed=1, coulomb_drive__torque=0.02))
+    better = fit_segments(problem, problem.training, {**X, TORQUE: 0.02}, [*problem.base, TORQUE])
+    base = ValidatedFit.of(problem, fitted)
+    effect = derive.effects.find("coulomb_drive")
+    return problem, base, evaluate_candidate(problem, effect, better, base.residuals, Comparisons(30, 1)), tests
+
+
+NOTHING = ScoreTest((), {})
+
+
+# ---- the size that these data would have shown
+
+
+def test_a_detectable_size_is_five_standard_errors_of_a_fit_with_the_effect(complete):
+    problem, fitted, tests = complete
+    values = sum(p.values for p in problem.training)
+    factor = max(5.0, np.sqrt(2 * 0.005 * values))
+    sizes = detectable(problem, tests)
+    for name in (TORQUE, "slope.angle", "voltage_offset.offset", "gyro_scale.scale"):
+        effect, _, parameter = name.partition(".")
+        beside = fit_segments(problem, problem.training, fitted.values, [*problem.base, name], rounds=10)
+        assert sizes[effect][parameter] == pytest.approx(factor * beside.sigma(name), rel=0.05)
+
+
+@pytest.mark.slow
+def test_what_is_hidden_beyond_its_detectable_size_is_found_and_what_is_half_as_large_is_not():
+    size = diagnose(Model.default(), [simulated(seed=1)]).detectable["coulomb_drive"]["torque"]
+    large, small = (diagnose(Model.default(), [simulated(seed=1, coulomb_drive__torque=k * size)]) for k in (1.3, 0.5))
+    assert large.named[0].effect == "coulomb_drive"
+    assert (small.verdict, small.named) == ("nothing_missing", ())
+
+
+def test_an_expected_gain_is_the_one_that_a_refit_has(rough):
+    _, base, candidate, tests = rough
+    found = next(c for c in tests.candidates if c.effect.name == "coulomb_drive")
+    scatter = base.fit.cost / base.fit.count  # in variances of the residual as it is
+    assert found.gain * scatter == pytest.approx(base.fit.cost - candidate.fit.cost, rel=0.05)
+    assert found.starts[0].values[TORQUE] == pytest.approx(0.02, rel=0.1)
+    assert tests.candidates[0].gain == max(c.gain for c in tests.candidates)
+    assert "coulomb_drive" in [c.effect.name for c in tests.candidates[:3]]
+
+
+# ---- what is named
+
+
+def test_an_effect_that_lowers_the_error_is_missing_and_one_that_does_not_is_not(rough):
+    problem, base, candidate, _ = rough
+    found = conclude(problem, base, [candidate], NOTHING, None)
+    assert (found.verdict, found.named) == ("effect_missing", (candidate,))
+    assert (found.error, found.noise_floor, found.detectable) == (base.error, problem.floor, {})
+    useless = replace(candidate, error_after=base.error)
+    left = conclude(problem, base, [useless], NOTHING, None)
+    assert (left.verdict, left.candidates, left.refitted) == ("unexplained", (), (useless,))
+
+
+def test_an_impossible_effect_is_listed_and_not_named(rough):
+    problem, base, candidate, _ = rough
+    impossible = replace(candidate, physical=False)
+    found = conclude(problem, base, [impossible], NOTHING, None)
+    assert (found.candidates, found.named, found.verdict) == ((impossible,), (), "unexplained")
+
+
+def test_each_source_alone_names_an_equivalent(rough):
+    problem, base, candidate, _ = rough
+    by_data = conclude(problem, base, [candidate], ScoreTest((), {"coulomb_drive": ("slope",)}), None)
+    assert by_data.named[0].equivalent_to == ("slope",)
+    offset = replace(candidate, effect="com_offset")
+    by_equations = conclude(problem, base, [offset], NOTHING, None)
+    assert by_equations.named[0].equivalent_to == ("imu_bias",)
+    close, far = (replace(candidate, effect="slope", error_after=k * candidate.error_after) for k in (1.009, 1.02))
+    assert conclude(problem, base, [candidate, close], NOTHING, None).named[0].equivalent_to == ("slope",)
+    assert conclude(problem, base, [candidate, far], NOTHING, None).named[0].equivalent_to == ()
+    assert by_data.verdict == by_equations.verdict == "ambiguous"
+
+
+def test_twins_of_the_equations_count_only_where_both_have_a_value_in_as_many_logs(rough):
+    problem, _, candidate, _ = rough
+    two = replace(problem, noise=2 * problem.noise)
+    assert structurally_equivalent(problem, replace(candidate, effect="com_offset")) == {"imu_bias"}
+    assert structurally_equivalent(two, replace(candidate, effect="com_offset")) == {"imu_bias"}
+    assert structurally_equivalent(two, replace(candidate, effect="imu_bias")) == set()
+    assert structurally_equivalent(problem, replace(candidate, effect="slope")) == set()
+
+
+def test_twins_of_the_data_are_parallel_sensitivities():
+    a = np.array([1.0, 2.0, 0.0])
+    rows = np.array([a, -3.0 * a, [1.0, 2.0, 1e-3], [1.0, 2.0, 0.1], 1e-9 * a])
+    names = ("slope", "voltage_offset", "gyro_bias", "body_damping", "air_drag")
+    information = rows @ rows.T
+    found = find_twins({n: [k] for k, n in enumerate(names)}, information, np.full(5, 5.0))
+    assert found["slope"] == ("gyro_bias", "voltage_offset") and found["body_damping"] == ()
+    assert "air_drag" not in found
+
+
+def test_a_verdict_asks_for_validation_data_and_for_an_error_above_the_noise(rough):
+    problem, _, candidate, _ = rough
+    assert verdict_on(problem, [], 1.09 * problem.floor) == "nothing_missing"
+    assert verdict_on(problem, [], 1.11 * problem.floor) == "unexplained"
+    assert verdict_on(problem, [candidate], 9.0) == "effect_missing"
+    assert verdict_on(replace(problem, validation=()), [candidate], 9.0) == "ambiguous"
+
+
+def test_an_effect_that_leaves_a_rest_is_the_answer_only_where_more_effects_explain_it(rough):
+    problem, base, candidate, _ = rough
+    floor = problem.floor
+    full = conclude(problem, base, [replace(candidate, error_after=1.09 * floor)], NOTHING, None)
+    partial = conclude(problem, replace_error(base, 9.0), [replace(candidate, error_after=1.2 * floor)], NOTHING, None)
+    assert full.is_explained and not partial.is_explained
+    assert revise_verdict(partial, full) is partial
+    assert revise_verdict(partial, partial).verdict == "unexplained"
+    slow = conclude(problem, replace_error(base, 1.3), [replace(candidate, error_after=1.2)], NOTHING, None)
+    assert selection_done([partial, slow]) and not selection_done([partial])
+    assert selection_done([full]) and selection_done(4 * [partial]) and not selection_done(3 * [partial])
+
+
+def replace_error(base, error):
+    return base._replace(error=error)
+
+
+def test_a_ladder_is_unexplained_where_its_last_rung_is_and_ambiguous_where_one_is():
+    sure, unsure = SimpleNamespace(equivalent_to=()), SimpleNamespace(equivalent_to=("slope",))
+    done = SimpleNamespace(verdict="nothing_missing", error=1.09, noise_floor=1.0)
+    assert overall_verdict([sure], done) == "nothing_missing"
+    assert overall_verdict([sure, unsure], done) == "ambiguous"
+    for left in ({"verdict": "unexplained"}, {"error": 1.11}):
+        assert overall_verdict([sure], SimpleNamespace(**{**vars(done), **left})) == "unexplained"
+
+
+def test_the_lower_error_comes_first_and_the_simpler_effect_where_it_is_contained_and_alike(rough):
+    problem, _, candidate, _ = rough
+    stribeck = replace(candidate, effect="stribeck_drive", coefficients={"static": 1.0, "sliding": 1.0, "speed": 1.0})
+    slope = replace(candidate, effect="slope", error_after=1.5)
+    dry = replace(candidate, error_after=1.005)
+    order = rank_candidates(problem, [slope, dry, replace(stribeck, error_after=1.0)])
+    assert [c.effect for c in order] == ["coulomb_drive", "stribeck_drive", "slope"]
+    order = rank_candidates(problem, [replace(dry, error_after=1.02), replace(stribeck, error_after=1.0)])
+    assert [c.effect for c in order] == ["stribeck_drive", "coulomb_drive"]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "twin", "size"),
+    [("com_offset.angle", "imu_bias.bias", 0.02), ("voltage_offset.offset", "coulomb_asymmetry.torque", 0.2)],
+)
+def test_a_twin_fits_as_well_with_the_opposite_size(hidden, twin, size):
+    log = simulated(duration=6.0, seed=2, **{hidden.replace(".", "__"): size})
+    problem = prepare(Model.default(), [log])
+    true, other = (
+        fit_segments(problem, problem.training, {**X, n: s}, [*problem.base, n], rounds=20)
+        for n, s in ((hidden, size), (twin, -size))
+    )
+    assert other.cost == pytest.approx(true.cost, rel=1e-6)
+    assert abs(true.of_log(0)[hidden] - size) < 4.0 * true.sigma(hidden) < 0.2 * size
+    assert other.of_log(0)[twin] == pytest.approx(-true.of_log(0)[hidden], rel=1e-4)
