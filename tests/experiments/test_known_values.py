@@ -4,12 +4,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 
 from tests.support import simulated
 from wheelpend import Model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.parameters import FreeParameter
-from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 from wheelpend.experiments.excitation import multisine, sweep
 from wheelpend.experiments.information import add_information, separation, standard_errors
 from wheelpend.experiments.question import Question
