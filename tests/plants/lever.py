@@ -7,7 +7,7 @@ from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordina
 PLANT_NAME = "lever"
 REFERENCE_PARAMETERS = {"X1": 0.05, "X2": 1.2, "X3": 0.4}
 KNOWN_CONSTANTS = {"k_m": 0.08}
-CONTROLLER_GAINS = (-6.0, -4.0, -0.9)
+CONTROLLER_GAINS = (6.0, 4.0, 0.9)
 
 
 def build(assumptions, free=()):

@@ -14,6 +14,16 @@ from tests.plants import lever
 from tests.support import ROOT, run
 
 
+@pytest.fixture(autouse=True)
+def known_plants():
+    """Plants that a test makes known are forgotten after it."""
+    known = dict(plants.KNOWN_PLANTS)
+    yield
+    plants.KNOWN_PLANTS.clear()
+    plants.KNOWN_PLANTS.update(known)
+    plants._built.cache_clear()
+
+
 def module_with(name, command, monkeypatch):
     """Kernels of the lever with its angle and its input called so, as plain Python."""
     text = (ROOT / "tests" / "plants" / "lever.py").read_text()
@@ -60,6 +70,7 @@ def test_names_of_shipped_plants_and_effects_stay_as_they_are():
 
 @pytest.mark.parametrize("name", ["t", "X1", "load", "two-words"])
 def test_a_name_that_means_something_in_every_model_is_refused(name, tmp_path):
-    text = (ROOT / "tests" / "plants" / "lever.py").read_text().replace('coordinate("phi"', f'coordinate("{name}"')
+    text = (ROOT / "tests" / "plants" / "lever.py").read_text().replace('"lever"\n', '"other"\n')
+    text = text.replace('coordinate("phi"', f'coordinate("{name}"')
     (tmp_path / "lever.py").write_text(text)
     assert name in run("new", tmp_path / "w", "--plant", tmp_path / "lever.py", code=1).stderr

@@ -33,8 +33,9 @@ def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...
 
 def noise_of(log: Log, model: Model) -> Noise:
     """Sensor noise of a log: as [sensors] states it, else estimated from the log."""
-    stated = {c: model.sensors.noise_of(c) for c in log.channels}
-    return sensor_noise(log.excerpt(), stated, {c: model.sensors.step_of(c) for c in log.channels})
+    channels = [model.plant_signature.channel(c) for c in log.channels]
+    stated = {c.name: model.sensors.noise_of(c) for c in channels}
+    return sensor_noise(log.excerpt(), stated, {c.name: model.sensors.step_of(c) for c in channels})
 
 
 def prepare(
