@@ -84,7 +84,8 @@ def residual_of(
 
 def missing_forces(plant: Plant) -> list[Parameter]:
     """One unknown generalised force for each row."""
-    return [Parameter(f"missing.{c.row}", plant.input_unit, "missing force") for c in plant.coordinates]
+    unit = plant.plant_signature.force_unit
+    return [Parameter(f"missing.{c.row}", unit(c.unit), "missing force") for c in plant.coordinates]
 
 
 def effect_parameters(chosen: tuple[Effect, ...]) -> list[Parameter]:

@@ -7,6 +7,7 @@ read without SymPy.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
@@ -30,6 +31,11 @@ class PortSpec(NamedTuple):
     unit: str  # of motion along it, rad or m
     length_per_radian: float  # motion that counts as one rad where a law's numbers are in rad
     weights: tuple[float, ...]  # motion along it as a combination of the coordinates
+
+    @property
+    def place(self) -> str:
+        """Where it is, in few words: between wheel and body."""
+        return self.sentence.partition(",")[0]
 
 
 class Sensor(NamedTuple):
@@ -88,10 +94,12 @@ class PlantWords(NamedTuple):
     stay: str = "stay within its range"  # what it must do: "The robot must stay up"
     leaves: str = "leaves it"  # what it does instead: "but it falls"
     left: str = "left its range"  # what it did: "the robot fell over"
+    failed: str = "left it"  # the same after what it must do: "must stay up, but it fell"
     strays: str = "leaves its range"  # what a simulation does: "it falls over"
     stands: str = "is within its range"  # "a stretch in which the robot stands"
     works: str = "the motor works"  # a log in which something happens
     controlled: str = ""  # what is controlled; the channel's name where there is no word
+    sensed: str = ""  # what its sensors read: "angle, pitch or rate"; the channels' names where there are no words
     travels: str = ""  # motion of the first coordinate that is not controlled: "wheels turn"
     input: str = ""  # what the input is; by its unit where there is no word
 
@@ -159,8 +167,33 @@ class PlantSignature:
 
     @property
     def controlled_word(self) -> str:
-        """What is controlled, in a word."""
+        """What is controlled, in a word: pitch."""
         return self.words.controlled or self.controlled[0] or self.range_channel
+
+    @property
+    def what_is_controlled(self) -> str:
+        """The same within a sentence: the pitch."""
+        return f"the {self.words.controlled}" if self.words.controlled else self.controlled_word
+
+    @property
+    def travel_words(self) -> str:
+        """Motion of the first coordinate, in words: wheels turn."""
+        return self.words.travels or f"{self.coordinates[0].name} moves"
+
+    @property
+    def force_phrase(self) -> str:
+        """The unit of forces in the equations of motion, in words: in volts at the motor."""
+        if self.input_unit == "1":
+            return f"in units of {self.scale}"
+        return {"V": "in volts at the motor", "A": "in amperes at the motor"}.get(
+            self.input_unit, f"in {self.input_unit}"
+        )
+
+    @property
+    def sensed_words(self) -> str:
+        """What its sensors read, in words: angle, pitch or rate."""
+        *some, last = (c.name for c in self.channels)
+        return self.words.sensed or " or ".join([*([", ".join(some)] if some else []), last])
 
     @property
     def input(self) -> str:
@@ -183,12 +216,39 @@ class PlantSignature:
         lever = "" if along == own else " m" if own == "m" else "/m"
         return f"{self.input_unit}{lever}"
 
+    @property
+    def positions(self) -> dict[str, str]:
+        """Units of the coordinates and of the motions of ports that are none's own, by name."""
+        names = [c.q for c in self.coordinates]
+        found = {c.q: c.unit for c in self.coordinates}
+        return found | {t: p.unit for p in self.ports if (t := combination_text(names, p.weights)) not in found}
+
+    @property
+    def speeds(self) -> dict[str, str]:
+        """Units of the rates of the coordinates and of the ports, by name."""
+        names = [c.dq for c in self.coordinates]
+        found = {c.dq: f"{c.unit}/s" for c in self.coordinates}
+        return found | {t: f"{p.unit}/s" for p in self.ports if (t := combination_text(names, p.weights)) not in found}
+
+    @property
+    def couplings(self) -> dict[str, PortSpec]:
+        """Ports between two moving parts, each direction of force once: a force there acts on several rows."""
+        between = [p for p in self.ports if sum(map(bool, p.weights)) > 1]
+        first = {p.weights: p for p in reversed(between)}
+        return {p.name: p for p in between if first[p.weights] is p}
+
     def port(self, name: str) -> PortSpec:
         """Return the port of that name; raises KeyError with the known ones."""
         for port in self.ports:
             if port.name == name:
                 return port
         raise KeyError(f"{self.name} has no port '{name}'; it has {', '.join(p.name for p in self.ports)}")
+
+
+def combination_text(names: Sequence[str], weights: Sequence[float]) -> str:
+    """A combination of names as text: theta_w - theta_p."""
+    parts = [(n, w) for n, w in zip(names, weights, strict=True) if w]
+    return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
 
 
 def _record(kind: Any, row: list) -> Any:

@@ -65,6 +65,22 @@ def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
     return replace(effect, parameters=tuple(_parameter_in_units(p, unit, length, force) for p in effect.parameters))
 
 
+WORDS_OF_ROWS = ("robot", "pitch", "voltage")  # machine, what is controlled, input: words in which the rows are written
+ROWS_COORDINATE, ROWS_SYMBOLS = "theta_w", ("Q_w", "θw")  # their first coordinate; its force and itself in equations
+
+
+def in_plant_words(effect: Effect, plant: PlantSignature) -> Effect:
+    """The row in words that fit a plant: its machine, what is controlled, its input and its coordinate."""
+    first, own = plant.coordinates[0].name, (plant.words.machine, plant.controlled_word, plant.input_word)
+    words = dict(zip(WORDS_OF_ROWS, own, strict=True))
+    words |= dict(zip(ROWS_SYMBOLS, ROWS_SYMBOLS if first == ROWS_COORDINATE else ("Q", first), strict=True))
+    if all(word == fitting for word, fitting in words.items()):
+        return effect
+    pattern = re.compile(r"\b(" + "|".join(words) + r")(?=s?\b)")
+    text = {k: pattern.sub(lambda m: words[m[0]], getattr(effect, k)) for k in ("sentence", "means", "equation")}
+    return replace(effect, **text)
+
+
 def motion_unit(effect: Effect, plant: PlantSignature) -> tuple[str, float]:
     """Unit of the motion in an effect's law, and the length per radian along it (1 for an angle)."""
     match effect.enters:

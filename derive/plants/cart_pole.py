@@ -59,6 +59,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             stay="stay up",
             leaves="falls",
             left="fell over",
+            failed="fell",
             strays="falls over",
             stands="stands",
             controlled="pole's angle",

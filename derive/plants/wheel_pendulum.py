@@ -130,10 +130,12 @@ WORDS = PlantWords(
     stay="stay up",
     leaves="falls",
     left="fell over",
+    failed="fell",
     strays="falls over",
     stands="stands",
     works="the motors work",
     controlled="pitch",
+    sensed="angle, pitch or rate",
     travels="wheels turn",
 )
 WIRING_CHECK = "wheels_and_body"

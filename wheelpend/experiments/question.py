@@ -50,7 +50,7 @@ class Question:
 
     @property
     def has_own_controller(self) -> bool:
-        """The simulations use the robot's own controller."""
+        """The simulations use the machine's own controller."""
         return self.problem.model.controller is not None
 
     def information_of(
@@ -144,7 +144,7 @@ def sample_times(duration: float, sample: float) -> np.ndarray:
 
 
 def closed_loop_of(problem: EstimationProblem, values: Mapping[str, float], t: np.ndarray) -> ClosedLoop:
-    """The robot under its own controller, or under one that balances the model."""
+    """The machine under its own controller, or under one that balances the model."""
     own = problem.model.controller
     gains = np.array(own.gains) if own else balancing_gains(problem.module, values, float(t[1] - t[0]))
     return ClosedLoop.of(problem.module, values, gains, t, problem.noise[0], problem.max_step)

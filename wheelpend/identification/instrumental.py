@@ -1,7 +1,7 @@
 """Instrumental variables: regression that noise in a closed loop does not bias.
 
-The instruments are what the filtered regressor would be without noise: the robot's closed loop, simulated with the same
-controller and reference. They are correlated with the motion and not with the noise.
+The instruments are what the filtered regressor would be without noise: the machine's closed loop, simulated with
+the same controller and reference. They are correlated with the motion and not with the noise.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class ClosedLoopRun(NamedTuple):
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """The robot under its controller, along a log's reference, from the log's own first state."""
+    """The machine under its controller, along a log's reference, from the log's own first state."""
 
     module: ModuleType
     log: Log
@@ -72,7 +72,7 @@ class ClosedLoop:
     def run(
         self, parameters: np.ndarray, noise: np.ndarray | None = None, quantum: np.ndarray | None = None
     ) -> ClosedLoopRun | None:
-        """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None where the robot falls."""
+        """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None out of range."""
         module, log, reference = self.module, self.log, self.log.reference
         assert reference is not None
         noise = np.zeros((len(log), module.NY)) if noise is None else noise
@@ -119,8 +119,10 @@ def instrumental_estimate(
         found = _iterate(loop, rows, with_linear_values(module, parameters, start), tau)
         if found is not None:
             return with_standard_errors(model, loop, rows, found, parameters, tau) if errors else found
-    raise Failure(f"{log.name}: the simulated loop must stay up to give instruments, but from every start the robot "
-                  "fell or the estimate did not settle. Check the gains in [controller], or use `--method shooting`."
+    words = model.plant_signature.words
+    raise Failure(f"{log.name}: the simulated loop must {words.stay} to give instruments, but from every start the "
+                  f"{words.machine} {words.failed} or the estimate did not settle. Check the gains in [controller], "
+                  "or use `--method shooting`."
                   )  # fmt: skip
 
 
@@ -167,7 +169,7 @@ def simulated_instruments(
 def _iterate(
     loop: ClosedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
 ) -> InstrumentalEstimate | None:
-    """Renew the instruments with each estimate until it converges; None where the robot falls or it does not."""
+    """Renew the instruments with each estimate until it converges; None where it does not, or leaves its range."""
     module, run = loop.module, loop.run(parameters)
     for _ in range(MAX_IV_ITERATIONS):
         if run is None:
@@ -184,7 +186,7 @@ def _iterate(
 def _halved_step(
     loop: ClosedLoop, parameters: np.ndarray, change: np.ndarray
 ) -> tuple[np.ndarray, ClosedLoopRun | None]:
-    """Step to the new estimate, or so far towards it that the simulated robot stays up."""
+    """Step to the new estimate, or so far towards it that the simulated machine stays in range."""
     here = linear_values(loop.module, parameters)
     for halving in range(MAX_STEP_HALVINGS):
         moved = with_linear_values(loop.module, parameters, here + 0.5**halving * change)

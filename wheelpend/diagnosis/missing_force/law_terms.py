@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects.row import DIRECTION_ARGUMENT
-from derive.plant_signature import PlantSignature, PortSpec
+from derive.plant_signature import PlantSignature, PortSpec, combination_text
 from wheelpend.diagnosis.criteria import MIN_WAVE_PHASE_RAD
-from wheelpend.estimation.state_reconstruction import combination_text
 
 WIDTH_QUANTILES = (0.1, 0.3, 0.6, 0.9)  # quantiles of a speed's magnitude that are tried as the width of a bend
 MIN_WIDTH_SHARE = 0.02  # of such a width, that it may be refitted to
@@ -78,8 +77,7 @@ def term_library(plant: PlantSignature, covered: CoveredRange) -> list[Term]:
     angles, rates = [c.q for c in plant.coordinates], [c.dq for c in plant.coordinates]
     found = []
     for port in distinct_ports(plant):
-        weights = dict(zip(angles, port.weights, strict=True))
-        angle, speed = combination_text(weights), combination_text({f"d{n}": w for n, w in weights.items()})
+        angle, speed = combination_text(angles, port.weights), combination_text(rates, port.weights)
         own_rates = list(dict.fromkeys([speed, *rates]))
         found += [
             Term(port.name, text, (("size", coefficient_unit(powers)),), shapes)
@@ -94,7 +92,7 @@ def term_library(plant: PlantSignature, covered: CoveredRange) -> list[Term]:
         ]
         found += ripple_terms(port.name, angle, covered)
         found += bump_terms(port.name, angle, covered)
-        if len([w for w in weights.values() if w]) > 1:
+        if len([w for w in port.weights if w]) > 1:
             found += [
                 Term(port.name, t, (("size", coefficient_unit(p)),), s) for t, p, s in input_terms(plant.input, speed)
             ]
