@@ -14,7 +14,7 @@ from tests.plants.machines import LEVER, LEVER_FILE, MACHINES, log_of, model_of,
 from tests.support import run
 from wheelpend import save_log
 
-FOREIGN = {"wheel", "wheels", "robot", "pitch", "gyro", "imu", "encoder_counts", "theta_w", "body"}
+FOREIGN = {"wheel", "wheels", "robot", "pitch", "gyro", "imu", "encoder_counts", "theta_w"}
 OWN_WORDS = {"wheel_pendulum": FOREIGN, "turning": FOREIGN}  # the first plant may say them
 QUICK = ("slide", "cart_pole", LEVER)  # what is run with every test
 METHODS = ("shooting", "filtered", "iv", "recursive", "energy", "inverse", "differentiation")
@@ -49,7 +49,8 @@ def called(machine, folder, *line, code=0):
 def checked(machine, text):
     """A text, in which no word of another plant stands."""
     said = set(re.findall(r"[a-z_]+", re.sub(r"wheelpend\w*|wheel_pendulum\w*", "", text.lower())))
-    assert not said & (FOREIGN - OWN_WORDS.get(machine, set())), text
+    foreign = said & (FOREIGN - OWN_WORDS.get(machine, set()))
+    assert not foreign, f"{foreign} in {text}"
     if model_of(machine).plant_signature.input_unit != "V":
         assert not re.search(r"(?<!-)\bvolt(s|age)?\b(?!-)", text.lower()), text
     return text
