@@ -1,4 +1,4 @@
-"""The plants: one file each, stating geometry, actuator, sensors and assumptions.
+"""The plants: one file of this folder each, stating geometry, actuator, sensors and assumptions.
 
 A plant's file needs a PLANT_NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state
 PLANT_ASSUMPTIONS and numbers for a first model.toml: REFERENCE_PARAMETERS for X1, X2, ..., KNOWN_CONSTANTS, and the
@@ -11,15 +11,18 @@ import hashlib
 import os
 from collections.abc import Mapping
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from types import ModuleType
 
-from derive.plants import cart_pole, pendulum, slide, wheel_pendulum
+from derive.plants import wheel_pendulum
 from derive.records import Assumption, ModelTemplate, Plant
 
 ENTRY_POINT_GROUP = "wheelpend.plants"
 DEFAULT_PLANT = wheel_pendulum.PLANT_NAME
-KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in (wheel_pendulum, slide, pendulum, cart_pole)}
+SHIPPED_PLANTS = tuple(import_module(f"{__name__}.{m.name}") for m in iter_modules(__path__))  # all files here
+KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in SHIPPED_PLANTS}
 
 
 def register(module: ModuleType) -> str:

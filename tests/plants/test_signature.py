@@ -6,6 +6,7 @@ import pytest
 import derive
 from derive.plant_signature import PlantSignature
 from tests.plants.machines import LEVER, MACHINES, log_of, model_of
+from wheelpend import Failure
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, term_library
 from wheelpend.diagnosis.missing_force.smooth_basis import SplineBasis
 from wheelpend.estimation.data import prepare
@@ -14,6 +15,7 @@ from wheelpend.experiments.recommendation import sensor_options, usual_limits
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.noise import angle_rate_inconsistency
 from wheelpend.model.units import plant_units_of
+from wheelpend.model.user_effects import effects_from_text
 
 
 @pytest.mark.parametrize("machine", MACHINES)
@@ -83,3 +85,18 @@ def test_the_fastest_motion_needs_no_names():
     module = model_module("cart_pole", {}, ())
     matrix = linearised_motion(module, np.array([1.1, 0.05, 0.0333, 0.49, 4.0]))
     assert np.array_equal(matrix[:2, 2:], np.eye(2)) and matrix[3, 1] > 0  # the pole falls
+
+
+def test_a_law_of_ones_own_calls_the_input_by_its_name():
+    text = """[soft_start]
+family = "actuator"
+sentence = "The driver gives less at first."
+on = "input"
+law = "tau*(1 - share*exp(-t))"
+[soft_start.parameters]
+share = { unit = "1", typical = 0.3 }
+"""
+    (row,) = effects_from_text(text, model_of(LEVER).plant_signature)
+    assert row.name == "soft_start"
+    with pytest.raises(Failure, match="tau"):
+        effects_from_text(text.replace("tau*", "v_in*"), model_of(LEVER).plant_signature)

@@ -40,7 +40,8 @@ from wheelpend.reports.console import (
 def simulate(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
     command: Annotated[
-        str, typer.Option(help="Reference of the pitch: simple, aggressive, upright, or a CSV file of `design`.")
+        str,
+        typer.Option(help="What is to be followed: simple, aggressive, upright, or a CSV file of `design`."),
     ] = "aggressive",
     duration: Annotated[
         float | None, typer.Option(help="Length [s]; 20, or that of the file.", show_default=False)

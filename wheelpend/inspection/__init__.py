@@ -6,7 +6,7 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
-- kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, gyro against pitch
+- kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
 - wiring: all faults, by the check that the plant brings along or by those for any machine
 - equations: faults that the equations of motion show on any machine with one input: signs, input at another time
 - wheels_and_body: the same of a body on wheels, with its encoder and IMU

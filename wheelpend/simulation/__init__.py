@@ -5,5 +5,5 @@ the sensors read?
 
     simulate      the closed loop, with noise and quantisation
     hidden        values of hidden effects, checked, and those of the machine they are put into
-    references    reference trajectories of the pitch: built-in ones and files
+    references    reference trajectories of what is controlled: built-in ones and files
 """
