@@ -85,7 +85,8 @@ def residual_of(
 
 def missing_forces(plant: Plant) -> list[Parameter]:
     """One unknown generalised force for each row."""
-    return [Parameter(full_name(MISSING_FORCE, c.row), plant.input_unit, "missing force") for c in plant.coordinates]
+    unit = plant.plant_signature.force_unit
+    return [Parameter(full_name(MISSING_FORCE, c.row), unit(c.unit), "missing force") for c in plant.coordinates]
 
 
 def effect_parameters(chosen: tuple[Effect, ...]) -> list[Parameter]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import keyword
+import re
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 from derive.algebra import symbols_in
+from derive.files import TEMPLATE_FOLDER
 
 
 class Kernel(NamedTuple):
@@ -66,8 +70,24 @@ KERNEL_PRINTER = KernelPrinter({"fully_qualified_modules": True})
 
 
 def local_name(name: str) -> str:
-    """A symbol's name as a Python variable."""
-    return name.replace(".", "_")
+    """A symbol's name as a Python variable, which is none that the templates use already: phi becomes phi_."""
+    plain = name.replace(".", "_")
+    return f"{plain}_" if plain in reserved_names() else plain
+
+
+NO_CODE_PATTERN = re.compile(
+    r'"""(?:.|\n)*?"""|\{[{%#](?:.|\n)*?[}%#]\}|#.*|"[^"\n]*"'
+)  # of a template: docstrings, Jinja, comments and texts
+
+
+@lru_cache
+def reserved_names() -> frozenset[str]:
+    """Names that the code of the templates, or Python, gives a meaning of its own."""
+    code = [NO_CODE_PATTERN.sub(" ", p.read_text(encoding="utf-8")) for p in sorted(TEMPLATE_FOLDER.glob("*.j2"))]
+    core = [p.read_text(encoding="utf-8") for p in sorted((TEMPLATE_FOLDER / "core").glob("*.py"))]
+    used = (re.findall(r"(?<![\w.])[A-Za-z_]\w*", text) for text in code)
+    functions = (re.findall(r"^def (\w+)", text, re.MULTILINE) for text in core)
+    return frozenset(keyword.kwlist).union(*used, *functions) - {"t"}  # the time, here as there
 
 
 def kernel(targets: Sequence[Target], sources: dict[str, str]) -> Kernel:
@@ -83,7 +103,8 @@ def kernel(targets: Sequence[Target], sources: dict[str, str]) -> Kernel:
         raise KeyError(f"No source for {', '.join(missing)}")
     names = {s.name for s in used}
     unpack = [f"{local_name(n)} = {s}" for n, s in sources.items() if n in names and s != local_name(n)]
-    shared, reduced = sp.cse(values, symbols=sp.numbered_symbols("c", real=True), order="canonical")
+    free = sp.numbered_symbols("c", real=True, exclude=used)
+    shared, reduced = sp.cse(values, symbols=free, order="canonical")
     steps = [f"{s.name} = {KERNEL_PRINTER.doprint(e)}" for s, e in shared]
     results = [f"{t.place} = {KERNEL_PRINTER.doprint(e)}" for t, e in zip(targets, reduced, strict=True)]
     operations = sum(int(sp.count_ops(e)) for _, e in shared) + sum(int(sp.count_ops(e)) for e in reduced)

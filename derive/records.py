@@ -11,7 +11,18 @@ from functools import cached_property
 from typing import NamedTuple
 
 from derive.lazy import sp
-from derive.plant_signature import ChannelSpec, CoordinateSpec, Parameter, PlantSignature, PortSpec
+from derive.plant_signature import (
+    LEADS,
+    WORDS_FOR_ANY,
+    ChannelSpec,
+    CoordinateSpec,
+    Parameter,
+    PlantSignature,
+    PlantWords,
+    PortSpec,
+    Reversal,
+    Sensor,
+)
 
 
 class Coordinate(NamedTuple):
@@ -66,6 +77,16 @@ class Channel(NamedTuple):
     name: str  # column in a measurement file
     reading: sp.Expr
     unit: str
+    sensor: Sensor = Sensor()  # what more is known of it
+
+
+class ModelTemplate(NamedTuple):
+    """Texts for a plant's first model.toml, in place of those that are made from the plant."""
+
+    numbers: str = ""  # where the plant's own numbers are from
+    sensors: str = ""  # the section [sensors]
+    column: str = ""  # an example of a mapped column
+    simulation: str = ""  # further lines of [simulation]
 
 
 class Assumption(NamedTuple):
@@ -76,6 +97,7 @@ class Assumption(NamedTuple):
     choices: tuple
     sentence: str
     implies: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is the presence of an effect
+    section: str = "assumptions"  # of model.toml where it is switched; "sensors" where it describes one
 
 
 class Heading(NamedTuple):
@@ -113,6 +135,10 @@ class Plant:
     further: tuple[sp.Symbol, ...] = ()  # inputs beside the first
     heading: Heading | None = None  # None where the machine keeps its heading
     range_channel: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
+    words: PlantWords = WORDS_FOR_ANY  # for sentences
+    usual_limits: tuple[float, float] | None = None  # of the range channel [rad] and of the input, in ordinary use
+    reversals: tuple[Reversal, ...] = (LEADS,)  # parts that may be turned round between two logs
+    wiring_check: str = ""  # check of the inspection that knows how such a machine is wired, in place of those for any
 
     @property
     def moving(self) -> tuple[Coordinate, ...]:
@@ -139,7 +165,7 @@ class Plant:
                 CoordinateSpec(c.name, c.row, c.unit, str(c.q), str(c.dq), str(c.ddq)) for c in self.coordinates
             ),
             ports=tuple(self.port_spec(port) for port in self.ports),
-            channels=tuple(ChannelSpec(c.name, c.unit) for c in self.channels),
+            channels=tuple(ChannelSpec(c.name, c.unit, self.integral_of(c), c.sensor) for c in self.channels),
             inputs=tuple(map(str, self.inputs)),
             input_unit=self.input_unit,
             driven=self.driven,
@@ -150,7 +176,18 @@ class Plant:
             controlled=self.controlled,
             reference=self.reference,
             range_channel=self.range_channel,
+            words=self.words,
+            usual_limits=self.usual_limits,
+            reversals=self.reversals,
+            wiring_check=self.wiring_check,
         )
+
+    def integral_of(self, channel: Channel) -> str:
+        """Name of the channel whose derivative a channel reads; an empty string where there is none."""
+        rates = {c.q: c.dq for c in self.coordinates}
+        derivatives = {o.name: sp.sympify(o.reading).subs(rates, simultaneous=True) for o in self.channels}
+        own = sp.sympify(channel.reading)
+        return next((n for n, slope in derivatives.items() if n != channel.name and slope == own and own != 0), "")
 
     def port_spec(self, port: Port) -> PortSpec:
         """A port in names, units and numbers."""

@@ -64,8 +64,10 @@ def all_with(own: Sequence[str] = ()) -> tuple[Effect, ...]:
 
 
 def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
-    """A row as it reads on a plant; a user's own is in the plant's units already."""
-    return effect if USER_EFFECTS.get(effect.name) is effect else applicability.in_plant_units(effect, plant)
+    """A row in a plant's units and words; a user's own has them already."""
+    if USER_EFFECTS.get(effect.name) is effect:
+        return effect
+    return applicability.in_plant_words(applicability.in_plant_units(effect, plant), plant)
 
 
 def applicable_to(plant: PlantSignature, own: Sequence[str] = ()) -> tuple[Effect, ...]:

@@ -26,7 +26,7 @@ from derive.effects.row import (
     SensorMap,
     Values,
 )
-from derive.plant_signature import PlantSignature
+from derive.plant_signature import PlantSignature, combination_text
 
 ANGLE_UNIT_PATTERN = re.compile(r"rad([²³]?)")
 EXPONENT_OF_SUPERSCRIPT = {"": 1, "²": 2, "³": 3}
@@ -63,6 +63,35 @@ def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
     if unit == "rad" and length == 1.0 and force == "V":
         return effect
     return replace(effect, parameters=tuple(_parameter_in_units(p, unit, length, force) for p in effect.parameters))
+
+
+WORDS_OF_ROWS = ("robot", "pitch", "voltage")  # machine, what is controlled, input: words in which the rows are written
+ROWS_SLIP = "θw − θp"  # the motion of their drive
+ROWS_COORDINATE, ROWS_SYMBOLS = "theta_w", ("Q_w", "θw")  # their first coordinate; its force and itself in equations
+
+
+def in_plant_words(effect: Effect, plant: PlantSignature) -> Effect:
+    """The row in words that fit a plant: its machine, what is controlled, its input and its coordinate."""
+    first, own = plant.coordinates[0].name, (plant.words.machine, plant.controlled_word, plant.input_word)
+    words = dict(zip(WORDS_OF_ROWS, own, strict=True))
+    words |= dict(zip(ROWS_SYMBOLS, ROWS_SYMBOLS if first == ROWS_COORDINATE else ("Q", first), strict=True))
+    if all(word == fitting for word, fitting in words.items()):
+        return effect
+    pattern = re.compile(r"\b(" + "|".join(words) + r")(?=s?\b)")
+    sentence, means, equation = (
+        pattern.sub(lambda m: words[m[0]], text)
+        for text in (effect.sentence, effect.means, effect.equation.replace(ROWS_SLIP, port_motion_text(effect, plant)))
+    )
+    return replace(effect, sentence=sentence, means=means, equation=equation)
+
+
+def port_motion_text(effect: Effect, plant: PlantSignature) -> str:
+    """Motion of the port that an effect acts on, in the plant's coordinates; as in the rows on the first plant."""
+    names = [c.name for c in plant.coordinates]
+    match effect.enters:
+        case Force(port=name) | DryForce(port=name) | HysteresisForce(port=name) if names[0] != ROWS_COORDINATE:
+            return combination_text(names, plant.port(name).weights)
+    return ROWS_SLIP
 
 
 def motion_unit(effect: Effect, plant: PlantSignature) -> tuple[str, float]:

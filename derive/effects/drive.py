@@ -36,8 +36,8 @@ EFFECT_ROWS = (
         (EffectParameter("coefficient", "V s/rad", minimum=0.0, typical=0.05),),
         Force("drive", lambda a, s, coefficient: coefficient * s),
         dissipates=True,
-        means="Oil and grease cost torque in proportion to speed. Where the plant's own parameters contain it, as X6 "
-        "and X7 of the wheel pendulum do, it is no step of its own: a refit of those parameters takes it up.",
+        means="Oil and grease cost torque in proportion to speed. Where the plant's own parameters contain it, it is "
+        "no step of its own: a refit of those parameters takes it up.",
     ),
     Effect(
         "coulomb_drive",

@@ -5,7 +5,7 @@ The law is an expression of ``grammar``; nothing in it is executed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy as sp
@@ -14,10 +14,10 @@ from derive.effects.row import DIRECTION_ARGUMENT, INPUT_SIGNAL, DryForce, Effec
 from derive.functions import symbol
 from derive.grammar import GrammarError, parse, tokenise
 
+SEVERAL_INPUTS = "v_in"  # in laws: each of several inputs, which such a law maps alike
 LAW_ARGUMENTS = {
     Force: ("angle", "speed"),
     DryForce: (DIRECTION_ARGUMENT, "speed"),
-    InputMap: ("v_in", "t"),
     SensorMap: ("reading",),
 }
 CHECKED_VALUES = (0.0, 0.3, -1.7, 12.0)  # speeds, angles and the like where a law must be finite, standstill among them
@@ -58,25 +58,26 @@ def entry_from_text(
     return kind(on, _parsed_law(text, kind, parameters, plant))
 
 
-IDENTITY_ARGUMENT: Mapping[type, str] = {
-    InputMap: "v_in",
-    SensorMap: "reading",
-}  # a law equals this argument while its effect is absent; 0 of a force
+def law_arguments(kind: type, plant) -> tuple[str, ...]:
+    """Arguments of a law: the input goes by its own name."""
+    if kind is InputMap:
+        return (SEVERAL_INPUTS if plant.further else str(plant.input), "t")
+    return LAW_ARGUMENTS[kind]
 
 
 def _parsed_law(text: str, kind: type, parameters: Sequence[EffectParameter], plant) -> TextLaw:
-    own = LAW_ARGUMENTS[kind]
+    own = law_arguments(kind, plant)
     names = list(dict.fromkeys((*own, *context_names(kind, plant))))
     for p in parameters:
         if p.name in names:
             raise GrammarError(f"A parameter must not be called {p.name}, which the law already knows. Rename it.")
     law = TextLaw(text, parse(text, {n: symbol(n) for n in (*names, *(p.name for p in parameters))}), own)
-    _check_law(law, parameters, symbol(IDENTITY_ARGUMENT[kind]) if kind in IDENTITY_ARGUMENT else sp.Integer(0))
+    _check_law(law, parameters, symbol(own[0]) if kind in (InputMap, SensorMap) else sp.Integer(0))
     return law
 
 
 def context_names(kind: type, plant) -> tuple[str, ...]:
-    """Names that a law may use besides its own: coordinates and rates, time, and the voltage that reaches the motor.
+    """Names that a law may use besides its own: coordinates and rates, time, and the input that reaches the motor.
 
     Dry friction depends on the motion alone, so that its limits at rest are known, and the input on nothing else.
     """

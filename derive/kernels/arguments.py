@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from derive.functions import TIME_SYMBOL, symbol
-from derive.printing import Target
+from derive.printing import Target, local_name
 from derive.records import Model
 
 
@@ -25,7 +25,7 @@ def sources(model: Model, **extra: str) -> dict[str, str]:
 
 def input_argument(model: Model) -> str:
     """Name of the input argument in the integrator's kernels: the input's own, or that of a row of several."""
-    return model.plant.input.name if len(model.plant.inputs) == 1 else "voltages"
+    return local_name(model.plant.input.name) if len(model.plant.inputs) == 1 else "voltages"
 
 
 def input_sources(model: Model, argument: str) -> dict[str, str]:
@@ -41,7 +41,9 @@ def scalar_sources(model: Model) -> dict[str, str]:
     plant, surfaces = model.plant, model.surfaces
     accelerations = (c.ddq for c in plant.moving)
     scalars = (*model.states, *model.added_states, *accelerations, *(s.direction for s in surfaces))
-    return sources(model, **{s.name: s.name for s in scalars}, **input_sources(model, input_argument(model)))
+    return sources(
+        model, **{s.name: local_name(s.name) for s in scalars}, **input_sources(model, input_argument(model))
+    )
 
 
 def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
@@ -49,7 +51,7 @@ def trig_arguments_of(model: Model) -> dict[sp.Expr, str]:
     varying = {TIME_SYMBOL, *model.states, *model.added_states}
     found = {f.args[0] for row in model.residual for f in row.atoms(sp.sin, sp.cos)}
     ordered = sorted((a for a in found if a.free_symbols & varying), key=sp.default_sort_key)
-    return {a: a.name if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
+    return {a: local_name(a.name) if a.is_Symbol else f"sum_{n}" for n, a in enumerate(ordered)}
 
 
 def with_trig_arguments(model: Model, targets: list[Target]) -> list[Target]:

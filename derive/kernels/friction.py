@@ -9,7 +9,7 @@ import sympy as sp
 from derive.algebra import derivative, symbols_in
 from derive.functions import symbol
 from derive.kernels.arguments import scalar_sources, sources, variables_of
-from derive.printing import Kernel, Target, kernel
+from derive.printing import Kernel, Target, kernel, local_name
 from derive.records import Hysteresis, Model
 
 
@@ -35,7 +35,7 @@ class Friction(NamedTuple):
 def friction_of(model: Model) -> Friction:
     """Slip directions, slip matrix, sizes and hysteresis forces of a model."""
     return Friction(
-        directions=tuple(s.direction.name for s in model.surfaces),
+        directions=tuple(local_name(s.direction.name) for s in model.surfaces),
         slip_matrix=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
         hysteresis=tuple(hysteresis_code(model, m) for m in model.hystereses),
@@ -55,7 +55,7 @@ def hysteresis_code(model: Model, memory: Hysteresis) -> HysteresisCode:
     return HysteresisCode(
         memory.force.name,
         variables.index(memory.force.name),
-        tuple((w, c.q.name, variables.index(c.q.name)) for w, c in pairs if w),
+        tuple((w, local_name(c.q.name), variables.index(c.q.name)) for w, c in pairs if w),
         kernel([Target("force", memory.law)], table),
         kernel([*slopes, *(Target(f"by_parameter[stage, row, {n}]", s) for n, s in own if s != 0)], table),
     )

@@ -19,7 +19,7 @@ from derive.kernels.arguments import (
     variables_of,
     with_trig_arguments,
 )
-from derive.printing import Kernel, Target, kernel
+from derive.printing import Kernel, Target, kernel, local_name
 from derive.records import Model
 from derive.regressor import dry_forces
 
@@ -30,8 +30,10 @@ class Layout(NamedTuple):
     without_events: bool  # True where a step has neither events nor hysteresis: many machines take it side by side
     trig_arguments: tuple[str, ...]  # names of the angles whose sines and cosines the equations of motion take
     rows: tuple[str, ...]  # equations of motion, one for each coordinate
-    states: tuple[str, ...]  # coordinates and rates
-    variables: tuple[str, ...]  # the same, then added states
+    state_names: tuple[str, ...]  # coordinates and rates
+    variable_names: tuple[str, ...]  # the same, then added states
+    states: tuple[str, ...]  # the former, and all that follow, as variables of the code
+    variables: tuple[str, ...]
     derivatives: tuple[str, ...]  # time derivative of each variable but the hysteresis forces
     rates: tuple[int, ...]  # index of the rate of each moving coordinate among the variables
     accelerations: tuple[str, ...]
@@ -54,11 +56,13 @@ def layout_of(model: Model) -> Layout:
         without_events=is_without_events(model),
         trig_arguments=tuple(trig_arguments_of(model).values()),
         rows=tuple(c.row for c in plant.coordinates),
-        states=tuple(s.name for s in model.states),
-        variables=variables,
+        state_names=tuple(s.name for s in model.states),
+        variable_names=variables,
+        states=tuple(local_name(s.name) for s in model.states),
+        variables=tuple(map(local_name, variables)),
         derivatives=derivative_names(model),
         rates=tuple(variables.index(c.dq.name) for c in plant.moving),
-        accelerations=tuple(c.ddq.name for c in plant.moving),
+        accelerations=tuple(local_name(c.ddq.name) for c in plant.moving),
         ports={p.name: slip_row(plant, p.name)[: len(plant.coordinates)] for p in plant.ports},
     )
 
@@ -94,7 +98,7 @@ def is_without_events(model: Model) -> bool:
 def derivative_names(model: Model) -> tuple[str, ...]:
     """Names of the variables' time derivatives, those of hysteresis forces left out."""
     slope = {c.q.name: c.dq.name for c in model.plant.moving} | {c.dq.name: c.ddq.name for c in model.plant.moving}
-    return tuple(slope[name] for name in variables_of(model) if name in slope)
+    return tuple(local_name(slope[name]) for name in variables_of(model) if name in slope)
 
 
 def angles_kernel(model: Model) -> Kernel:
@@ -114,7 +118,7 @@ def free_motion_kernel(model: Model) -> Kernel:
     at_rest = [substitute(row, dict.fromkeys(accelerations, sp.Integer(0))) for row in model.residual]
     size = len(accelerations)
     forces = [sp.Add(*(adjugate[i, k] * at_rest[k] for k in range(size))) for i in range(size)]
-    targets = [Target(a.name, -force / determinant) for a, force in zip(accelerations, forces, strict=True)]
+    targets = [Target(local_name(a.name), -force / determinant) for a, force in zip(accelerations, forces, strict=True)]
     targets += [Target(f"mobility_{i}_{j}", adjugate[i, j] / determinant) for i in range(size) for j in range(size)]
     return kernel(with_trig_arguments(model, targets), trig_sources(model))
 

@@ -10,7 +10,7 @@ import sympy as sp
 from derive.algebra import derivative, expand
 from derive.functions import symbol
 from derive.kernels.arguments import nonzero, nonzero_entries, regressor_sources, trig_sources, with_trig_arguments
-from derive.printing import Kernel, Target, kernel
+from derive.printing import Kernel, Target, kernel, local_name
 from derive.records import Model
 
 
@@ -126,7 +126,7 @@ def energy_parts_kernel(model: Model) -> Kernel:
 def signals_kernel(model: Model, signals: tuple[Signal, ...]) -> Kernel:
     """The quantities that are filtered, in the states and the angles' sines and cosines."""
     weights = {s.direction.name: s.slip for s in model.surfaces}
-    rates = [s.name for s in model.states[len(model.states) // 2 :]]
+    rates = [local_name(s.name) for s in model.states[len(model.states) // 2 :]]
     slips = {
         name: f"_sign({' + '.join(f'{w} * {r}' for w, r in zip(slip, rates, strict=False) if w)})"
         for name, slip in weights.items()

@@ -1,8 +1,8 @@
-"""The plants: one file each, stating geometry, actuator, sensors and assumptions.
+"""The plants: one file of this folder each, stating geometry, actuator, sensors and assumptions.
 
 A plant's file needs a PLANT_NAME and a function ``build(assumptions, free)`` that returns a Plant. It may state
 PLANT_ASSUMPTIONS and numbers for a first model.toml: REFERENCE_PARAMETERS for X1, X2, ..., KNOWN_CONSTANTS, and the
-CONTROLLER_GAINS of a PID that stabilises it.
+CONTROLLER_GAINS of a PID that stabilises it, with a MODEL_TEMPLATE for texts of its own there.
 """
 
 from __future__ import annotations
@@ -11,14 +11,18 @@ import hashlib
 import os
 from collections.abc import Mapping
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from types import ModuleType
 
-from derive.plants import cart_pole, pendulum, slide, wheel_pendulum
-from derive.records import Assumption, Plant
+from derive.plants import wheel_pendulum
+from derive.records import Assumption, ModelTemplate, Plant
 
 ENTRY_POINT_GROUP = "wheelpend.plants"
-KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in (wheel_pendulum, slide, pendulum, cart_pole)}
+DEFAULT_PLANT = wheel_pendulum.PLANT_NAME
+SHIPPED_PLANTS = tuple(import_module(f"{__name__}.{m.name}") for m in iter_modules(__path__))  # all files here
+KNOWN_PLANTS: dict[str, ModuleType] = {m.PLANT_NAME: m for m in SHIPPED_PLANTS}
 
 
 def register(module: ModuleType) -> str:
@@ -85,6 +89,11 @@ def constants_of(name: str) -> Mapping[str, float]:
 def gains_of(name: str) -> tuple[float, float, float] | None:
     """Gains of a PID that holds a plant with those numbers, where its file has any."""
     return getattr(find(name), "CONTROLLER_GAINS", None)
+
+
+def template_of(name: str) -> ModelTemplate:
+    """A plant's own texts for a first model.toml; empty ones where its file has none."""
+    return getattr(find(name), "MODEL_TEMPLATE", ModelTemplate())
 
 
 def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:

@@ -7,6 +7,7 @@ when it leans that way.
 from __future__ import annotations
 
 from derive.lazy import sp
+from derive.plant_signature import PlantWords, Sensor
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "cart_pole"
@@ -41,7 +42,10 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             Port("outside", x, "between the cart and what pushes or pulls it from outside", length_per_radian=0.05),
             Port("joint", theta, "between cart and pole"),
         ),
-        channels=(Channel("x", x, "m"), Channel("theta_p", theta, "rad")),
+        channels=(
+            Channel("x", x, "m", Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))),
+            Channel("theta_p", theta, "rad", Sensor(aliases=("pitch", "tilt", "lean", "imu", "pole"))),
+        ),
         input=V,
         input_unit="V",
         scale=gain,
@@ -50,4 +54,15 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         controlled=("theta_p", ""),
         reference="theta_ref",
         range_channel="theta_p",
+        words=PlantWords(
+            machine="pole",
+            stay="stay up",
+            leaves="falls",
+            left="fell over",
+            failed="fell",
+            strays="falls over",
+            stands="stands",
+            controlled="pole's angle",
+            travels="cart moves",
+        ),
     )

@@ -8,6 +8,7 @@ level: no log of free swinging tells more.
 from __future__ import annotations
 
 from derive.lazy import sp
+from derive.plant_signature import PlantWords, Sensor
 from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "pendulum"
@@ -21,6 +22,8 @@ PLANT_ASSUMPTIONS = (
         "Whether theta_2 is the second link's angle against the vertical or against the first link.",
     ),
 )
+FIRST_ENCODER = Sensor(aliases=("theta", "angle", "position", "encoder", "q1", "qm", "pos"))
+SECOND_ENCODER = Sensor(aliases=("theta2", "angle2", "encoder2", "elbow", "q2"))
 REFERENCE_PARAMETERS = {"X1": 0.068}  # s², of a rod a metre long that swings freely
 
 
@@ -39,13 +42,13 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         Port("drive", q_1, "between the suspension and the first link"),
         Port("outside", q_1, "between the first link and what pushes or pulls it from outside"),
     ]
-    channels = [Channel("theta_1", q_1, "rad")]
+    channels = [Channel("theta_1", q_1, "rad", FIRST_ENCODER)]
     if two:
         place = tip + a_2 * sp.Matrix([sp.sin(q_2), 0, -sp.cos(q_2)])
         bodies.append(Body("second link", m_2, place, J_2, second.dq))
         ports.append(Port("joint", q_2 - q_1, "between the first link and the second"))
         relative = assumptions["second_encoder"] == "relative"
-        channels.append(Channel("theta_2", q_2 - q_1 if relative else q_2, "rad"))
+        channels.append(Channel("theta_2", q_2 - q_1 if relative else q_2, "rad", SECOND_ENCODER))
     return Plant(
         name=PLANT_NAME,
         sentence=f"A pendulum of {'two links' if two else 'one link'}, {'driven' if driven else 'swinging freely'}.",
@@ -62,4 +65,5 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         constants=(Parameter("alpha", "N m/V", "torque per volt"),) if driven else (),
         controlled=("theta_1", "") if driven else ("", ""),
         reference="theta_1_ref" if driven else "",
+        words=PlantWords(machine="pendulum", works="the motor works" if driven else "it swings"),
     )

@@ -6,6 +6,7 @@ Sign convention: x grows the way in which a positive input pushes.
 from __future__ import annotations
 
 from derive.lazy import sp
+from derive.plant_signature import PlantWords, Sensor
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "slide"
@@ -35,7 +36,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
                 length_per_radian=0.01,
             ),
         ),
-        channels=(Channel("x", carriage.q, "m"),),
+        channels=(Channel("x", carriage.q, "m", Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))),),
         input=V,
         input_unit="V",
         scale=gain,
@@ -43,4 +44,5 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         constants=(Parameter("gain", "N/V", "force on the carriage per volt"),),
         controlled=("x", ""),
         reference="x_ref",
+        words=PlantWords(machine="carriage", controlled="position"),
     )

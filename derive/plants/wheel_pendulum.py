@@ -6,10 +6,24 @@ vertical. Positions are in the frame of the track (x forward along it, z away fr
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from derive.lazy import sp
-from derive.records import Assumption, Body, Channel, Coordinate, Heading, Load, Parameter, Plant, Port, coordinate
+from derive.plant_signature import LEADS, PlantWords, Reversal, Sensor
+from derive.records import (
+    Assumption,
+    Body,
+    Channel,
+    Coordinate,
+    Heading,
+    Load,
+    ModelTemplate,
+    Parameter,
+    Plant,
+    Port,
+    coordinate,
+)
 
 PLANT_NAME = "wheel_pendulum"
 
@@ -60,6 +74,7 @@ PLANT_ASSUMPTIONS = (
         "absolute",
         ("absolute", "relative"),
         "Whether theta_w is the wheel's angle against the vertical or against the body; set in [sensors].",
+        section="sensors",
     ),
 )
 
@@ -81,6 +96,75 @@ KNOWN_CONSTANTS = {
 }  # paper, section 4; alpha from (12)
 
 CONTROLLER_GAINS = (-168.0, -800.0, -8.8)  # of the paper's PID on the pitch [V/rad, V/(rad s), V s/rad]
+
+INPUT, REFERENCE, RANGE_CHANNEL = "v_in", "theta_ref", "theta_p"  # columns
+UNITS = {"t": "s", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", INPUT: "V", REFERENCE: "rad"}  # of columns
+RATES = {"dtheta_p": "theta_p"}  # channels that are rates of others
+HALF_A_DEGREE = math.radians(0.5)  # noise of the paper's IMU [rad, rad/s] (section 4)
+SENSORS = {
+    "theta_w": Sensor(
+        step=2 * math.pi / 4096,  # of an encoder of which nothing is known
+        counts_key="encoder_counts",
+        aliases=("wheel", "encoder", "enc", "position"),
+        finer="an encoder with ten times the counts",
+        truer="a second encoder that is known to be true",
+        still="The wheel stands still",
+    ),
+    "theta_p": Sensor(
+        noise=HALF_A_DEGREE,
+        noise_key="pitch_noise",
+        aliases=("pitch", "tilt", "lean", "imu", "pole"),
+        finer="a pitch sensor with a tenth of the noise",
+        truer="an absolute reference of the pitch (an inclinometer, a camera), as noisy as the present one",
+    ),
+    "dtheta_p": Sensor(
+        noise=HALF_A_DEGREE,
+        noise_key="rate_noise",
+        aliases=("gyro", "pitch_rate", "dpitch", "angular_velocity.y", "angular_velocity", "rate"),
+        finer="a gyro with a tenth of the noise",
+        truer="a second gyro whose zero and scale are known",
+    ),
+}
+WORDS = PlantWords(
+    machine="robot",
+    stay="stay up",
+    leaves="falls",
+    left="fell over",
+    failed="fell",
+    strays="falls over",
+    stands="stands",
+    works="the motors work",
+    controlled="pitch",
+    sensed="angle, pitch or rate",
+    travels="wheels turn",
+)
+WIRING_CHECK = "wheels_and_body"
+USUAL_LIMITS = (0.4, 24.0)  # rad, V: of the paper's commands
+REVERSALS = (
+    Reversal("robot", "Turn the robot round on the same ground", geometry=("track_slope",)),
+    Reversal(
+        "sensor",
+        "Turn the pitch sensor round in its holder, its readings negated for controller and log,",
+        channels=("theta_p", "dtheta_p"),
+    ),
+    LEADS._replace(
+        instruction="Swap the two leads of every motor, the voltage negated behind the controller but not in the log,"
+    ),
+)
+MODEL_TEMPLATE = ModelTemplate(
+    numbers="the paper's Table 1",
+    sensors="""\
+[sensors]
+encoder = "absolute"                   # or "relative": theta_w is then wheel minus body
+encoder_counts = 60000                 # per revolution; 0 where unknown
+pitch_noise = "auto"                   # standard deviation [rad], or "auto": from the data
+rate_noise = "auto"                    # [rad/s]
+""",
+    column='theta_p = { column = "pitch_deg", unit = "deg" }',
+    simulation="""\
+pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]
+rate_noise = 0.008726646259971648      # 0.5 deg/s [rad/s]""",
+)
 
 
 def internal_coordinates() -> dict[str, Coordinate]:
@@ -134,7 +218,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     (twist, dtwist), (creep, _), (slosh, dslosh) = moving
     psi, dpsi = (yaw.q, yaw.dq) if yaws else (sp.Integer(0), sp.Integer(0))
     motion = Motion(wheel.q, wheel.dq, pitch.q, pitch.dq, psi, dpsi, twist, dtwist, creep, slosh, dslosh)
-    names = ("v_left", "v_right") if yaws else ("v_in", "v_in")
+    names = ("v_left", "v_right") if yaws else (INPUT, INPUT)
     V_left, V_right = (sp.Symbol(name, real=True) for name in names)
     g, alpha, epsilon, K_t, R_m = sp.symbols("g alpha epsilon K_t R_m", positive=True)
     gamma = slope_of(assumptions)
@@ -158,8 +242,12 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         internal={} if yaws else internal,
         free=free,
         controlled=("theta_p", "dtheta_p"),
-        reference="theta_ref",
-        range_channel="theta_p",
+        reference=REFERENCE,
+        range_channel=RANGE_CHANNEL,
+        words=WORDS,
+        usual_limits=USUAL_LIMITS,
+        reversals=REVERSALS,
+        wiring_check="" if yaws else WIRING_CHECK,
     )
 
 
@@ -267,9 +355,9 @@ def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
     """Ideal readings of encoder and gyros."""
     base = motion.theta_p if assumptions["encoder"] == "relative" else 0
     return (
-        Channel("theta_w", motion.theta_w - base, "rad"),
-        Channel("theta_p", motion.theta_p, "rad"),
-        Channel("dtheta_p", motion.dtheta_p, "rad/s"),
+        Channel("theta_w", motion.theta_w - base, "rad", SENSORS["theta_w"]),
+        Channel("theta_p", motion.theta_p, "rad", SENSORS["theta_p"]),
+        Channel("dtheta_p", motion.dtheta_p, "rad/s", SENSORS["dtheta_p"]),
         *([] if assumptions["planar"] else [Channel("dpsi", motion.dpsi, "rad/s")]),
     )
 

@@ -11,7 +11,7 @@ from wheelpend import Failure, Model, simulate
 from wheelpend.diagnosis.evidence import ValidatedFit
 from wheelpend.diagnosis.missing_force.law_search import find_law
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
-from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, explained_forces
+from wheelpend.diagnosis.missing_force.repeatability import explained_forces
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.diagnosis.verdict import conclude, with_missing_force
 from wheelpend.estimation.continuation import fit_model
@@ -73,7 +73,7 @@ def dry():
 
 def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):
     found = dry.repeats[0]
-    assert (found.row, found.depends_on[0]) == (DRIVE_ROW, "dtheta_w - dtheta_p")
+    assert (found.row, found.depends_on[0]) == ("drive", "dtheta_w - dtheta_p")
     assert found.repeatable > 0.95
     curve = found.curves[0]
     before, after = curve.force[curve.x < -0.2][-1], curve.force[curve.x > 0.2][0]
@@ -148,4 +148,4 @@ def test_every_term_is_a_law_of_the_grammar_and_its_unit_makes_it_a_force():
 def test_a_diagnosis_that_explains_nothing_says_where_and_what_repeats(dry):
     assert dry.verdict == "unexplained"
     assert dry.where
-    assert to_json(dry)["missing"][0]["row"] == DRIVE_ROW
+    assert to_json(dry)["missing"][0]["row"] == "drive"

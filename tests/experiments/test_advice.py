@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import derive
+from derive.plants import wheel_pendulum
 from tests.support import simulated
 from wheelpend import Model
 from wheelpend.diagnosis.evidence import CandidateFit
@@ -40,7 +41,7 @@ def misaligned():
 def test_what_a_turned_part_does_to_every_effect_follows_from_its_law():
     turns = {
         t.part: {e for e in derive.effects.EFFECT_LIBRARY if reversals.changes_sign(t, e)}
-        for t in reversals.PART_REVERSALS
+        for t in wheel_pendulum.REVERSALS
     }
     assert turns["robot"] == {"slope"}
     assert {"imu_bias", "gyro_bias"} == turns["sensor"]
@@ -48,7 +49,7 @@ def test_what_a_turned_part_does_to_every_effect_follows_from_its_law():
 
 
 def test_a_phase_is_another_one_after_a_turn():
-    assert {reversals.sign_after_reversal(t, "wheel_runout.sine") for t in reversals.PART_REVERSALS} == {0}
+    assert {reversals.sign_after_reversal(t, "wheel_runout.sine") for t in wheel_pendulum.REVERSALS} == {0}
 
 
 def test_twins_are_separated_by_turning_the_part_that_one_of_them_belongs_to():

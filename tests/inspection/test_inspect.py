@@ -10,12 +10,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.support import DATA
+from tests.support import CHANNELS, DATA
 from wheelpend.inspection.inspect import inspect_log
 from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, parabolic_minimum
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.columns import ColumnMap
-from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
+from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log
 from wheelpend.simulation.closed_loop import ClosedLoop
 
@@ -40,7 +40,7 @@ def robot(command: str = "aggressive", seed: int = 1, effect: str = "", size: fl
     noise = np.random.default_rng(seed).normal(size=(t.size, 3)) * [0, 0.5 * DEGREE, 0.5 * DEGREE]
     loop = ClosedLoop(module, np.array([-168.0, -800.0, -8.8]))
     run = loop.play(t, reference, np.gradient(reference, t), np.zeros(4), parameters, noise, np.array([STEP, 0.0, 0.0]))
-    return Log("simulated", t, run.input, run.measured, WHEEL_PENDULUM_CHANNELS, reference), run.states
+    return Log("simulated", t, run.input, run.measured, CHANNELS, reference), run.states
 
 
 def scaled(log: Log, v_in: float = 1.0, theta_w: float = 1.0, theta_p: float = 1.0, dtheta_p: float = 1.0) -> Log:
@@ -49,10 +49,8 @@ def scaled(log: Log, v_in: float = 1.0, theta_w: float = 1.0, theta_p: float = 1
 
 def late(log: Log, samples: int, *names: str) -> Log:
     measured = log.measured.copy()
-    for name in set(names) & set(WHEEL_PENDULUM_CHANNELS):
-        measured[:, WHEEL_PENDULUM_CHANNELS.index(name)] = np.roll(
-            measured[:, WHEEL_PENDULUM_CHANNELS.index(name)], samples
-        )
+    for name in set(names) & set(CHANNELS):
+        measured[:, CHANNELS.index(name)] = np.roll(measured[:, CHANNELS.index(name)], samples)
     voltage = np.roll(log.voltage, samples) if "v_in" in names else log.voltage
     return replace(log, voltage=voltage, measured=measured).part(50, len(log) - 50)
 
@@ -121,7 +119,7 @@ def test_a_gyro_of_another_scale_is_reported_with_the_factor():
 @pytest.mark.parametrize("command", ["aggressive", "simple"])
 def test_interchanged_columns_are_found(order, command):
     log = robot(command)[0]
-    names = sorted(c for k, c in enumerate(WHEEL_PENDULUM_CHANNELS) if order[k] != k)
+    names = sorted(c for k, c in enumerate(CHANNELS) if order[k] != k)
     assert kinds(replace(log, measured=log.measured[:, order])) == [("swapped_channels", " and ".join(names))]
 
 

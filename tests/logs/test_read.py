@@ -4,9 +4,10 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.support import CHANNELS
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
-from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log
+from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log, save_log
 
 HEADER = "t,v_in,theta_w,theta_p,dtheta_p"
@@ -27,7 +28,7 @@ def write(folder, cells, header=HEADER, name="walk.csv"):
 def synthetic(n=1000, dt=0.01, t=None):
     """A log in memory, standing still but for its input."""
     t = np.arange(n) * dt if t is None else t
-    return Log("made.csv", t, np.sin(9 * t), np.zeros((len(t), 3)), WHEEL_PENDULUM_CHANNELS)
+    return Log("made.csv", t, np.sin(9 * t), np.zeros((len(t), 3)), CHANNELS)
 
 
 def failure(path, **options):
@@ -42,7 +43,7 @@ def failure(path, **options):
 
 def test_a_plain_file_is_read_without_remarks(tmp_path):
     log = load_log(write(tmp_path, rows()))
-    assert (log.name, log.channels, log.warnings, len(log)) == ("walk.csv", WHEEL_PENDULUM_CHANNELS, (), 30)
+    assert (log.name, log.channels, log.warnings, len(log)) == ("walk.csv", CHANNELS, (), 30)
     assert log.measured.shape == (30, 3)
     assert log.reference is None
     assert (log.dt, log.duration) == (pytest.approx(0.01), pytest.approx(0.29))
@@ -109,7 +110,7 @@ def test_a_saved_log_comes_back_exactly(tmp_path, name):
     rng = np.random.default_rng(1)
     measured = rng.normal(size=(40, 3)) * 0.1
     measured[3, 2] = np.nan
-    log = Log("x", np.arange(40) * 0.01, rng.normal(size=40), measured, WHEEL_PENDULUM_CHANNELS, rng.normal(size=40))
+    log = Log("x", np.arange(40) * 0.01, rng.normal(size=40), measured, CHANNELS, rng.normal(size=40))
     save_log(tmp_path / name, log, extra={"current": np.ones(40)})
     back = load_log(tmp_path / name)
     for field in ("t", "voltage", "measured", "reference"):
@@ -240,7 +241,7 @@ def test_a_columns_scale_and_sign_multiply_its_unit(tmp_path):
 def test_further_columns_are_saved_with_a_log(tmp_path):
     save_log(tmp_path / "log.csv", synthetic(30), extra={"current": np.arange(30.0)})
     frame = pl.read_csv(tmp_path / "log.csv")
-    assert frame.columns == ["t", "v_in", *WHEEL_PENDULUM_CHANNELS, "current"]
+    assert frame.columns == ["t", "v_in", *CHANNELS, "current"]
     assert frame["current"].to_list() == list(range(30))
     with pytest.raises(Failure, match="must have 30 values to be saved; current has 29"):
         save_log(tmp_path / "log.csv", synthetic(30), extra={"current": np.arange(29.0)})

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
+from tests.support import CHANNELS
 from wheelpend.errors import Failure
-from wheelpend.logs.log import WHEEL_PENDULUM_CHANNELS, Log, segment_bounds
+from wheelpend.logs.log import Log, segment_bounds
 
 
 def synthetic(n=1000, dt=0.01, t=None):
     """A log in memory, standing still but for its input."""
     t = np.arange(n) * dt if t is None else t
-    return Log("made.csv", t, np.sin(9 * t), np.zeros((len(t), 3)), WHEEL_PENDULUM_CHANNELS)
+    return Log("made.csv", t, np.sin(9 * t), np.zeros((len(t), 3)), CHANNELS)
 
 
 def test_a_part_keeps_the_time_of_the_whole_log():

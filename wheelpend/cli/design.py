@@ -49,5 +49,5 @@ def write_design(
         raise Failure(f"A command is written as CSV, so -o must end in .csv, but it is {output}.")
     known = tuple(logs) or logs_of_last_change(model)
     designed = design(model, known, between=between, progress=progress, **options)
-    save_trajectory(output, designed.t, designed.theta_ref, designed.dtheta_ref)
+    save_trajectory(output, designed.t, designed.theta_ref, designed.dtheta_ref, model.table)
     return WrittenDesign(designed, output, tuple(map(str, known)))

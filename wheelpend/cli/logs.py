@@ -40,7 +40,8 @@ from wheelpend.reports.console import (
 def simulate(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
     command: Annotated[
-        str, typer.Option(help="Reference of the pitch: simple, aggressive, upright, or a CSV file of `design`.")
+        str,
+        typer.Option(help="What is to be followed: simple, aggressive, upright, or a CSV file of `design`."),
     ] = "aggressive",
     duration: Annotated[
         float | None, typer.Option(help="Length [s]; 20, or that of the file.", show_default=False)
@@ -80,10 +81,14 @@ def design(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="CSV file to write.")] = Path(
         "designed.csv"
     ),
-    pitch_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest pitch of the robot [rad].")] = 0.4,
+    pitch_limit: Annotated[
+        float | None,
+        typer.Option(metavar="RAD", help="Largest angle from upright [rad]; the plant's own."),
+    ] = None,
     voltage_limit: Annotated[
-        float, typer.Option(metavar="V", help="Largest voltage [V], the answer to the sensors' noise included.")
-    ] = 24.0,
+        float | None,
+        typer.Option(metavar="V", help="Largest input, the answer to the sensors' noise included."),
+    ] = None,
     duration: Annotated[float, typer.Option(help="Length of the command [s].")] = 20.0,
     sample: Annotated[
         float | None, typer.Option(metavar="S", help="Sample interval [s]; that of the log, or 0.001.")
@@ -92,7 +97,7 @@ def design(
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
-    """A command that excites what the last log left open, within limits of pitch and voltage."""
+    """A command that excites what the last log left open, within limits of angle and input."""
     from wheelpend.cli.design import write_design  # imported late: loads NumPy and Numba
 
     effects = tuple(e.strip() for e in between.split(",")) if between is not None else ()

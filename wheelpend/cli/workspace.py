@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from derive import plants
 from wheelpend.cli.app import app
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model
 from wheelpend.errors import Failure
@@ -17,8 +18,8 @@ from wheelpend.reports.console import exit_on_failure, print_line, print_result,
 def new(
     folder: Annotated[Path, typer.Argument(help="Where to start the workspace.")] = Path(),
     plant: Annotated[
-        str, typer.Option(help="wheel_pendulum, slide, pendulum, cart_pole, or a plant of your own: FILE.py.")
-    ] = "wheel_pendulum",
+        str, typer.Option(help=f"{', '.join(plants.KNOWN_PLANTS)}, or a plant of your own: FILE.py.")
+    ] = plants.DEFAULT_PLANT,
 ) -> None:
     """Start a workspace with the paper's model, or that of another plant: model.toml and generated/."""
     # imported late, as in every command: the list of commands needs neither tomlkit nor SymPy

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import derive
+from derive.plant_signature import PlantWords
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
@@ -33,8 +34,9 @@ def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...
 
 def noise_of(log: Log, model: Model) -> Noise:
     """Sensor noise of a log: as [sensors] states it, else estimated from the log."""
-    stated = {c: model.sensors.noise_of(c) for c in log.channels}
-    return sensor_noise(log.excerpt(), stated, {c: model.sensors.step_of(c) for c in log.channels})
+    channels = [model.plant_signature.channel(c) for c in log.channels]
+    stated = {c.name: model.sensors.noise_of(c) for c in channels}
+    return sensor_noise(log.excerpt(), stated, {c.name: model.sensors.step_of(c) for c in channels})
 
 
 def prepare(
@@ -59,9 +61,10 @@ def prepare(
     loaded, validation_logs = read_logs(logs, model), read_logs(holdout, model)
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
-    training, validation = _split_logs(loaded, noise, horizon, keep_all=use_all or bool(validation_logs))
+    words = model.plant_signature.words
+    training, validation = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
     for log, own in zip(validation_logs, noise[len(loaded) :], strict=True):
-        validation.append(_validation_data_of_log(log, own, horizon))
+        validation.append(_validation_data_of_log(log, own, horizon, words))
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *validation_logs) for w in log.warnings)
     problem = EstimationProblem(
         model, module, tuple(training), tuple(validation), noise, horizon, INITIAL_MAX_STEP_S, warnings,
@@ -102,31 +105,31 @@ def _known_event_times(model: Model) -> list[float]:
 
 
 def _split_logs(
-    logs: Sequence[Log], noise: Sequence[Noise], horizon: float, keep_all: bool
+    logs: Sequence[Log], noise: Sequence[Noise], horizon: float, words: PlantWords, keep_all: bool
 ) -> tuple[list[Segments], list[ValidationData]]:
     """Training segments of logs and, unless all is for training, validation segments from the last third of each."""
     training, validation = [], []
     for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
         split = len(log) if keep_all else len(log) * 2 // 3
-        training.append(_segments_of_log(log, own, horizon, 0, split))
+        training.append(_segments_of_log(log, own, horizon, 0, split, words))
         if split < len(log):
-            validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log)), number, None))
+            validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log), words), number, None))
     return training, validation
 
 
-def _validation_data_of_log(log: Log, noise: Noise, horizon: float) -> ValidationData:
+def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
     """A validation log's segments, with its first third for the calibration of its per-log parameters."""
     split = len(log) // 3
-    judged = _segments_of_log(log, noise, horizon, split, len(log))
-    return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split))
+    judged = _segments_of_log(log, noise, horizon, split, len(log), words)
+    return ValidationData(judged, None, _segments_of_log(log, noise, horizon, 0, split, words))
 
 
-def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: int) -> Segments:
+def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: int, words: PlantWords) -> Segments:
     bounds = segment_bounds(log, horizon, start, stop)
     if not len(bounds):
-        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the robot "
-                      f"stands, but none was found between {log.t[start]:.2f} s and {log.t[stop - 1]:.2f} s. "
-                      "Check `wheelpend inspect`.")  # fmt: skip
+        raise Failure(f"{log.name} must hold at least one uninterrupted stretch of 5 samples in which the "
+                      f"{words.machine} {words.stands}, but none was found between {log.t[start]:.2f} s and "
+                      f"{log.t[stop - 1]:.2f} s. Check `wheelpend inspect`.")  # fmt: skip
     return Segments(log, noise.sigma, np.ascontiguousarray(bounds, dtype=np.int64))
 
 

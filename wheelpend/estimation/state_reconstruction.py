@@ -6,10 +6,9 @@ comes from the rate sensors where these determine it, else from the slope of the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
+from derive.plant_signature import combination_text
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.numerics import null_space
@@ -68,16 +67,10 @@ def port_motion(module: KernelModule) -> dict[str, np.ndarray]:
     for weights in module.PORTS.values():
         for first, rest in ((0, module.NQ), (module.NQ, 0)):  # the angle, the speed
             names = module.STATES[first : first + module.NQ]
-            text = combination_text(dict(zip(names, weights, strict=True)))
+            text = combination_text(names, weights)
             if text not in names:
                 found[text] = np.concatenate([np.zeros(first), weights, np.zeros(rest)])
     return found
-
-
-def combination_text(weights: Mapping[str, float]) -> str:
-    """A combination with weights ±1 as text: theta_w - theta_p."""
-    parts = [(n, w) for n, w in weights.items() if w]
-    return "".join((" - " if w < 0 else " + " if k else "") + n for k, (n, w) in enumerate(parts)).strip()
 
 
 def input_table(module: KernelModule, voltage: np.ndarray) -> dict[str, np.ndarray]:

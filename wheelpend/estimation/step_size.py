@@ -28,7 +28,7 @@ def stable_step(module: KernelModule, values: Mapping[str, float], log: Log) -> 
 def linearised_motion(module: KernelModule, parameters: np.ndarray) -> np.ndarray:
     """State matrix (2 n, 2 n) [1/s] of angles and rates near rest without input, by forward differences."""
     rates = np.array(module.RATES)
-    angles = np.array([module.VARIABLES.index(module.VARIABLES[r].removeprefix("d")) for r in rates])
+    angles = np.where(rates < module.NX, rates - module.NQ, rates - 1)  # an added rate stands behind its coordinate
     order = np.concatenate([angles, rates])
     rest, size = np.zeros(module.NV), len(rates)
     rest[rates] = REST_RATE

@@ -3,7 +3,7 @@
 In: a diagnosis that is ambiguous, logs, or a model as it stands. Out: advice in sentences, or `Design` with the most
 informative command. Question: which experiment would distinguish the effects, or sharpen the parameters?
 
-- `excitation`: reference trajectories of the pitch.
+- `excitation`: reference trajectories of what is controlled.
 - `simulated_experiment`: such an experiment simulated, made smaller until it keeps the limits; gains that balance.
 - `information`: the information of logs, added up, and separations and standard errors from it.
 - `question`: effects to be distinguished, or parameters, and the information of the logs at hand.

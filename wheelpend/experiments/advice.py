@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from derive.plant_signature import Reversal
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.experiments.question import Question, question_of_fit
 from wheelpend.experiments.recommendation import CLEAR_SEPARATION_SIGMA, Experiment, recommend
-from wheelpend.experiments.reversals import PartReversal, changes_sign
+from wheelpend.experiments.reversals import changes_sign
 
 MAX_DURATION_RATIO = 30  # times the length of a simulated experiment that a recording may reasonably last
 MIN_NAMED_SEPARATION_SIGMA = 0.5  # standard errors below which commands separate nothing
@@ -127,7 +128,7 @@ def _equivalence_text(question: Question) -> str:
     return "they change every log in the same way" + ("" if exactly else ", to first order in their sizes")
 
 
-def _sign_changes_text(reversal: PartReversal, question: Question) -> str:
+def _sign_changes_text(reversal: Reversal, question: Question) -> str:
     """Effects whose size changes its sign, and those whose does not."""
     effects = (question.first, *question.others)
     turning = [e for e in effects if changes_sign(reversal, e)]
@@ -138,9 +139,10 @@ def _sign_changes_text(reversal: PartReversal, question: Question) -> str:
 def _no_experiment_text(question: Question, best: Experiment) -> str:
     """Advice where no experiment is clear: how long the best would have to last, if that is within reason."""
     effects, seconds = effects_text(question), float(question.loop.t[-1])
+    sensed = question.problem.plant.sensed_words
     longer = (CLEAR_SEPARATION_SIGMA / max(best.separation, 1e-9)) ** 2
     if longer > MAX_DURATION_RATIO:
-        return (f"No command, no part turned round and no better sensor of angle, pitch or rate separates {effects}: "
+        return (f"No command, no part turned round and no better sensor of {sensed} separates {effects}: "
                 f"{_equivalence_text(question)}. Measure one of them by other means.")  # fmt: skip
     how = f" with {best.sensor.description}" if best.sensor else ""
     how = f" with the {best.reversal.part} turned round" if best.reversal else how
@@ -152,11 +154,13 @@ def _no_experiment_text(question: Question, best: Experiment) -> str:
 
 
 def _no_simulation_text(question: Question) -> str:
-    return (f"No command could be rehearsed with {question.first} in the model, because the simulated robot falls. "
-            "Give the robot's own [controller] in model.toml.")  # fmt: skip
+    words = question.problem.plant.words
+    return (f"No command could be rehearsed with {question.first} in the model, because the simulated {words.machine} "
+            f"{words.leaves}. Give the {words.machine}'s own [controller] in model.toml.")  # fmt: skip
 
 
 def _controller_text(question: Question) -> str:
     gains = ", ".join(f"{g:.4g}" for g in question.loop.gains)
-    return (f"rehearsed with a PID on the pitch made for the fitted model, gains = [{gains}]; give your own in "
+    controlled = question.problem.plant.what_is_controlled
+    return (f"rehearsed with a PID on {controlled} made for the fitted model, gains = [{gains}]; give your own in "
             "[controller]")  # fmt: skip

@@ -1,4 +1,4 @@
-"""The command that adds most to the information of the logs at hand, within limits of pitch and voltage."""
+"""The command that adds most to the information of the logs at hand, within limits of angle and input."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import effect_parameter
 from wheelpend.experiments.excitation import builtin_excitations
 from wheelpend.experiments.pose import DesignProblem, pose_problem
 from wheelpend.experiments.question import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Question
-from wheelpend.experiments.recommendation import USUAL_LIMITS
+from wheelpend.experiments.recommendation import USUAL_TILT_RAD, usual_limits
 from wheelpend.experiments.search import MAX_GENERATIONS, RatedTrajectory, best_trajectory, search_trajectory
 from wheelpend.experiments.simulated_experiment import Limits, SimulatedExperiment
 from wheelpend.logs.log import Log
@@ -29,9 +30,9 @@ MIN_PARAMETER_SCALE = 1e-3  # the same of a base parameter
 class Peaks:
     """Peaks of a command, as simulated."""
 
-    pitch: float  # rad
-    voltage: float  # V
-    wheel_travel: float  # rad between the ends of the track
+    pitch: float  # rad, of the angle that must stay in range
+    voltage: float  # of the input [its unit]
+    wheel_travel: float  # between the ends of the first coordinate's track [its unit]
     factor: float  # by which the command was made smaller to keep the limits
 
 
@@ -73,28 +74,29 @@ def design(
     logs: Sequence[str | Path | Log] = (),
     *,
     between: Sequence[str] = (),
-    pitch_limit: float = USUAL_LIMITS.pitch,
-    voltage_limit: float = USUAL_LIMITS.voltage,
+    pitch_limit: float | None = None,
+    voltage_limit: float | None = None,
     duration: float = BUILT_IN_DURATION_S,
     sample: float | None = None,
     generations: int = MAX_GENERATIONS,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Design:
-    """Find the most informative reference trajectory beside the logs, within limits of pitch [rad] and voltage [V].
+    """Find the most informative reference trajectory beside the logs, within limits of angle [rad] and input.
 
     With two effects in ``between`` it is to distinguish these; else what a diagnosis of the logs leaves ambiguous; else
-    it is to sharpen the parameters that are known worst. ``sample`` [s] is that of the log, or 1 ms. Raises Failure for
+    it is to sharpen the parameters that are known worst. The limits are those
+    of the plant's ordinary use, or what the logs show. ``sample`` [s] is that of the log, or 1 ms. Raises Failure for
     what cannot be judged or simulated, and where the limits leave no room.
     """
-    limits = Limits(pitch_limit, voltage_limit)
-    _check_arguments(limits, duration, sample)
     plant = model.plant_signature
+    _check_arguments(plant, pitch_limit, voltage_limit, duration, sample)
     if not plant.range_channel or plant.further:
         what = "with one input that is held upright"
         raise Failure(f"A command can be designed for a plant {what}, but this {model.plant} is none. Record "
                       "small and large commands, slow and fast, both ways, and standstills between them.")  # fmt: skip
     found = pose_problem(model, logs, between, duration, sample, progress)
     question = found.question
+    limits = _limits_of(question, pitch_limit, voltage_limit)
     criterion = criterion_of(question)
     progress("rehearsing the built-in commands")
     check_room_within_limits(question, limits)
@@ -102,17 +104,31 @@ def design(
     known = best_trajectory(builtin, question.loop, limits, criterion)
     best = search_trajectory(question.loop, limits, criterion, generations=generations, progress=progress)
     if best is None:
-        raise Failure(_no_room_text(limits, "no trajectory keeps them"))
+        raise Failure(_no_room_text(plant, limits, "no trajectory keeps them"))
     if known and known.criterion > best.criterion:
         best = known
     return _result(found, limits, known, best)
 
 
-def _check_arguments(limits: Limits, duration: float, sample: float | None) -> None:
-    if not (0.0 < limits.pitch < np.pi / 2):
-        raise Failure(f"--pitch-limit must be an angle in rad between 0 and π/2, not {limits.pitch:g}.")
-    if not limits.voltage > 0.0:
-        raise Failure(f"--voltage-limit must be a voltage above 0, not {limits.voltage:g}.")
+def _limits_of(question: Question, pitch: float | None, voltage: float | None) -> Limits:
+    """The limits that were asked for, else the plant's usual ones, else those that the logs show."""
+    plant = question.problem.plant
+    usual = Limits(*(plant.usual_limits or (USUAL_TILT_RAD, 0.0)))
+    if voltage is None and not usual.voltage:
+        usual = usual._replace(voltage=usual_limits(question).voltage)
+        if not usual.voltage:
+            raise Failure(f"--voltage-limit must say how large {plant.input} [{plant.input_unit}] may become, as "
+                          "neither the plant nor a log does.")  # fmt: skip
+    return Limits(usual.pitch if pitch is None else pitch, usual.voltage if voltage is None else voltage)
+
+
+def _check_arguments(
+    plant: PlantSignature, pitch: float | None, voltage: float | None, duration: float, sample: float | None
+) -> None:
+    if pitch is not None and not (0.0 < pitch < np.pi / 2):
+        raise Failure(f"--pitch-limit must be an angle in rad between 0 and π/2, not {pitch:g}.")
+    if voltage is not None and not voltage > 0.0:
+        raise Failure(f"--voltage-limit must be a {plant.input_word} above 0, not {voltage:g}.")
     if not MIN_DURATION_S <= duration <= MAX_DURATION_S:
         raise Failure(f"--duration must be a time of {MIN_DURATION_S:g} to {MAX_DURATION_S:g} s, not {duration:g}.")
     if sample is not None and not MIN_SAMPLE_INTERVAL_S <= sample <= MAX_SAMPLE_INTERVAL_S:
@@ -123,19 +139,23 @@ def _check_arguments(limits: Limits, duration: float, sample: float | None) -> N
 
 def check_room_within_limits(question: Question, limits: Limits) -> None:
     """Raise Failure where the limits leave no room even to stand still."""
+    plant = question.problem.plant
     upright = next(b for b in builtin_excitations() if b.builtin == "upright")
     played = question.loop.play(upright)
     if played is None:
-        raise Failure("The robot must stay up to rehearse a command, but the simulated one falls while it stands "
-                      "still. Check the values of the model and the gains in [controller].")  # fmt: skip
+        words = plant.words
+        raise Failure(f"The {words.machine} must {words.stay} to rehearse a command, but the simulated one "
+                      f"{words.leaves} while it stands still. Check the values of the model and the gains in "
+                      "[controller].")  # fmt: skip
     if not played.is_within(limits):
-        raise Failure(_no_room_text(limits, f"standing still alone takes {played.peak_pitch:.3g} rad and "
-                                       f"{played.peak_voltage:.3g} V, because the controller answers to the noise of "
-                                       "the sensors"))  # fmt: skip
+        takes = f"{played.peak_pitch:.3g} rad and {played.peak_voltage:.3g} {plant.input_unit}"
+        why = f"standing still alone takes {takes}, because the controller answers to the noise of the sensors"
+        raise Failure(_no_room_text(plant, limits, why))
 
 
-def _no_room_text(limits: Limits, why: str) -> str:
-    return (f"The limits, {limits.pitch:g} rad and {limits.voltage:g} V, must leave room for a command, but {why}. "
+def _no_room_text(plant: PlantSignature, limits: Limits, why: str) -> str:
+    bounds = f"{limits.pitch:g} rad and {limits.voltage:g} {plant.input_unit}"
+    return (f"The limits, {bounds}, must leave room for a command, but {why}. "
             "Raise --pitch-limit or --voltage-limit, or use a gentler controller.")  # fmt: skip
 
 

@@ -32,7 +32,6 @@ from wheelpend.model.record import Model
 from wheelpend.simulation.hidden import base_parameter_names
 from wheelpend.simulation.simulate import noise_levels
 
-DEFAULT_ENCODER_COUNTS = 4096  # per revolution, of an encoder of which nothing is known
 MIN_SIZE_IN_STANDARD_ERRORS = 2.0  # standard errors above which a fitted size is used, else a typical one
 MAX_STEP_S = 0.01  # s of integration, where no log says how fast the machine is
 
@@ -147,8 +146,8 @@ def start_without_logs(model: Model, first: str) -> DesignStart:
 
 
 def specified_noise(model: Model, channels: Sequence[str]) -> Noise:
-    """Noise of the sensors as the model states it, else the paper's; of an encoder the rounding to its counts."""
-    unknown = {"theta_w": 2 * np.pi / DEFAULT_ENCODER_COUNTS}
-    quantum = np.array([model.sensors.step_of(c) or unknown.get(c, 0.0) for c in channels])
+    """Noise of the sensors as the model states it, else the plant's; of an encoder the rounding to its counts."""
+    known = map(model.plant_signature.channel, channels)
+    quantum = np.array([model.sensors.step_of(c) or c.sensor.step for c in known])
     levels = np.maximum(noise_levels(model, channels), [rounding_sigma(q) for q in quantum])
     return Noise(levels, quantum, 1.0)

@@ -1,4 +1,4 @@
-"""Excitations: reference trajectories of the pitch, which drive, step, sweep, or are sums of sines."""
+"""Excitations: reference trajectories of an angle from upright, which drive, step, sweep, or are sums of sines."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from wheelpend.simulation.references import BUILT_IN_COMMANDS_DEG
 
 FADE_DURATION_S = 1.0  # s in which a trajectory sets in and fades out, so that it starts and ends at rest
 LEAN_DURATION_S = 1.5  # s of leaning, in which a drive gains or loses its speed
-STEP_RISE_TIME_S = 0.15  # s in which a step of the pitch is taken
+STEP_RISE_TIME_S = 0.15  # s in which a step is taken
 MULTISINE_COMPONENTS = 4  # sines of a multisine
 MIN_FREQUENCY_HZ = 0.04  # of a multisine's components
 MAX_FREQUENCY_HZ = 3.0
 
 
 class Excitation(NamedTuple):
-    """A reference trajectory of the pitch."""
+    """A reference trajectory of an angle from upright."""
 
     name: str  # for people: completes "20 s of ..."
     angle: Callable[[np.ndarray], np.ndarray]  # [rad] at times (N,) [s]
     builtin: str = ""  # its name among the commands, where it is one
 
     def trajectory(self, t: np.ndarray, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """Pitch [rad] and its rate [rad/s] at the times t, (N,) each, made smaller by a factor."""
+        """The angle [rad] and its rate [rad/s] at the times t, (N,) each, made smaller by a factor."""
         angle = factor * self.angle(t)
         return angle, np.gradient(angle, t)
 

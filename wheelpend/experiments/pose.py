@@ -25,7 +25,7 @@ from wheelpend.experiments.question import (
     rival_parameters,
     sample_times,
 )
-from wheelpend.experiments.reversals import PART_REVERSALS, changes_sign
+from wheelpend.experiments.reversals import changes_sign
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model import model_kernels, workspace
@@ -89,14 +89,15 @@ def order_rivals(model: Model, between: Sequence[str]) -> tuple[str, tuple[str, 
         if why := why_not_testable(derive.effects.find(name), model, module):
             raise Failure(f"--between takes effects that data can tell, but {name} {why}.")
     first, other = sorted(between, key=lambda name: name not in model.effects)
-    _check_separable(module, first, other)
+    _check_separable(model, module, first, other)
     return first, (other,)
 
 
-def _check_separable(module: KernelModule, first: str, other: str) -> None:
+def _check_separable(model: Model, module: KernelModule, first: str, other: str) -> None:
     """Raise Failure where the equations say that no command distinguishes two effects."""
     if other in module.TWINS.get(first, ()):
-        helps = [t.instruction for t in PART_REVERSALS if changes_sign(t, first) != changes_sign(t, other)]
+        reversals = model.plant_signature.reversals
+        helps = [t.instruction for t in reversals if changes_sign(t, first) != changes_sign(t, other)]
         cure = f"{helps[0]} and record any command again." if helps else "Measure one of them by other means."
         raise Failure(f"No command separates {first} from {other}: they change every log in the same way. {cure}")
     if first in module.CONTAINS.get(other, {}):

@@ -53,7 +53,7 @@ class Question:
 
     @property
     def has_own_controller(self) -> bool:
-        """The simulations use the robot's own controller."""
+        """The simulations use the machine's own controller."""
         return self.problem.model.controller is not None
 
     def information_of(
@@ -147,7 +147,7 @@ def sample_times(duration: float, sample: float) -> np.ndarray:
 
 
 def experiment_loop(problem: EstimationProblem, values: Mapping[str, float], t: np.ndarray) -> ExperimentLoop:
-    """The robot under its own controller, or under one that balances the model."""
+    """The machine under its own controller, or under one that balances the model."""
     loop = ClosedLoop.of(problem.model, problem.module, problem.max_step)
     if problem.model.controller is None:
         loop = replace(loop, gains=balancing_gains(problem.module, values, float(t[1] - t[0])))

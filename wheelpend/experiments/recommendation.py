@@ -12,33 +12,29 @@ from typing import NamedTuple
 
 import numpy as np
 
+from derive.plant_signature import PlantSignature, Reversal
 from wheelpend.experiments.excitation import Excitation, builtin_excitations, excitation_family
 from wheelpend.experiments.question import Question
-from wheelpend.experiments.reversals import PART_REVERSALS, PartReversal, changes_sign, sign_after_reversal
+from wheelpend.experiments.reversals import changes_sign, sign_after_reversal
 from wheelpend.experiments.simulated_experiment import Limits, SimulatedExperiment
 
 CLEAR_SEPARATION_SIGMA = 5.0  # standard errors at which two effects count as separated
-USUAL_LIMITS = Limits(0.4, 24.0)  # rad, V: of the paper's commands; more where the logs have more
+USUAL_TILT_RAD = 0.4  # rad, limit of a plant that states none
 FINER_SENSOR_NOISE_RATIO = 0.1  # of the present σ, of a finer sensor
 
 
 class Sensor(NamedTuple):
-    """A sensor that the robot might get."""
+    """A sensor that the machine might get."""
 
     description: str
     channel: str
     finer: bool  # else one beside the present one, as noisy, that has none of its faults
 
 
-SENSOR_OPTIONS = (
-    Sensor("a gyro with a tenth of the noise", "dtheta_p", True),
-    Sensor("a pitch sensor with a tenth of the noise", "theta_p", True),
-    Sensor("an encoder with ten times the counts", "theta_w", True),
-    Sensor("a second gyro whose zero and scale are known", "dtheta_p", False),
-    Sensor("an absolute reference of the pitch (an inclinometer, a camera), as noisy as the present one", "theta_p",
-           False),
-    Sensor("a second encoder that is known to be true", "theta_w", False),
-)  # fmt: skip
+def sensor_options(plant: PlantSignature) -> tuple[Sensor, ...]:
+    """Sensors that a machine might get: a finer one of every channel, and a true one beside each."""
+    channels = plant.channels[::-1]
+    return (*(Sensor(c.finer, c.name, True) for c in channels), *(Sensor(c.truer, c.name, False) for c in channels))
 
 
 class Experiment(NamedTuple):
@@ -47,7 +43,7 @@ class Experiment(NamedTuple):
     separation: float
     played: SimulatedExperiment
     gap: float = 1.0  # relative difference of the rivals' errors; large where sizes are compared instead
-    reversal: PartReversal | None = None
+    reversal: Reversal | None = None
     sensor: Sensor | None = None
 
     @property
@@ -78,26 +74,28 @@ def experiments(question: Question) -> Iterator[list[Experiment]]:
     yield family
     yield [
         e
-        for reversal in PART_REVERSALS
+        for reversal in question.problem.plant.reversals
         if has_sign_contrast(reversal, question)
         for e in _reversal_experiments(question, reversal)
     ]
     best = max([*builtin, *family], key=lambda e: e.separation, default=None)
     played_by_name = {e.played.excitation.name: e.played for e in [*builtin, *([best] if best else [])]}
-    yield [e for sensor in SENSOR_OPTIONS for e in _sensor_experiments(question, sensor, list(played_by_name.values()))]
+    yield [
+        e
+        for sensor in sensor_options(question.problem.plant)
+        for e in _sensor_experiments(question, sensor, list(played_by_name.values()))
+    ]
 
 
 def usual_limits(question: Question) -> Limits:
-    """Limits of the paper's commands, or what the robot has done already."""
-    logs = [p.log for p in question.problem.training]
-    pitch = [float(np.nanmax(np.abs(log.measured[:, log.channels.index("theta_p")]))) for log in logs]
-    return Limits(
-        max(USUAL_LIMITS.pitch, *pitch, 0.0),
-        max(USUAL_LIMITS.voltage, 0.0, *(float(np.nanmax(np.abs(x.voltage))) for x in logs)),
-    )
+    """The plant's usual limits, or what the machine has done already."""
+    plant, logs = question.problem.plant, [p.log for p in question.problem.training]
+    pitch = [float(np.nanmax(np.abs(log.measured[:, log.channels.index(plant.range_channel)]))) for log in logs]
+    tilt, most = plant.usual_limits or (USUAL_TILT_RAD, 0.0)
+    return Limits(max(tilt, *pitch, 0.0), max(most, 0.0, *(float(np.nanmax(np.abs(x.voltage))) for x in logs)))
 
 
-def has_sign_contrast(reversal: PartReversal, question: Question) -> bool:
+def has_sign_contrast(reversal: Reversal, question: Question) -> bool:
     """A reversal that changes the sign of some effect in question, but not of all."""
     return len({changes_sign(reversal, e) for e in (question.first, *question.others)}) > 1
 
@@ -110,7 +108,7 @@ def _command_experiments(question: Question, excitations: Sequence[Excitation], 
             yield Experiment(separation, played, question.gap(separation, played))
 
 
-def _reversal_experiments(question: Question, reversal: PartReversal) -> Iterator[Experiment]:
+def _reversal_experiments(question: Question, reversal: Reversal) -> Iterator[Experiment]:
     """A second log with a part turned round: sizes keep their values or change their signs."""
     ties = {n: sign_after_reversal(reversal, n) for n in question.names}
     values: dict[str, float] = {n: v * (sign_after_reversal(reversal, n) or 1) for n, v in question.sizes[-1].items()}

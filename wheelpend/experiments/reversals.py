@@ -1,15 +1,14 @@
 """Reversals of a part: the sign of every effect once the part is turned round, from the laws.
 
-The same machine is recorded once more with one part turned: the robot on its track, the pitch sensor in its holder, the
-two leads of the motors. What belongs to the turned part, or to the ground in the robot's own frame, is then mirrored;
-everything else stays. So an effect's size changes its sign, keeps it, or (a phase) is another one altogether.
+The same machine is recorded once more with one part turned, as its plant says: a robot on its track, the pitch sensor
+in its holder, the two leads of the motors. What belongs to the turned part is then mirrored; everything else stays.
+So an effect's size changes its sign, keeps it, or (a phase) is another one altogether.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -18,56 +17,39 @@ import derive
 from derive.effects import Deformation, Effect, InputMap, SensorMap
 from derive.functions import TIME_SYMBOL
 from derive.parameter_name import effect_of
+from derive.plant_signature import Reversal
 
-TRACK_SLOPE_SYMBOL = "track_slope"  # the plant's geometry that belongs to the ground and not to the robot
 NUMERIC_FUNCTIONS = {
     "Sign": np.sign,
     "Magnitude": np.abs,
     "Step": lambda x: np.heaviside(x, 0.0),
     "Ramp": lambda x: np.maximum(x, 0.0),
 }  # of the functions that SymPy does not know
-PITCH_SENSOR_CHANNELS = ("theta_p", "dtheta_p")  # channels of the pitch sensor
 
 
-class PartReversal(NamedTuple):
-    """A part that is turned round between two logs."""
-
-    part: str
-    instruction: str  # begins a sentence
-
-
-PART_REVERSALS = (
-    PartReversal("robot", "Turn the robot round on the same ground"),
-    PartReversal("sensor", "Turn the pitch sensor round in its holder, its readings negated for controller and log,"),
-    PartReversal(
-        "leads", "Swap the two leads of every motor, the voltage negated behind the controller but not in the log,"
-    ),
-)
-
-
-def sign_after_reversal(reversal: PartReversal, name: str) -> int:
+def sign_after_reversal(reversal: Reversal, name: str) -> int:
     """Sign of a parameter effect.parameter after a reversal: 1 or -1; 0 where it takes another value altogether."""
     if not effect_of(name):
         return 1
     effect = derive.effects.find(effect_of(name))
     if sum(p.scope == "per log" for p in effect.parameters) > 1:
         return 0  # amplitude and phase: every log begins elsewhere
-    return _effect_sign(reversal.part, effect)
+    return _effect_sign(reversal, effect)
 
 
-def changes_sign(reversal: PartReversal, effect: str) -> bool:
+def changes_sign(reversal: Reversal, effect: str) -> bool:
     """An effect whose size changes its sign."""
     return any(sign_after_reversal(reversal, n) == -1 for n in derive.effects.find(effect).full_names)
 
 
 @lru_cache(maxsize=256)
-def _effect_sign(part: str, effect: Effect) -> int:
+def _effect_sign(reversal: Reversal, effect: Effect) -> int:
     match effect.enters:
-        case Deformation(symbol=name) if part == "robot":
-            return -1 if name == TRACK_SLOPE_SYMBOL else 1
-        case SensorMap(channel=channel, law=law) if part == "sensor" and channel in PITCH_SENSOR_CHANNELS:
+        case Deformation(symbol=name) if name in reversal.geometry:
+            return -1
+        case SensorMap(channel=channel, law=law) if channel in reversal.channels:
             return _law_parity(lambda reading, **p: law(reading, **p), effect)
-        case InputMap(law=law) if part == "leads":
+        case InputMap(law=law) if reversal.input:
             return _law_parity(lambda voltage, **p: law(voltage, TIME_SYMBOL, **p), effect)
     return 1
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from derive.plant_signature import PlantWords
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import noise_of, prepare
@@ -45,11 +46,12 @@ class ParametricBootstrap:
     covariance: np.ndarray  # (n, n)
     noise: Noise
     play: Callable[[np.ndarray, np.ndarray], InputAndReadings | None]  # of noise (N, channels) and quanta (channels,);
-    # None where the robot falls
+    # None where the machine leaves its range
     reestimate: Callable[[Log], np.ndarray] | None  # the same estimate (n,) from a replica, where that is cheap
+    words: PlantWords
 
     def replica(self, number: int) -> Log | None:
-        """The log with another draw of its sensor noise; None where the robot falls."""
+        """The log with another draw of its sensor noise; None where the machine leaves its range."""
         draw = np.random.default_rng([number, len(self.log)]).normal(size=self.log.measured.shape)
         played = self.play(draw * self.noise.sigma_before_rounding, self.noise.quantum)
         if played is None:
@@ -67,8 +69,10 @@ class ParametricBootstrap:
                 yield log
             if found == count:
                 return
-        raise Failure(f"{self.log.name}: a simulated robot must stay up to rehearse the log, but with the parameters "
-                      f"found by {self.against} it falls. Check the log with `wheelpend inspect`.")  # fmt: skip
+        words = self.words
+        raise Failure(f"{self.log.name}: a simulated {words.machine} must {words.stay} to rehearse the log, but with "
+                      f"the parameters found by {self.against} it {words.leaves}. Check the log with "
+                      "`wheelpend inspect`.")  # fmt: skip
 
 
 def parametric_bootstrap(
@@ -106,7 +110,8 @@ def _closed_loop_bootstrap(model: Model, module: KernelModule, log: Log, paramet
         equations = instrumental.filtered_equations(module, replica, centre, instrumental.IV_TIME_CONSTANTS_S)
         return instrumental.solve_instrumental(module, equations, found.columns).estimate
 
-    return ParametricBootstrap(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, reestimate)
+    words = model.plant_signature.words
+    return ParametricBootstrap(log, "iv", centre, found.fit.estimate, found.covariance, noise, play, reestimate, words)
 
 
 def _open_loop_bootstrap(
@@ -126,7 +131,8 @@ def _open_loop_bootstrap(
 
     estimate = np.array([values[n] for n in module.LINEAR])
     covariance = fitted.covariance[np.ix_(keys, keys)]
-    return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None)
+    words = model.plant_signature.words
+    return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None, words)
 
 
 def shooting_fit(

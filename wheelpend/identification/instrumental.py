@@ -1,7 +1,7 @@
 """Instrumental variables: regression that noise in a closed loop does not bias.
 
-The instruments are what the filtered regressor would be without noise: the robot's closed loop, simulated with the same
-controller and reference. They are correlated with the motion and not with the noise.
+The instruments are what the filtered regressor would be without noise: the machine's closed loop, simulated with
+the same controller and reference. They are correlated with the motion and not with the noise.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NOISE_DRAW_COUNT = 40  # draws of the sensor noise, for standard errors to withi
 
 @dataclass(frozen=True)
 class LoggedLoop:
-    """The robot under its controller, along a log's reference, from the log's own first state."""
+    """The machine under its controller, along a log's reference, from the log's own first state."""
 
     closed_loop: ClosedLoop
     log: Log
@@ -68,7 +68,7 @@ class LoggedLoop:
     def run(
         self, parameters: np.ndarray, noise: np.ndarray | None = None, quantum: np.ndarray | None = None
     ) -> ClosedLoopRun | None:
-        """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None where the robot falls."""
+        """Simulate the loop with noise (N, NY) and quanta (NY,), none unless given; None out of range."""
         values = dict(zip(self.module.PARAMETERS, parameters, strict=True))
         step = min(stable_step(self.module, values, self.log), self.closed_loop.max_step)
         run = replace(self.closed_loop, max_step=step).replay(self.log, self.start, parameters, noise, quantum)
@@ -109,8 +109,10 @@ def instrumental_estimate(
         found = _iterate(loop, rows, with_linear_values(module, parameters, start), tau)
         if found is not None:
             return with_standard_errors(model, loop, rows, found, parameters, tau) if errors else found
-    raise Failure(f"{log.name}: the simulated loop must stay up to give instruments, but from every start the robot "
-                  "fell or the estimate did not settle. Check the gains in [controller], or use `--method shooting`."
+    words = model.plant_signature.words
+    raise Failure(f"{log.name}: the simulated loop must {words.stay} to give instruments, but from every start the "
+                  f"{words.machine} {words.failed} or the estimate did not settle. Check the gains in [controller], "
+                  "or use `--method shooting`."
                   )  # fmt: skip
 
 
@@ -157,7 +159,7 @@ def simulated_instruments(
 def _iterate(
     loop: LoggedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
 ) -> InstrumentalEstimate | None:
-    """Renew the instruments with each estimate until it converges; None where the robot falls or it does not."""
+    """Renew the instruments with each estimate until it converges; None where it does not, or leaves its range."""
     module, run = loop.module, loop.run(parameters)
     for _ in range(MAX_IV_ITERATIONS):
         if run is None:
@@ -174,7 +176,7 @@ def _iterate(
 def _halved_step(
     loop: LoggedLoop, parameters: np.ndarray, change: np.ndarray
 ) -> tuple[np.ndarray, ClosedLoopRun | None]:
-    """Step to the new estimate, or so far towards it that the simulated robot stays up."""
+    """Step to the new estimate, or so far towards it that the simulated machine stays in range."""
     here = linear_values(loop.module, parameters)
     for halving in range(MAX_STEP_HALVINGS):
         moved = with_linear_values(loop.module, parameters, here + 0.5**halving * change)

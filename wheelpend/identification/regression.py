@@ -94,9 +94,10 @@ def _replica_estimator(
     loop = instrumental.LoggedLoop.of(regression.model, regression.module, regression.log)
     run = loop.run(centre)
     if run is None:
+        words = regression.model.plant_signature.words
         raise Failure(
-            f"{regression.log.name}: the simulated robot must stay up to choose time constants, but it falls. "
-            "Give --tau T1,T2."
+            f"{regression.log.name}: the simulated {words.machine} must {words.stay} to choose time constants, but it "
+            f"{words.leaves}. Give --tau T1,T2."
         )
     instruments = instrumental.simulated_instruments(regression.module, regression.log, run, centre, tau)
     return partial(_estimate_with_instruments, regression, tau, instruments)

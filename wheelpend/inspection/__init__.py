@@ -6,8 +6,10 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
-- kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, gyro against pitch
-- wiring: faults that only the equations of motion show: signs, encoder
-- clocks: delays between input, encoder, pitch and gyro
+- kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
+- wiring: all faults, by the check that the plant brings along or by those for any machine
+- equations: faults that the equations of motion show on any machine with one input: signs, input at another time
+- wheels_and_body: the same of a body on wheels, with its encoder and IMU
+- clocks: findings on delays between input and sensors
 - standstill: gaps, constant signals and standstills
 """

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 
 
 class Finding(NamedTuple):
@@ -30,13 +30,13 @@ class LogCorrections:
     """Corrections that would cure a log: column, unit and sign of each quantity, and the encoder's reference."""
 
     known: Mapping[str, ColumnMap]  # with which the log was read
-    table: ColumnTable = WHEEL_PENDULUM  # of the plant
+    table: ColumnTable = DEFAULT_TABLE  # of the plant
     guessed: Collection[str] = ()  # of the quantities, those whose column was guessed
     source: dict[str, str] = field(default_factory=dict)  # quantity: the one whose column holds it
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
     encoder: str = ""  # absolute or relative, where the declared one is wrong
-    gyro_delay_samples: float = 0.0  # samples by which the gyro lags the pitch; no line of a model file cures that
+    rate_delay_samples: float = 0.0  # samples by which a rate lags its angle; no line of a model file cures that
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""

@@ -13,12 +13,13 @@ from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, standstills
 from wheelpend.inspection.wiring import find_faults
-from wheelpend.logs.columns import WHEEL_PENDULUM, ColumnMap, ColumnTable
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.kernels.load import model_module
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 from wheelpend.logs.guess import guess_column_maps
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, WHEEL_PENDULUM_CHANNELS, Log
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
 from wheelpend.logs.read import load_log
-from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.record import Model
 
 MAX_QUANTUM_SAMPLES = 40_000  # samples from which the input's step is found
@@ -68,21 +69,23 @@ def inspect_log(
     noise: Noise | None = None,
     columns: Mapping[str, ColumnMap] | None = None,
     guessed: Collection[str] = (),
-    table: ColumnTable = WHEEL_PENDULUM,
+    table: ColumnTable = DEFAULT_TABLE,
+    module: KernelModule | None = None,
 ) -> Inspection:
     """Inspect a log before a model is fitted to it.
 
     ``relative`` says that theta_w is measured against the body; ``columns`` are those with which the log was read, for
     the proposal, ``guessed`` those of them that nobody stated, ``table`` the plant's. Nothing is concluded on signs,
-    units and clocks from a log that moves too little, nor from that of another plant than the wheel-driven pendulum.
+    units and clocks from a log that moves too little. ``module`` are the kernels of the bare plant, for what only the
+    equations of motion show.
     """
     noise = noise or sensor_noise(log, {}, {})
     interval = np.diff(log.t)
     gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
     corrections = LogCorrections(columns or {}, table, guessed)
-    findings = [*find_gaps(log), *standstill_findings(log, constant_signal_times(log, noise, table))]
-    if set(WHEEL_PENDULUM_CHANNELS) <= set(log.channels) and len(table.inputs) == 1:
-        findings += find_faults(log, relative, corrections)
+    findings = [*find_gaps(log), *standstill_findings(log, constant_signal_times(log, noise, table), table)]
+    if set(table.channels) <= set(log.channels):
+        findings += find_faults(log, relative, corrections, module)
     return Inspection(
         samples=len(log),
         duration_s=log.duration,
@@ -106,7 +109,13 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
         columns={**model.columns, **(guessed or {})},
         guessed=tuple(guessed or ()),
         table=model.table,
+        module=bare_module(model),
     )
+
+
+def bare_module(model: Model) -> KernelModule | None:
+    """Kernels of a model's plant without effects; None where the plant brings a check of its own, which needs none."""
+    return None if model.table.wiring_check else model_module(model.plant, model.assumptions, ())
 
 
 def inspect_file(model: Model, path: Path) -> tuple[Log, Inspection]:
@@ -140,9 +149,9 @@ def sensors_section_text(log: Log, noise: Noise, table: ColumnTable) -> str:
     for name, sigma, step in zip(log.channels, noise.sigma, noise.quantum, strict=True):
         (steps if step else levels)[name] = float(step or sigma)
     own = []
-    if table == WHEEL_PENDULUM:  # whose sensors have keys of their own
-        own += [f"encoder_counts = {round(2 * math.pi / steps.pop('theta_w'))}"] if "theta_w" in steps else []
-        own += [f"{NOISE_KEYS[c]} = {levels.pop(c):.3g}" for c in [*levels] if c in NOISE_KEYS]
+    counts, noise_keys = ({c: getattr(s, k) for c, s in table.sensors.items()} for k in ("counts_key", "noise_key"))
+    own += [f"{counts[c]} = {round(2 * math.pi / steps.pop(c))}" for c in [*steps] if counts.get(c)]
+    own += [f"{noise_keys[c]} = {levels.pop(c):.3g}" for c in [*levels] if noise_keys.get(c)]
     lines = ["[sensors]", *own] if own else []
     for title, found in (("noise", levels), ("step", steps)):
         if found:
@@ -150,12 +159,13 @@ def sensors_section_text(log: Log, noise: Noise, table: ColumnTable) -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]]) -> list[Finding]:
+def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:
     """A finding on each channel that is constant at times, with the total and the longest time."""
     found = []
     for name, times in still.items():
         total, (begin, end) = sum(b - a for a, b in times), max(times, key=lambda pair: pair[1] - pair[0])
-        event = "The wheel stands still" if name == "theta_w" else f"{name} repeats one value"
+        known = table.sensors[name].still if name in table.sensors else ""
+        event = known or f"{name} repeats one value"
         sentence = f"{event} for {total:.3g} s in all, the longest time {end - begin:.3g} s from t = {begin:.6g} s."
         cure = "Little can be learnt from such stretches; if the machine did move, check this sensor."
         found.append(Finding("stand_still", name, sentence, cure, total))

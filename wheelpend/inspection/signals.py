@@ -21,16 +21,15 @@ MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at
 SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # widths against the finest, increased until noise no longer matters
 MAX_SWAPPED_MISFIT_SHARE = 0.05  # share of its power that an angle's derivative leaves of a signal that is its rate
 DEGREES_PER_RADIAN = 180 / math.pi
-INPUT_COLUMN = "v_in"
-PLANT_NAME = "wheel_pendulum"
 
 
 class Signals(NamedTuple):
     """A stretch of a log on a uniform grid, without missing samples."""
 
     dt: float  # s
-    voltage: np.ndarray  # (N,) V, mean of what acted within dt around each sample
+    voltage: np.ndarray  # (N,) mean of the input that acted within dt around each sample; 0 without just one input
     channels: dict[str, np.ndarray]  # (N,) each
+    input: str  # its column
     smoothing_factor: float = 1.0  # of the smoothing, against the finest
 
     @property
@@ -45,8 +44,8 @@ class Signals(NamedTuple):
         return np.arange(margin, len(self.voltage) - margin, max(int(0.5 * self.width / self.dt), 1))
 
     def smooth(self, name: str, order: int = 0) -> np.ndarray:
-        """A derivative of a channel, or of the voltage, behind the Gaussian (N,)."""
-        signal = self.voltage if name == INPUT_COLUMN else self.channels[name]
+        """A derivative of a channel, or of the input, behind the Gaussian (N,)."""
+        signal = self.voltage if name == self.input else self.channels[name]
         result = gaussian_smoothed(signal, self.width / self.dt)
         for _ in range(order):  # differences keep a constant exactly at zero, truncated Gaussians do not
             result = np.gradient(result, self.dt)
@@ -68,12 +67,12 @@ class TimeShift(NamedTuple):
         return inside and abs(self.samples) > 5 * self.sigma and self.gain > gain
 
 
-def uniform_signals(log: Log, upright: bool) -> Signals | None:
+def uniform_signals(log: Log, input: str, *, in_range: bool) -> Signals | None:
     """The log's longest gapless stretch on a uniform grid, at most MAX_ANALYSED_SAMPLES; None where it is too short.
 
-    ``upright`` leaves out samples with the body beyond ±π/2.
+    ``in_range`` leaves out samples beyond the plant's range; ``input`` is the column of its only input, if any.
     """
-    runs = gapless_ranges(log if upright else replace(log, channels=("",) * len(log.channels)), 0, len(log))
+    runs = gapless_ranges(log if in_range else replace(log, channels=("",) * len(log.channels)), 0, len(log))
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
     spare = max(last - first - MAX_ANALYSED_SAMPLES, 0) // 2
     first, last = first + spare, last - spare
@@ -81,7 +80,8 @@ def uniform_signals(log: Log, upright: bool) -> Signals | None:
         return None
     t, dt = log.t[first:last], log.dt
     grid = np.arange(t[0] + dt, t[-1] - dt, dt)
-    charge = np.concatenate(([0.0], np.cumsum(log.voltage[first : last - 1] * np.diff(t))))  # V s; V is held
+    held = log.voltage[first : last - 1] if log.voltage.ndim == 1 else np.zeros(last - first - 1)
+    charge = np.concatenate(([0.0], np.cumsum(held * np.diff(t))))  # V s; V is held
     edges = np.append(grid, grid[-1] + dt) - 0.5 * dt
     channels = {}
     for name, values in zip(log.channels, log.measured[first:last].T, strict=True):
@@ -89,7 +89,7 @@ def uniform_signals(log: Log, upright: bool) -> Signals | None:
         if known.sum() < MIN_ANALYSED_SAMPLES // 4:
             return None
         channels[name] = np.interp(grid, t[known], values[known])
-    signals = Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels)
+    signals = Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels, input)
     return signals if len(signals.rows) >= 4 * JACKKNIFE_BLOCKS else None
 
 

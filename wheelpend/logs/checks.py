@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import ColumnSource
+from wheelpend.logs.columns import ColumnSource, ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 
 
@@ -38,19 +38,19 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
         raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
 
 
-def check_input_varies(log: str, input: str, voltage: np.ndarray, unit: str) -> None:
+def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnTable) -> None:
     """Raise Failure when the input never changes: without excitation no parameter is identifiable."""
     lowest = np.nanmin(voltage)
     if lowest == np.nanmax(voltage):
         raise Failure(
-            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {unit} throughout. "
-            "Record a log in which the motors work."
+            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {table.units[input]} "
+            f"throughout. Record a log in which {table.words.works}."
         )
 
 
-def log_warnings(log: Log, inputs: Sequence[str], sources: Mapping[str, ColumnSource]) -> list[str]:
+def log_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:
     """Sentences on gaps, ranges, missing values and constant channels of a log that can be used."""
-    return [*time_warnings(log), *range_warnings(log, sources), *channel_warnings(log, inputs)]
+    return [*time_warnings(log), *range_warnings(log, table, sources), *channel_warnings(log, table.inputs)]
 
 
 def time_warnings(log: Log) -> list[str]:
@@ -62,28 +62,29 @@ def time_warnings(log: Log) -> list[str]:
         k = int(gaps[np.argmax(interval[gaps])])
         count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
         found.append(f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s.")
-    if dt > 0.5:  # no robot balances on so few samples
+    if dt > 0.5:  # nothing balances on so few samples
         found.append(f'Samples are {dt:.3g} s apart; if t is in ms, map it: t = {{ column = "t", unit = "ms" }}.')
     return found
 
 
-def range_warnings(log: Log, sources: Mapping[str, ColumnSource]) -> list[str]:
-    """An angle that looks like degrees, or a robot that fell over."""
+def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:
+    """An angle that looks like degrees, or a machine that left its range."""
     name = log.range_channel
     if name not in log.channels:
         return []
-    pitch = np.abs(log.measured[:, log.channels.index(name)])
-    fallen = np.flatnonzero(pitch > math.pi / 2)
+    angle = np.abs(log.measured[:, log.channels.index(name)])
+    outside = np.flatnonzero(angle > math.pi / 2)
     found = []
-    if np.nanmax(pitch) > 3.2:
+    if np.nanmax(angle) > 3.2:
         found.append(
-            f"{name} reaches {np.nanmax(pitch):.3g} rad and looks like degrees; if it is, map it in model.toml: "
+            f"{name} reaches {np.nanmax(angle):.3g} rad and looks like degrees; if it is, map it in model.toml: "
             f'{name} = {{ column = "{sources[name].column}", unit = "deg" }}.'
         )
-    if len(fallen):
-        share = 100 * len(fallen) / len(pitch)
+    if len(outside):
+        share = 100 * len(outside) / len(angle)
         found.append(
-            f"{name} is beyond ±π/2 from t = {log.t[fallen[0]]:.6g} s: the robot fell over. "
+            f"{name} is beyond ±π/2 from t = {log.t[outside[0]]:.6g} s: the {table.words.machine} "
+            f"{table.words.left}. "
             f"Those samples ({share:.2g} %) are left out."
         )
     return found

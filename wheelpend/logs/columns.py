@@ -5,11 +5,12 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from derive.plant_signature import WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
+from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure, did_you_mean
-from wheelpend.logs.log import PITCH_CHANNEL, REFERENCE_COLUMN, WHEEL_PENDULUM_CHANNELS
 
 UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "rad": ("rad", 1.0),
@@ -31,16 +32,10 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
 }
-COLUMN_ALIASES = {  # other names of our columns; only used to propose a mapping
-    "t": ("time", "timestamp", "stamp", "sec"),
-    "v_in": ("volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty"),
-    "theta_w": ("wheel", "encoder", "enc", "position"),
-    "dtheta_p": ("gyro", "pitch_rate", "dpitch", "angular_velocity.y", "angular_velocity", "rate"),
-    "theta_p": ("pitch", "tilt", "lean", "imu", "pole"),
-    "theta_1": ("theta", "angle", "position", "encoder", "q1", "qm", "pos"),
-    "theta_2": ("theta2", "angle2", "encoder2", "elbow", "q2"),
-    "x": ("pos", "position", "cart", "slide", "axis", "qm"),
-}
+TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
+INPUT_ALIASES = (
+    "volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -72,6 +67,39 @@ class ColumnTable:
     reference: str = ""  # column of what was commanded; empty where nothing is
     range_channel: str = ""  # channel that must stay within ±π/2
     further: tuple[str, ...] = ()  # inputs beside the first
+    rates: Mapping[str, str] = field(default_factory=dict)  # channels that are rates of others, with these
+    sensors: Mapping[str, Sensor] = field(default_factory=dict)  # what is known of them, by channel
+    words: PlantWords = WORDS_FOR_ANY
+    wiring_check: str = ""  # check of the inspection that knows how such a machine is wired
+
+    @classmethod
+    def of(cls, plant: PlantSignature) -> ColumnTable:
+        """The columns that a log of a plant has."""
+        units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
+        if plant.driven:
+            units |= dict.fromkeys(plant.inputs, plant.input_unit)
+        if plant.reference:
+            units[plant.reference] = plant.channel(plant.controlled[0]).unit
+        return cls(
+            input=plant.input if plant.driven else "",
+            channels=tuple(c.name for c in plant.channels),
+            units=units,
+            reference=plant.reference,
+            range_channel=plant.range_channel,
+            further=plant.further,
+            rates={c.name: c.rate_of for c in plant.channels if c.rate_of},
+            sensors={c.name: c.sensor for c in plant.channels},
+            words=plant.words,
+            wiring_check=plant.wiring_check,
+        )
+
+    def aliases(self, name: str) -> tuple[str, ...]:
+        """Other names of a column in files."""
+        if name == "t":
+            return TIME_ALIASES
+        if name == self.input:
+            return () if self.further else INPUT_ALIASES
+        return self.sensors[name].aliases if name in self.sensors else ()
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -89,13 +117,17 @@ class ColumnTable:
         return (*self.required, *((self.reference,) if self.reference else ()))
 
 
-WHEEL_PENDULUM = ColumnTable(
-    "v_in",
-    WHEEL_PENDULUM_CHANNELS,
-    {"t": "s", "v_in": "V", "theta_w": "rad", "theta_p": "rad", "dtheta_p": "rad/s", REFERENCE_COLUMN: "rad"},
-    REFERENCE_COLUMN,
-    PITCH_CHANNEL,
-)
+DEFAULT_TABLE = ColumnTable(
+    input=default_plant.INPUT,
+    channels=tuple(default_plant.SENSORS),
+    units=default_plant.UNITS,
+    reference=default_plant.REFERENCE,
+    range_channel=default_plant.RANGE_CHANNEL,
+    rates=default_plant.RATES,
+    sensors=default_plant.SENSORS,
+    words=default_plant.WORDS,
+    wiring_check=default_plant.WIRING_CHECK,
+)  # of logs that are read without saying of which plant
 
 
 class ColumnSource(NamedTuple):
@@ -121,7 +153,7 @@ def find_sources(
                 notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
     absent = [n for n in table.required if n not in sources]
     if absent:
-        raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table.units))
+        raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table))
     return sources, notes
 
 
@@ -134,13 +166,11 @@ def unit_factor(name: str, unit: str, own: str) -> float:
     return value
 
 
-def missing_columns_text(
-    log: str, names: Sequence[str], absent: list[str], used: set[str], units: Mapping[str, str]
-) -> str:
+def missing_columns_text(log: str, names: Sequence[str], absent: list[str], used: set[str], table: ColumnTable) -> str:
     """Message that lists the file's columns and the lines of a model.toml that would map them."""
-    guesses = guess_columns([n for n in names if n not in used], absent)
+    guesses = guess_columns([n for n in names if n not in used], absent, table)
     lines = [
-        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(units[name], guesses[name])} }}'
+        f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(table.units[name], guesses[name])} }}'
         for name in guesses
     ]
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
@@ -150,9 +180,9 @@ def missing_columns_text(
     )
 
 
-def guess_column(name: str, free: Sequence[str]) -> str:
+def guess_column(name: str, free: Sequence[str], table: ColumnTable) -> str:
     """The unused column that is most likely meant, or nothing."""
-    for alias in COLUMN_ALIASES.get(name, ()):
+    for alias in table.aliases(name):
         for column in free:
             if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
                 return column
@@ -165,11 +195,11 @@ def unit_entry(own: str, column: str) -> str:
     return f', unit = "{unit}"' if unit else ""
 
 
-def guess_columns(free: Sequence[str], wanted: Sequence[str]) -> dict[str, str]:
+def guess_columns(free: Sequence[str], wanted: Sequence[str], table: ColumnTable) -> dict[str, str]:
     """The unused column that is most likely meant by each name, or nothing; none is meant twice."""
     left, found = list(free), {}
     for name in sorted(wanted, key=lambda n: -len(n)):  # dtheta_p before theta_p: a pitch rate is also called pitch
-        found[name] = guess_column(name, left)
+        found[name] = guess_column(name, left, table)
         left = [n for n in left if n != found[name]]
     return found
 

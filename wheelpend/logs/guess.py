@@ -21,7 +21,7 @@ def guess_column_maps(path: Path, columns: Mapping[str, ColumnMap], table: Colum
     known = {n: columns[n].column if n in columns else n for n in table.names}
     absent = [n for n in table.required if known[n] not in file.names and n not in file.names]
     free = [n for n in file.names if n not in known.values()]
-    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guess_columns(free, absent).items() if c}
+    found = {n: ColumnMap(c, guess_unit(table.units[n], c)) for n, c in guess_columns(free, absent, table).items() if c}
     if "t" in absent and (clock := find_time_column(file, found["t"].column if "t" in found else "", free)):
         found["t"] = clock
     return {n: c if c.unit != table.units[n] else replace(c, unit="") for n, c in found.items()}

@@ -6,17 +6,15 @@ Angles in rad, rates in rad/s, times in s, voltages in V.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure
 
-WHEEL_PENDULUM_CHANNELS = ("theta_w", "theta_p", "dtheta_p")  # of the wheel-driven pendulum
-REFERENCE_COLUMN = "theta_ref"
-PITCH_CHANNEL = "theta_p"  # the angle that must stay within ±π/2
 MIN_SEGMENT_SAMPLES = 5  # samples
 EXCERPT_SAMPLES, EXCERPT_PARTS = (
     400_000,
@@ -32,12 +30,13 @@ class Log:
 
     name: str  # file name, for messages
     t: np.ndarray  # (N,) s, from the first sample
-    voltage: np.ndarray  # (N,) V commanded, held until the next sample, (N, inputs) of several; NaN where not logged
+    voltage: np.ndarray  # (N,) commanded input, held until the next sample, (N, inputs) of several; NaN where unknown
     measured: np.ndarray  # (N, channels), NaN where a sensor gave no value
     channels: tuple[str, ...]  # column names of measured
-    reference: np.ndarray | None = None  # (N,) rad, commanded pitch
+    reference: np.ndarray | None = None  # (N,) commanded value of what is controlled [its unit]
     warnings: tuple[str, ...] = ()  # sentences on what is odd about the file
-    range_channel: str = PITCH_CHANNEL  # channel that must stay within ±π/2, where the log has it
+    range_channel: str = default_plant.RANGE_CHANNEL  # channel that must stay within ±π/2, where the log has it
+    rates: Mapping[str, str] = field(default_factory=lambda: default_plant.RATES)  # channels that are rates of others
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -93,8 +92,8 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
     """Cut a log into consecutive segments that can each be simulated: (n, 2) int, half-open sample ranges.
 
     A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
-    last. None contains a gap, a sample without input, or one with the body beyond ±π/2. What is left over at the end of
-    a stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
+    last. None contains a gap, a sample without input, or one beyond the plant's range of ±π/2. What is left over at
+    the end of a stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
     """
     if not (math.isfinite(horizon_s) and horizon_s > 0):
         raise Failure(f"The horizon must be a positive time in s, not {horizon_s}.")
@@ -127,7 +126,7 @@ def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
 
 
 def _is_usable(log: Log, start: int, stop: int) -> np.ndarray:
-    """Mask (stop - start,) of the samples that have an input and the body within ±π/2."""
+    """Mask (stop - start,) of the samples that have an input and are within the plant's range."""
     known = ~np.isnan(log.voltage[start:stop].reshape(stop - start, -1)).any(axis=1)
     if log.range_channel in log.channels:
         known &= ~(np.abs(log.measured[start:stop, log.channels.index(log.range_channel)]) > math.pi / 2)

@@ -106,7 +106,7 @@ def coloured_noise(log: Log, channel: str) -> float:
     over that lag. The inconsistency of an angle with its rate gives the angle's noise whatever its colour; for a rate
     it is an upper limit only, and a first-order filter is assumed.
     """
-    signal, is_rate = log.measured[:, log.channels.index(channel)], f"{channel[1:]}" in log.channels
+    signal, is_rate = log.measured[:, log.channels.index(channel)], log.rates.get(channel) in log.channels
     longest, growth = COLOUR_LIMITS[is_rate]
     if COLOUR_LAG_SAMPLES * log.dt > longest or len(signal) < 1000:
         return 0.0
@@ -147,10 +147,10 @@ def angle_rate_inconsistency(log: Log, channel: str) -> float:
     deviation of the difference's slope, less that of the slope of the angle's own white noise. 0 where the log lacks
     the other of angle and rate, and where the angle's noise is most of it.
     """
-    rate = channel if channel.startswith("d") else f"d{channel}"
-    angle = rate[1:]
-    if angle not in log.channels or rate not in log.channels:
+    pairs = [(a, r) for r, a in log.rates.items() if channel in (a, r) and {a, r} <= set(log.channels)]
+    if not pairs:
         return 0.0
+    angle, rate = pairs[0]
     angles, rates = (log.measured[:, log.channels.index(c)] for c in (angle, rate))
     good = np.isfinite(angles) & np.isfinite(rates)
     t, angles, rates = log.t[good], angles[good], rates[good]

@@ -17,7 +17,7 @@ from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
-from wheelpend.logs.columns import UNIT_CONVERSIONS, WHEEL_PENDULUM, ColumnMap, ColumnSource, ColumnTable, find_sources
+from wheelpend.logs.columns import DEFAULT_TABLE, UNIT_CONVERSIONS, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
@@ -26,7 +26,7 @@ from wheelpend.logs.unwrap import make_continuous
 def load_log(
     path: str | os.PathLike,
     columns: Mapping[str, ColumnMap] | None = None,
-    table: ColumnTable = WHEEL_PENDULUM,
+    table: ColumnTable = DEFAULT_TABLE,
 ) -> Log:
     """Read a measurement file of a plant whose columns are those of ``table``.
 
@@ -40,11 +40,11 @@ def load_log(
     for name in table.required[1:]:
         check_values(path.name, name, columns_by_name[name])
     for name in table.inputs:
-        check_input_varies(path.name, name, columns_by_name[name], table.units[name])
+        check_input_varies(path.name, name, columns_by_name[name], table)
     notes += unwrap_positions(columns_by_name, raw_t, table)
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
     log = log_of_columns(path.name, t, columns_by_name, table)
-    return replace(log, warnings=(*notes, *log_warnings(log, table.inputs, sources)))
+    return replace(log, warnings=(*notes, *log_warnings(log, table, sources)))
 
 
 def read_scaled_columns(
@@ -90,6 +90,7 @@ def log_of_columns(name: str, t: np.ndarray, columns_by_name: Mapping[str, np.nd
         channels=table.channels,
         reference=None if reference is None or np.isnan(reference).all() else reference,
         range_channel=table.range_channel,
+        rates=table.rates,
     )
 
 
@@ -104,7 +105,7 @@ def save_log(
     path: str | os.PathLike,
     log: Log,
     extra: Mapping[str, np.ndarray] | None = None,
-    table: ColumnTable = WHEEL_PENDULUM,
+    table: ColumnTable = DEFAULT_TABLE,
 ) -> None:
     """Write a log as Parquet (.parquet, .pq) or CSV (any other suffix); ``extra`` holds further (N,) columns.
 

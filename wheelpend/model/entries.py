@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-NOISE_KEYS = {"theta_p": "pitch_noise", "dtheta_p": "rate_noise"}  # of [sensors] and [simulation], by channel
+from derive.plant_signature import ChannelSpec
+
 Noise = float | Literal["auto"]
 
 
@@ -28,30 +29,35 @@ class ParameterValue:
 class Sensors:
     """Encoder, noise and quantisation of the sensors, as far as they are known."""
 
-    encoder: Literal["absolute", "relative"] = "absolute"  # relative: theta_w is wheel minus body
+    encoder: Literal["absolute", "relative"] = "absolute"  # of a plant with an assumption of that name
     encoder_counts: float | None = None  # per revolution; 0 or nothing where unknown
-    pitch_noise: Noise = "auto"  # standard deviation of theta_p [rad]
-    rate_noise: Noise = "auto"  # standard deviation of dtheta_p [rad/s]
+    pitch_noise: Noise = "auto"  # standard deviation of the channel with this key
+    rate_noise: Noise = "auto"
     noise: dict[str, Noise] = field(default_factory=dict)  # standard deviation of any channel, in its unit
     step: dict[str, float] = field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
 
-    def noise_of(self, channel: str) -> float | None:
+    @property
+    def stated_keys(self) -> list[str]:
+        """Keys beside noise and step that differ from their defaults; a plant must have them."""
+        return [f.name for f in fields(self) if f.name not in ("noise", "step") and getattr(self, f.name) != f.default]
+
+    def noise_of(self, channel: ChannelSpec) -> float | None:
         """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
-        stated = self.noise.get(channel, getattr(self, NOISE_KEYS.get(channel, ""), "auto"))
+        stated = self.noise.get(channel.name, getattr(self, channel.sensor.noise_key, "auto"))
         return None if stated == "auto" else float(stated)
 
-    def step_of(self, channel: str) -> float | None:
+    def step_of(self, channel: ChannelSpec) -> float | None:
         """Step of a quantised channel as stated [its unit]; None where nothing is known."""
-        counts = self.encoder_counts if channel == "theta_w" else None
-        return self.step.get(channel) or (2 * math.pi / counts if counts else None)
+        counts = getattr(self, channel.sensor.counts_key, None)
+        return self.step.get(channel.name) or (2 * math.pi / counts if counts else None)
 
 
 @dataclass(frozen=True)
 class Controller:
-    """The feedback law that computes the voltage."""
+    """The feedback law that computes the input."""
 
     kind: Literal["pid"]
-    gains: tuple[float, float, float]  # on the pitch error, its integral and its rate [V/rad, V/(rad s), V s/rad]
+    gains: tuple[float, float, float]  # of the error, its integral, its rate [V/rad, V/(rad s), V s/rad for instance]
 
 
 @dataclass(frozen=True)

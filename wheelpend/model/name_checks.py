@@ -14,7 +14,7 @@ from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.model.entries import NOISE_KEYS, ModelFile
+from wheelpend.model.entries import ModelFile
 from wheelpend.model.toml_checks import call_look_up, check_known
 from wheelpend.model.toml_file import USER_EFFECTS_FILE
 
@@ -40,17 +40,19 @@ def resolve_names(file: ModelFile, workspace: Path | None) -> ResolvedNames:
     user_effects = user_effect_names(workspace, plant) if workspace is not None else ()
     implied = plants.implied_effects(file.plant, assumptions)
     effects = (*check_effects(file.effects, plant, user_effects), *(e for e in implied if e not in file.effects))
-    table = column_table(plant)
+    table = ColumnTable.of(plant)
     check_table_keys(file, plant, table)
     return ResolvedNames(assumptions, effects, user_effects, table)
 
 
 def settled_assumptions(file: ModelFile) -> dict[str, Any]:
-    """Every assumption of the plant, with the encoder as [sensors] has it."""
-    known = [a.name for a in call_look_up(plants.assumptions_of, file.plant)]
-    encoder = {"encoder": file.sensors.encoder} if "encoder" in known else {}
-    check_known("assumption", file.assumptions, [k for k in known if k != "encoder"], " in [assumptions]")
-    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **encoder})
+    """Every assumption of the plant, with those on sensors as [sensors] has them."""
+    known = call_look_up(plants.assumptions_of, file.plant)
+    of_sensors = {a.name: getattr(file.sensors, a.name) for a in known if a.section == "sensors"}
+    check_known(
+        "assumption", file.assumptions, [a.name for a in known if a.name not in of_sensors], " in [assumptions]"
+    )
+    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **of_sensors})
 
 
 def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]:
@@ -77,14 +79,22 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
     """Raise Failure unless every key is known in constants, columns, sensors, parameters, simulation and effects."""
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
     check_known("quantity", file.columns, table.names, " in [columns]")
+    check_known("key", file.sensors.stated_keys, sensor_keys(plant, file.plant), " in [sensors]")
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
     check_base_parameters(file.parameters, "[parameters]")
-    further = (*NOISE_KEYS.values(), *(n for c in plant.coordinates for n in (c.q, c.dq)))
+    states = (n for c in plant.coordinates for n in (c.q, c.dq))
+    further = (*(c.sensor.noise_key for c in plant.channels if c.sensor.noise_key), *states)
     check_base_parameters([k for k in file.simulation or () if k not in further], "[simulation]", further)
     for name, values in file.effect.items():
         known = [p.name for p in call_look_up(library.find, name).parameters]
         check_known("parameter", values, known, f" in [effect.{name}]")
+
+
+def sensor_keys(plant: PlantSignature, name: str) -> list[str]:
+    """Keys of [sensors] that a plant has beside noise and step."""
+    keys = [k for c in plant.channels for k in (c.sensor.noise_key, c.sensor.counts_key) if k]
+    return [*(a.name for a in plants.assumptions_of(name) if a.section == "sensors"), *keys]
 
 
 def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, ...] = ()) -> None:
@@ -93,15 +103,3 @@ def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, 
         if not BASE_PARAMETER_PATTERN.fullmatch(name):
             others = "".join(f", {f}" for f in further)
             raise Failure(f"{place} holds X1, X2, ...{others}; '{name}' is none of them. Rename or remove it.")
-
-
-def column_table(plant: PlantSignature) -> ColumnTable:
-    """The columns that a log of this plant has."""
-    units = {"t": "s", **{c.name: c.unit for c in plant.channels}}
-    if plant.driven:
-        units |= dict.fromkeys(plant.inputs, plant.input_unit)
-    if plant.reference:
-        units[plant.reference] = next(c.unit for c in plant.channels if c.name == plant.controlled[0])
-    channels = tuple(c.name for c in plant.channels)
-    driven = plant.input if plant.driven else ""
-    return ColumnTable(driven, channels, units, plant.reference, plant.range_channel, plant.further)

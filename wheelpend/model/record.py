@@ -71,7 +71,7 @@ class Model:
             raise Failure(f"{path or MODEL_FILE}: {failure}") from failure
 
     @classmethod
-    def default(cls, plant: str = "wheel_pendulum") -> Model:
+    def default(cls, plant: str = plants.DEFAULT_PLANT) -> Model:
         """A first model of a plant, with nominal values a tenth below the plant's own.
 
         Raises Failure where there is no plant of that name.

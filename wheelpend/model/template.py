@@ -12,20 +12,12 @@ from derive.plant_signature import PlantSignature
 from derive.records import Assumption
 from wheelpend.kernels.plant_signature import plant_signature
 
-PAPER_PLANT = "wheel_pendulum"
 HEADER_TEMPLATE = """\
 # The model of this workspace. It is the only source of the code in generated/: edit it, then run `wheelpend generate`.
-# Angles are in rad, times in s, voltages in V. Comments survive the tool.
+# {units} Comments survive the tool.
 
 plant = "{plant}"
 effects = []                           # `wheelpend effects` lists them, `wheelpend add` adds one
-"""
-WHEEL_SENSORS = """\
-[sensors]
-encoder = "absolute"                   # or "relative": theta_w is then wheel minus body
-encoder_counts = 60000                 # per revolution; 0 where unknown
-pitch_noise = "auto"                   # standard deviation [rad], or "auto": from the data
-rate_noise = "auto"                    # [rad/s]
 """
 
 
@@ -33,18 +25,28 @@ def model_file_text(plant: str) -> str:
     """A first model.toml of a plant; raises KeyError naming the known plants."""
     built = plant_signature(plant, plants.complete_assumptions(plant, {}))
     sections = [
-        HEADER_TEMPLATE.format(plant=plant),
+        HEADER_TEMPLATE.format(plant=plant, units=units_sentence(built)),
         section("assumptions", "", assumption_lines(plant)),
         section("constants", "known, never identified; only some effects and the display in N·m need them",
                 constant_lines(plant, built)),
         section("parameters", parameters_comment(plant), nominal_value_lines(plant)),
-        WHEEL_SENSORS if plant == PAPER_PLANT else noise_section(built),
+        plants.template_of(plant).sensors or noise_section(built),
         section("controller", "only where known: for closed-loop simulation, prediction and instruments",
                 controller_lines(plant)),
-        columns_section(built),
+        columns_section(plant, built),
         section("simulation", simulation_comment(plant), simulation_lines(plant, built)),
     ]  # fmt: skip
     return "\n".join(s for s in sections if s)
+
+
+def units_sentence(built: PlantSignature) -> str:
+    """Units of what a model file holds: Angles are in rad, times in s, voltages in V."""
+    units = {c.unit for c in built.coordinates}
+    found = [*(["angles are in rad"] if "rad" in units else []), *(["lengths are in m"] if "m" in units else [])]
+    found = [found[0], *(f.replace(" are", "") for f in found[1:]), "times in s"]
+    what = {"V": "voltages", "A": "currents"}.get(built.input_unit, built.input)
+    text = ", ".join([*found, *([f"{what} in {built.input_unit}"] if built.driven else [])])
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def section(name: str, comment: str, lines: Iterable[str]) -> str:
@@ -55,8 +57,8 @@ def section(name: str, comment: str, lines: Iterable[str]) -> str:
 
 
 def assumption_lines(plant: str) -> list[str]:
-    """Every assumption at its default, under its sentence; the encoder is among the sensors."""
-    return [commented_assumption(a) for a in plants.assumptions_of(plant) if a.name != "encoder"]
+    """Every assumption at its default, under its sentence; those on sensors are among these."""
+    return [commented_assumption(a) for a in plants.assumptions_of(plant) if a.section == "assumptions"]
 
 
 def commented_assumption(assumption: Assumption) -> str:
@@ -76,7 +78,7 @@ def constant_lines(plant: str, built: PlantSignature) -> list[str]:
 
 def parameters_comment(plant: str) -> str:
     """Comment on the source of the nominal values."""
-    source = "the paper's Table 1" if plant == PAPER_PLANT else "those of the plant's file"
+    source = plants.template_of(plant).numbers or "those of the plant's file"
     return f"nominal: {source}, a tenth too small; identification corrects it"
 
 
@@ -97,27 +99,26 @@ def controller_lines(plant: str) -> list[str]:
     return ['kind = "pid"', f"gains = {list(map(float, gains))}"] if gains else []
 
 
-def columns_section(built: PlantSignature) -> str:
+def columns_section(plant: str, built: PlantSignature) -> str:
     """An example of a mapped column, commented out."""
-    last = built.channels[-1] if built.name != PAPER_PLANT else next(c for c in built.channels if c.name == "theta_p")
-    unit, column = {"rad": ("deg", "pitch_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
+    last = built.channels[-1]
+    unit, column = {"rad": ("deg", "angle_deg"), "m": ("mm", "position_mm")}.get(last.unit, (last.unit, "other_name"))
+    example = plants.template_of(plant).column or f'{last.name} = {{ column = "{column}", unit = "{unit}" }}'
     comment = "only where a log names or measures things differently, for instance"
-    return section("columns", comment, [f'# {last.name} = {{ column = "{column}", unit = "{unit}" }}'])
+    return section("columns", comment, [f"# {example}"])
 
 
 def simulation_comment(plant: str) -> str:
     """Comment on the source of the simulated machine's numbers."""
-    return f"the machine that `wheelpend simulate` plays: the {'paper' if plant == PAPER_PLANT else 'plant'}'s" + (
-        " Table 1" if plant == PAPER_PLANT else " numbers"
-    )
+    source = plants.template_of(plant).numbers or "the plant's numbers"
+    return f"the machine that `wheelpend simulate` plays: {source}"
 
 
 def simulation_lines(plant: str, built: PlantSignature) -> list[str]:
     """True parameters, noises, and the initial state of a plant without a drive."""
     lines = [f"{x} = {v!r}" for x, v in plants.reference_of(plant).items()]
-    if plant == PAPER_PLANT:
-        lines += ["pitch_noise = 0.008726646259971648     # 0.5 deg, standard deviation [rad]",
-                  "rate_noise = 0.008726646259971648      # 0.5 deg/s [rad/s]"]  # fmt: skip
+    if further := plants.template_of(plant).simulation:
+        lines.append(further)
     elif lines and not built.driven:
         lines += [f"{built.coordinates[0].name} = 1.0".ljust(39) + "# where it is let go"]
     return lines

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from derive.plant_signature import PlantSignature
+from derive.plant_signature import WORDS_FOR_ANY, PlantSignature, PlantWords
 from wheelpend.model.record import Model
 
 NAME_PATTERN = re.compile(r"[A-Za-z_]\w*")
@@ -19,6 +19,14 @@ class PlantUnits:
     force: str  # unit of a generalised force, V for one in volt-equivalents
     force_per_unit: float | None = None  # N m, or N, per unit of `force`
     physical: str = ""  # N·m or N
+    forces: dict[str, str] = field(default_factory=dict)  # units of the forces on rows, and between parts by their port
+    input_word: str = ""  # what the input is: voltage
+    inputs: tuple[str, ...] = ()
+    words: PlantWords = WORDS_FOR_ANY
+
+    def force_on(self, row: str) -> str:
+        """Unit of a force on a row, or between two parts."""
+        return self.forces.get(row, self.force)
 
     def unit(self, name: str) -> str:
         """Unit of a quantity, or of a sum of some: dtheta_w - dtheta_p."""
@@ -38,7 +46,11 @@ def plant_units_of(model: Model) -> PlantUnits:
     scale = plant.scale_constant
     force_per_unit = model.constants.get(scale.name) if scale else None
     physical = scale.unit.partition("/")[0].replace(" ", "·") if scale else ""
-    return PlantUnits(units_of(plant), plant.input_unit, force_per_unit, physical)
+    forces = {c.row: plant.force_unit(c.unit) for c in plant.coordinates}
+    forces |= {name: plant.force_unit(port.unit) for name, port in plant.couplings.items()}
+    return PlantUnits(
+        units_of(plant), plant.input_unit, force_per_unit, physical, forces, plant.input_word, plant.inputs, plant.words
+    )
 
 
 def units_of(plant: PlantSignature) -> dict[str, str]:

@@ -19,6 +19,8 @@ from derive.records import Plant
 from wheelpend.errors import Failure
 
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
+PARAMETER_PATTERN = re.compile(r"X\d+")
+TAKEN_NAMES = {"t": "the time", "load": "the motor's load on a port", "origin": "where a log begins"}
 PLANT_MODULE_PREFIX = "wheelpend_plant_"  # of the names of modules made from such files
 
 
@@ -81,6 +83,7 @@ def check_plant(plant: object, name: str) -> None:
     for c in plant.coordinates:
         if c.unit not in ("rad", "m"):
             raise Failure(f"a coordinate must be in rad or m; {c.name} is in {c.unit}.")
+    check_names(plant)
 
 
 def check_ports_and_channels(plant: Plant) -> None:
@@ -98,6 +101,23 @@ def check_ports_and_channels(plant: Plant) -> None:
     if plant.reference and not plant.controlled[0]:
         raise Failure(f"reference is the commanded value of what is controlled; with {plant.reference} must come the "
                       "channel, controlled = (CHANNEL, \"\").")  # fmt: skip
+
+
+def check_names(plant: Plant) -> None:
+    """Raise Failure unless coordinates and inputs have names of their own, which no quantity of every model has."""
+    names = [s.name for c in plant.moving for s in (c.q, c.dq, c.ddq)] + [u.name for u in plant.inputs]
+    for k, name in enumerate(names):
+        if not name.isidentifier():
+            raise Failure(f"a coordinate or an input must be called by letters, digits and _, not '{name}'.")
+        if name in TAKEN_NAMES or PARAMETER_PATTERN.fullmatch(name):
+            raise Failure(
+                f"no coordinate and no input may be called {name}, which is {TAKEN_NAMES.get(name, 'a parameter')}."
+            )
+        if name in names[:k]:
+            raise Failure(f"coordinates, their rates and inputs must differ in their names; two are called {name}.")
+    for channel in plant.channels:
+        if channel.name == "t" or channel.name in map(str, plant.inputs):
+            raise Failure(f"a channel must be a column of its own; {channel.name} is the time or an input.")
 
 
 def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:

@@ -17,7 +17,7 @@ from wheelpend.model.toml_file import MODEL_FILE
 HISTORY_FILE = "history.json"
 
 
-def create(folder: Path, plant: str = "wheel_pendulum") -> Model:
+def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT) -> Model:
     """Start a workspace with a first model of a plant; raises Failure where there is one already."""
     path = folder / MODEL_FILE
     if path.exists():

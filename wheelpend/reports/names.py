@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wheelpend.model.units import PlantUnits
+
 TYPESET_NAMES = (("ddtheta_", "θ̈"), ("dtheta_", "θ̇"), ("theta_", "θ"), ("v_in", "V"), (" - ", " − "))
-AXIS_NAMES = {"v_in": "commanded voltage", "t": "time"}
 
 
 def display_text(text: str) -> str:
@@ -13,6 +17,8 @@ def display_text(text: str) -> str:
     return text
 
 
-def axis_name_text(name: str) -> str:
+def axis_name_text(name: str, quantities: PlantUnits) -> str:
     """A state, the input or time, as an axis names it."""
-    return AXIS_NAMES.get(name, display_text(name))
+    if name in quantities.inputs:
+        return f"commanded {quantities.input_word}" + (f" {name}" if len(quantities.inputs) > 1 else "")
+    return "time" if name == "t" else display_text(name)

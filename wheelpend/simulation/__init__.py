@@ -6,5 +6,5 @@ the sensors read?
     simulate      a machine with hidden effects along a command, as a log
     closed_loop   the one place that plays a closed loop: controller, reference, noise and quantisation
     hidden        values of hidden effects, checked, and those of the machine they are put into
-    references    reference trajectories of the pitch: built-in ones and files
+    references    reference trajectories of what is controlled: built-in ones and files
 """

@@ -7,19 +7,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from derive.parameter_name import effect_of
+from derive.plant_signature import ChannelSpec
 from wheelpend.errors import Failure, OutOfRange
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
-from wheelpend.model.entries import NOISE_KEYS
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 from wheelpend.simulation.closed_loop import ClosedLoop
 from wheelpend.simulation.hidden import machine_values, with_full_parameter_names
 from wheelpend.simulation.references import command_duration, reference
 
-PAPER_NOISE_SIGMA = {"theta_p": np.radians(0.5), "dtheta_p": np.radians(0.5)}  # rad, rad/s (paper, section 4)
 DEFAULT_NOISE_SIGMA = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # by unit, of sensors without a description
 SAMPLE_INTERVAL_S = 0.001  # s (paper, section 4)
 
@@ -40,12 +39,12 @@ def simulate(
     ``command`` is a built-in one or a file, which lasts as long as it is unless ``duration`` [s] is shorter.
     ``hide`` adds effects as {"effect.parameter": value}, or {"effect": value} where it has one parameter. RK4 with
     steps of at most ``sample`` seconds, stick-slip and delays resolved inside a step. Raises Failure without parameter
-    values or controller, for a hidden effect that is none, and when the robot falls.
+    values or controller, for a hidden effect that is none, and when the machine leaves its range.
     """
     machine = machine_values(model, with_full_parameter_names(hide or {}))
     module = _simulation_module(model, machine)
-    t = np.arange(round(_checked_duration(command, duration) / sample) + 1) * sample
-    angle, rate = reference(command, t)
+    t = np.arange(round(_checked_duration(model, command, duration) / sample) + 1) * sample
+    angle, rate = reference(command, t, model.table)
     begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
     outputs, channels = begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS)
     empty = Log("", t, t, outputs, channels)
@@ -54,13 +53,17 @@ def simulate(
     errors, quantum = sensor_errors(model, module.OUTPUTS, len(t), seed if noise else None)
     run = ClosedLoop.of(model, module, step).play(t, angle, rate, begin, parameters, errors, quantum)
     if (lost := run.first_out_of_range) is not None:
+        words = model.plant_signature.words
         raise OutOfRange(
-            f"The robot must stay up, but it falls at {t[lost]:.2f} s. Use smaller hidden effects or other gains."
+            f"The {words.machine} must {words.stay}, but it {words.leaves} at {t[lost]:.2f} s. Use smaller hidden "
+            "effects or other gains."
         )
     commanded = angle if model.table.reference else None
+    table = model.table
     return Log(
-        f"simulated {command}", t, run.input, run.measured, channels, commanded, range_channel=model.table.range_channel
-    )
+        f"simulated {command}", t, run.input, run.measured, channels, commanded, range_channel=table.range_channel,
+        rates=table.rates,
+    )  # fmt: skip
 
 
 def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModule:
@@ -76,9 +79,9 @@ def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModu
     return module
 
 
-def _checked_duration(command: str, duration: float | None) -> float:
+def _checked_duration(model: Model, command: str, duration: float | None) -> float:
     """Duration of a simulation [s]: the command's where none is given; raises Failure unless positive and finite."""
-    duration = command_duration(command) if duration is None else duration
+    duration = command_duration(command, model.table) if duration is None else duration
     if not (duration > 0 and np.isfinite(duration)):
         raise Failure(f"The duration must be a positive time in s, not {duration}.")
     return duration
@@ -90,20 +93,21 @@ def sensor_errors(
     """Noise (samples, channels) and quantisation (channels,) of the sensors; none without a seed."""
     if seed is None:
         return np.zeros((samples, len(outputs))), np.zeros(len(outputs))
-    quantum = np.array([model.sensors.step_of(n) or 0.0 for n in outputs])
+    channels = map(model.plant_signature.channel, outputs)
+    quantum = np.array([model.sensors.step_of(c) or 0.0 for c in channels])
     return np.random.default_rng(seed).normal(size=(samples, len(outputs))) * noise_levels(model, outputs), quantum
 
 
 def noise_levels(model: Model, outputs: Sequence[str]) -> np.ndarray:
-    """Standard deviation (channels,) of each channel's noise: [simulation], else [sensors], else the paper's."""
+    """Standard deviation (channels,) of each channel's noise: [simulation], else [sensors], else the plant's."""
     given, sensors = model.simulation or {}, model.sensors
     levels = [
-        given.get(NOISE_KEYS.get(n, "")) or sensors.noise_of(n) or PAPER_NOISE_SIGMA.get(n, default_noise(model, n))
-        for n in outputs
+        given.get(c.sensor.noise_key) or sensors.noise_of(c) or c.sensor.noise or default_noise(model, c)
+        for c in map(model.plant_signature.channel, outputs)
     ]
     return np.array(levels, dtype=float)
 
 
-def default_noise(model: Model, channel: str) -> float:
+def default_noise(model: Model, channel: ChannelSpec) -> float:
     """Standard deviation of a channel without a description: 0 where it is quantised, else a small one for its unit."""
-    return 0.0 if model.sensors.step_of(channel) else DEFAULT_NOISE_SIGMA.get(model.table.units[channel], 0.0)
+    return 0.0 if model.sensors.step_of(channel) else DEFAULT_NOISE_SIGMA.get(channel.unit, 0.0)

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.effects.row import DIRECTION_ARGUMENT
-from derive.plant_signature import PlantSignature, PortSpec
+from derive.plant_signature import PlantSignature, PortSpec, combination_text
 from wheelpend.diagnosis.criteria import MIN_WAVE_PHASE_RAD
-from wheelpend.estimation.state_reconstruction import combination_text
 
 WIDTH_QUANTILES = (0.1, 0.3, 0.6, 0.9)  # quantiles of a speed's magnitude that are tried as the width of a bend
 MIN_WIDTH_SHARE = 0.02  # of such a width, that it may be refitted to
@@ -78,25 +77,25 @@ def term_library(plant: PlantSignature, covered: CoveredRange) -> list[Term]:
     angles, rates = [c.q for c in plant.coordinates], [c.dq for c in plant.coordinates]
     found = []
     for port in distinct_ports(plant):
-        weights = dict(zip(angles, port.weights, strict=True))
-        angle, speed = combination_text(weights), combination_text({f"d{n}": w for n, w in weights.items()})
-        own_rates = list(dict.fromkeys([speed, *rates]))
+        angle, speed = combination_text(angles, port.weights), combination_text(rates, port.weights)
+        own_rates, units = list(dict.fromkeys([speed, *rates])), LawUnits.at(port, plant)
         found += [
-            Term(port.name, text, (("size", coefficient_unit(powers)),), shapes)
+            Term(port.name, text, (("size", coefficient_unit(powers, units)),), shapes)
             for text, powers, shapes in (
                 *constant_terms(),
-                *rate_terms(own_rates, covered),
-                *dry_friction_terms(speed, covered),
-                *spring_terms([angle, *angles]),
-                *product_terms(own_rates, angles),
-                *drift_terms(speed),
+                *rate_terms(own_rates, covered, units),
+                *dry_friction_terms(speed, covered, units),
+                *spring_terms([angle, *angles], units),
+                *product_terms(own_rates, angles, units),
+                *drift_terms(speed, units),
             )
         ]
-        found += ripple_terms(port.name, angle, covered)
-        found += bump_terms(port.name, angle, covered)
-        if len([w for w in weights.values() if w]) > 1:
+        found += ripple_terms(port, angle, covered, units) if port.unit == "rad" else []
+        found += bump_terms(port, angle, covered, units)
+        if len([w for w in port.weights if w]) > 1:
             found += [
-                Term(port.name, t, (("size", coefficient_unit(p)),), s) for t, p, s in input_terms(plant.input, speed)
+                Term(port.name, t, (("size", coefficient_unit(p, units)),), s)
+                for t, p, s in input_terms(plant.input, speed, units)
             ]
     return list({t.key: t for t in found}.values())
 
@@ -106,7 +105,7 @@ def distinct_ports(plant: PlantSignature) -> list[PortSpec]:
     return list({port.weights: port for port in reversed(plant.ports)}.values())[::-1]
 
 
-RATE_UNIT_POWERS, ANGLE_UNIT_POWERS, VOLTAGE_UNIT_POWERS = {"rad": 1, "s": -1}, {"rad": 1}, {"V": 1}
+INPUT_POWERS = {"V": 1}  # V stands for the unit of the input
 TermSpec = tuple[str, dict[str, int], tuple[ShapeParameter, ...]]
 
 
@@ -116,11 +115,33 @@ def product_powers(*powers: Mapping[str, int]) -> dict[str, int]:
     return {n: sum(p.get(n, 0) for p in powers) for n in names}
 
 
-def coefficient_unit(powers: Mapping[str, int]) -> str:
+class LawUnits(NamedTuple):
+    """Units at a port: of the variables that a law there may depend on, and of the force."""
+
+    names: Mapping[str, str]  # unit of each position and speed
+    force: Mapping[str, int]  # powers of V and m
+    input: str  # unit of the input
+
+    @staticmethod
+    def at(port: PortSpec, plant: PlantSignature) -> LawUnits:
+        """Units at a port of a plant."""
+        lever = plant.force_unit(port.unit).removeprefix(plant.input_unit)
+        force = {**INPUT_POWERS, "m": {"": 0, " m": 1, "/m": -1}[lever]}
+        return LawUnits({**plant.positions, **plant.speeds}, force, plant.input_unit)
+
+    def powers(self, name: str) -> dict[str, int]:
+        """Powers of a position's or a speed's unit."""
+        length, _, time = self.names[name].partition("/")
+        return {length: 1, **({"s": -1} if time else {})}
+
+
+def coefficient_unit(powers: Mapping[str, int], units: LawUnits | None = None) -> str:
     """Unit of a coefficient that turns something with these powers of V, s and rad into V, as in V s²/rad²."""
-    wanted = {n: (n == "V") - powers.get(n, 0) for n in ("V", "s", "rad")}
-    above = " ".join(n + superscript(p) for n, p in wanted.items() if p > 0) or "1"
-    below = [n + superscript(-p) for n, p in wanted.items() if p < 0]
+    force, own = (units.force, units.input) if units else (INPUT_POWERS, "V")
+    wanted = {n: force.get(n, 0) - powers.get(n, 0) for n in ("V", "s", "rad", "m")}
+    named = {own if n == "V" else n: p for n, p in wanted.items() if n != "V" or own != "1"}
+    above = " ".join(n + superscript(p) for n, p in named.items() if p > 0) or "1"
+    below = [n + superscript(-p) for n, p in named.items() if p < 0]
     return above + ("" if not below else f"/{below[0]}" if len(below) == 1 else f"/({' '.join(below)})")
 
 
@@ -139,84 +160,94 @@ def constant_terms() -> Iterator[TermSpec]:
     yield "size", {}, ()
 
 
-def rate_terms(rates: Sequence[str], covered: CoveredRange) -> Iterator[TermSpec]:
+def rate_terms(rates: Sequence[str], covered: CoveredRange, units: LawUnits) -> Iterator[TermSpec]:
     """Drags that grow with a power of a rate, and smooth signs."""
     for name in rates:
-        x = bracketed(name)
-        yield f"size*{x}", RATE_UNIT_POWERS, ()
-        yield f"size*abs({name})", RATE_UNIT_POWERS, ()
-        yield f"size*{x}*abs({name})", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
-        yield f"size*{x}^2", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
-        yield f"size*{x}^3", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+        x, own = bracketed(name), units.powers(name)
+        yield f"size*{x}", own, ()
+        yield f"size*abs({name})", own, ()
+        yield f"size*{x}*abs({name})", product_powers(own, own), ()
+        yield f"size*{x}^2", product_powers(own, own), ()
+        yield f"size*{x}^3", product_powers(own, own, own), ()
         for width in covered.widths.get(name, ()):
-            yield f"size*tanh({x}/width)", {}, (ShapeParameter("width", "rad/s", width, MIN_WIDTH_SHARE * width),)
+            yield (
+                f"size*tanh({x}/width)",
+                {},
+                (ShapeParameter("width", units.names[name], width, MIN_WIDTH_SHARE * width),),
+            )
 
 
-def dry_friction_terms(speed: str, covered: CoveredRange) -> Iterator[TermSpec]:
+def dry_friction_terms(speed: str, covered: CoveredRange, units: LawUnits) -> Iterator[TermSpec]:
     """Dry friction, and dry friction that falls with speed."""
     yield f"size*{DIRECTION_ARGUMENT}", {}, ()
     for width in covered.widths.get(speed, ()):
         yield (f"size*{DIRECTION_ARGUMENT}*exp(-({bracketed(speed)}/width)^2)", {},
-               (ShapeParameter("width", "rad/s", width, MIN_WIDTH_SHARE * width),))  # fmt: skip
+               (ShapeParameter("width", units.names[speed], width, MIN_WIDTH_SHARE * width),))  # fmt: skip
 
 
-def spring_terms(angles: Sequence[str]) -> Iterator[TermSpec]:
+def spring_terms(angles: Sequence[str], units: LawUnits) -> Iterator[TermSpec]:
     """Springs."""
     for name in angles:
-        x = bracketed(name)
-        yield f"size*{x}", ANGLE_UNIT_POWERS, ()
-        yield f"size*{x}*abs({name})", product_powers(ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
-        yield f"size*{x}^3", product_powers(ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
+        x, own = bracketed(name), units.powers(name)
+        yield f"size*{x}", own, ()
+        yield f"size*{x}*abs({name})", product_powers(own, own), ()
+        yield f"size*{x}^3", product_powers(own, own, own), ()
 
 
-def product_terms(rates: Sequence[str], angles: Sequence[str]) -> Iterator[TermSpec]:
+def product_terms(rates: Sequence[str], angles: Sequence[str], units: LawUnits) -> Iterator[TermSpec]:
     """Drags that depend on another rate or on an angle."""
     for name in rates:
-        x = bracketed(name)
+        x, own = bracketed(name), units.powers(name)
         for other in rates:
             if other != name:
-                yield f"size*{x}*abs({other})", product_powers(RATE_UNIT_POWERS, RATE_UNIT_POWERS), ()
+                yield f"size*{x}*abs({other})", product_powers(own, units.powers(other)), ()
         for angle in angles:
-            yield f"size*{x}*abs({angle})", product_powers(RATE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
-            yield f"size*{x}*{angle}", product_powers(RATE_UNIT_POWERS, ANGLE_UNIT_POWERS), ()
+            yield f"size*{x}*abs({angle})", product_powers(own, units.powers(angle)), ()
+            yield f"size*{x}*{angle}", product_powers(own, units.powers(angle)), ()
 
 
-def drift_terms(speed: str) -> Iterator[TermSpec]:
+def drift_terms(speed: str, units: LawUnits) -> Iterator[TermSpec]:
     """Forces that grow while the log runs."""
     yield "size*t", {"s": 1}, ()
-    yield f"size*{bracketed(speed)}*t", product_powers(RATE_UNIT_POWERS, {"s": 1}), ()
+    yield f"size*{bracketed(speed)}*t", product_powers(units.powers(speed), {"s": 1}), ()
 
 
-def input_terms(name: str, speed: str) -> Iterator[TermSpec]:
+def input_terms(name: str, speed: str, units: LawUnits) -> Iterator[TermSpec]:
     """Nonlinearities of a motor or driver in the voltage, and friction that grows with the load."""
     x = bracketed(speed)
-    yield f"size*abs({name})", VOLTAGE_UNIT_POWERS, ()
-    yield f"size*{name}*abs({name})", product_powers(VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS), ()
-    yield f"size*{name}^3", product_powers(VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS, VOLTAGE_UNIT_POWERS), ()
-    yield f"size*{name}*t", product_powers(VOLTAGE_UNIT_POWERS, {"s": 1}), ()
-    yield f"size*{name}*abs({speed})", product_powers(VOLTAGE_UNIT_POWERS, RATE_UNIT_POWERS), ()
-    yield f"size*{x}*abs({name})", product_powers(VOLTAGE_UNIT_POWERS, RATE_UNIT_POWERS), ()
-    yield f"size*abs({name})*sign({speed})", VOLTAGE_UNIT_POWERS, ()
+    yield f"size*abs({name})", INPUT_POWERS, ()
+    yield f"size*{name}*abs({name})", product_powers(INPUT_POWERS, INPUT_POWERS), ()
+    yield f"size*{name}^3", product_powers(INPUT_POWERS, INPUT_POWERS, INPUT_POWERS), ()
+    yield f"size*{name}*t", product_powers(INPUT_POWERS, {"s": 1}), ()
+    yield f"size*{name}*abs({speed})", product_powers(INPUT_POWERS, units.powers(speed)), ()
+    yield f"size*{x}*abs({name})", product_powers(INPUT_POWERS, units.powers(speed)), ()
+    yield f"size*abs({name})*sign({speed})", INPUT_POWERS, ()
 
 
-def ripple_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
+def ripple_terms(port: PortSpec, angle: str, covered: CoveredRange, units: LawUnits) -> list[Term]:
     """Ripples that repeat over a turn of a port, where the logs turn far enough to tell."""
-    x = bracketed(angle)
+    x, force = bracketed(angle), coefficient_unit({}, units)
     covered_angle = covered.high.get(angle, 0.0) - covered.low.get(angle, 0.0)
     return [
-        Term(port, f"sine*sin({n}*{x}) + cosine*cos({n}*{x})", (("sine", "V"), ("cosine", "V")), per_log=True)
+        Term(port.name, f"sine*sin({n}*{x}) + cosine*cos({n}*{x})", (("sine", force), ("cosine", force)), per_log=True)
         for n in HARMONICS_PER_TURN if n * covered_angle > MIN_WAVE_PHASE_RAD
     ]  # fmt: skip
 
 
-def bump_terms(port: str, angle: str, covered: CoveredRange) -> list[Term]:
+def bump_terms(port: PortSpec, angle: str, covered: CoveredRange, units: LawUnits) -> list[Term]:
     """Pushes at a place."""
     low, high = covered.low.get(angle, 0.0), covered.high.get(angle, 0.0)
-    if high - low < MIN_BUMP_TRACK_RAD:
+    if high - low < MIN_BUMP_TRACK_RAD * port.length_per_radian:
         return []
+    size, widths = (("size", coefficient_unit({}, units)),), [share * (high - low) for share in BUMP_WIDTH_SHARES]
+    least = MIN_BUMP_WIDTH_SHARE * (high - low)
     return [
-        Term(port, f"size*exp(-(({angle} - place)/width)^2)", (("size", "V"),),
-             (ShapeParameter("place", "rad", float(place), None), ShapeParameter("width", "rad", share * (high - low),
-                                                              MIN_BUMP_WIDTH_SHARE * (high - low))))
-        for share in BUMP_WIDTH_SHARES for place in np.linspace(low, high, BUMP_PLACE_COUNT)
-    ]  # fmt: skip
+        Term(
+            port.name,
+            f"size*exp(-(({angle} - place)/width)^2)",
+            size,
+            (ShapeParameter("place", port.unit, float(place), None), ShapeParameter("width", port.unit, width, least)),
+        )
+        for width in widths
+        for place in np.linspace(low, high, BUMP_PLACE_COUNT)
+    ]

@@ -8,11 +8,12 @@ of the sum of squares above the sensors' noise. A force at random is predicted b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.missing_force.piecewise_force import (
     FoldedLeastSquares,
     LinearisedLogs,
@@ -26,7 +27,6 @@ from wheelpend.diagnosis.missing_force.smooth_basis import CLIP_QUANTILES, WITHI
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
 
-DRIVE_ROW = "drive"  # the name of a force between wheel and body
 MAX_VARIABLES = 3  # variables of a function
 MIN_ADDED_SHARE = 0.05  # share that a further variable must predict
 MIN_REPORTED_SHARE = 0.1  # share below which nothing is said to repeat
@@ -48,25 +48,26 @@ class Curve(NamedTuple):
 class ExplainedForce:
     """The share of the unexplained sum of squares that repeats as a force on one row, and its variables."""
 
-    row: str  # of the model, or "drive" for a force between wheel and body
+    row: str  # of the model, or the port of a force between two parts
     depends_on: tuple[str, ...]  # variables, the one that predicts most first
     alone: float  # share that the first predicts
     repeatable: float  # share that all of them predict, on data that did not make the function
     curves: tuple[Curve, ...] = field(repr=False, default=())  # over each variable
+    between: str = field(repr=False, default="")  # where it acts, of a force between two parts: between wheel and body
 
 
 def explained_forces(problem: EstimationProblem, base: Fit) -> tuple[ExplainedForce, ...]:
-    """The repeatable share of what a fitted model leaves over: on each row, and between wheel and body; most first.
+    """The repeatable share of what a fitted model leaves over: on each row, and between two parts; most first.
 
     Empty where the model leaves over hardly more than noise.
     """
-    rows = problem.module.ROWS
+    rows, couplings = problem.module.ROWS, problem.plant.couplings
     directions = {name: np.eye(len(rows))[k] for k, name in enumerate(rows)}
-    if len(rows) == 2:
-        directions[DRIVE_ROW] = np.array([-1.0, 1.0])
-    bases = [EvaluatedBasis.of(linearised) for linearised in linearise_logs(problem, base)]
+    directions |= {name: -np.array(port.weights) for name, port in couplings.items()}  # a resistance there
+    bases = [EvaluatedBasis.of(linearised, problem.plant) for linearised in linearise_logs(problem, base)]
     found = [explained_force_along(bases, name, direction) for name, direction in directions.items()]
-    return tuple(sorted((r for r in found if r is not None), key=lambda r: -r.repeatable))
+    named = [replace(r, between=couplings[r.row].place) if r.row in couplings else r for r in found if r is not None]
+    return tuple(sorted(named, key=lambda r: -r.repeatable))
 
 
 def explained_force_along(bases: Sequence[EvaluatedBasis], name: str, direction: np.ndarray) -> ExplainedForce | None:
@@ -93,9 +94,9 @@ class EvaluatedBasis(NamedTuple):
     shapes: list[np.ndarray]  # of each log (S, pieces, names)
 
     @staticmethod
-    def of(linearised: LinearisedLogs) -> EvaluatedBasis:
+    def of(linearised: LinearisedLogs, plant: PlantSignature) -> EvaluatedBasis:
         """Evaluate all functions along the motion."""
-        basis = SmoothBasis.of(linearised)
+        basis = SmoothBasis.of(linearised, plant)
         names = [n for group in basis.groups.values() for n in group]
         shapes = [piece_means(p, basis.matrix(p.motion, names)) for p in linearised.pieces]
         return EvaluatedBasis(linearised, basis, names, shapes)

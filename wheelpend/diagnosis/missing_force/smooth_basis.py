@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.criteria import MIN_WAVE_PHASE_RAD
 from wheelpend.diagnosis.missing_force.law_terms import HARMONICS_PER_TURN
 from wheelpend.diagnosis.missing_force.piecewise_force import LinearisedLogs, values_in_segments
@@ -26,9 +27,9 @@ class SplineBasis(NamedTuple):
     has_jump: bool
 
     @staticmethod
-    def of(name: str, values: np.ndarray) -> SplineBasis:
-        """From the values that the logs cover."""
-        jumps = name.startswith(("d", "v_")) and values.min() < 0.0 < values.max()
+    def of(values: np.ndarray, has_direction: bool) -> SplineBasis:
+        """From the values that the logs cover; a speed or an input has a direction."""
+        jumps = has_direction and values.min() < 0.0 < values.max()
         knots = tuple(map(float, np.unique(np.quantile(values, KNOT_QUANTILES))))
         ends = np.quantile(values, CLIP_QUANTILES)
         clip_range = (float(ends[0]), float(ends[1]))
@@ -49,11 +50,12 @@ class SmoothBasis(NamedTuple):
     groups: dict[tuple[str, ...], list[str]]  # names of the columns of each variable, or pair
 
     @staticmethod
-    def of(linearised: LinearisedLogs) -> SmoothBasis:
-        """Basis functions of the variables that change in the logs."""
+    def of(linearised: LinearisedLogs, plant: PlantSignature) -> SmoothBasis:
+        """Basis functions of the variables that change in the logs of a plant."""
+        directed, angles = {*plant.speeds, *plant.inputs}, {n for n, u in plant.positions.items() if u == "rad"}
         values = {n: values_in_segments(linearised, n) for n in linearised.pieces[0].motion}
-        splines = {n: SplineBasis.of(n, v) for n, v in values.items() if v.std() > 0.0}
-        ranges = {n: np.ptp(values[n]) for n in splines if n.startswith("theta")}
+        splines = {n: SplineBasis.of(v, n in directed) for n, v in values.items() if v.std() > 0.0}
+        ranges = {n: np.ptp(values[n]) for n in splines if n in angles}
         harmonics = tuple(
             (n, tuple(k for k in HARMONICS_PER_TURN if k * covered > MIN_WAVE_PHASE_RAD))
             for n, covered in ranges.items()

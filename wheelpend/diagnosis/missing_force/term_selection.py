@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.plant_signature import PlantSignature
+from derive.plant_signature import PlantSignature, combination_text
 from wheelpend.diagnosis.criteria import MIN_REMAINING_INFORMATION_SHARE
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, Term, covered_range
 from wheelpend.diagnosis.missing_force.piecewise_force import (
@@ -24,7 +24,6 @@ from wheelpend.diagnosis.missing_force.piecewise_force import (
 )
 from wheelpend.diagnosis.missing_force.regressors import term_directions, term_regressors
 from wheelpend.estimation.scaled_inverse import ScaledInverse
-from wheelpend.estimation.state_reconstruction import combination_text
 
 MAX_SINGLE_TERM_STARTS = 4  # single terms at a point that are refitted
 MAX_LAW_STARTS = 10  # sets of terms that are refitted
@@ -151,6 +150,7 @@ def range_in_logs(linearised: LinearisedLogs, plant: PlantSignature) -> CoveredR
     """Ranges that the logs cover, of every variable that a term may depend on."""
     values = {n: values_in_segments(linearised, n) for n in linearised.pieces[0].motion}
     for port in plant.ports:
-        weights = dict(zip((c.q for c in plant.coordinates), port.weights, strict=True))
-        values.setdefault(combination_text(weights), np.sum([w * values[n] for n, w in weights.items()], axis=0))
+        names = [c.q for c in plant.coordinates]
+        motion = np.sum([w * values[n] for n, w in zip(names, port.weights, strict=True)], axis=0)
+        values.setdefault(combination_text(names, port.weights), motion)
     return covered_range(values)

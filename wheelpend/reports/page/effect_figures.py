@@ -42,8 +42,9 @@ class EffectDrawing(NamedTuple):
 def effect_drawings(explanation: Explanation) -> list[EffectDrawing]:
     """Drawings of the effects of the model, of those that were added, and of the first candidates that were not."""
     return [
-        EffectDrawing(effect.name, role, effect.equation, effect.sentence, effect_figure(effect, problem, fitted))
+        EffectDrawing(effect.name, role, said.equation, said.sentence, effect_figure(effect, problem, fitted))
         for effect, role, problem, fitted in _effects_to_draw(explanation)
+        for said in [derive.effects.in_plant_units(effect, problem.plant)]
     ]
 
 
@@ -71,7 +72,7 @@ def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go
         for name, y in picture.lines(values).items():
             label = ", ".join(filter(None, (display_text(name), problem.logs[k].name if several else "")))
             edges = confidence_band(picture.lines, name, values, fitted, k, problem.plant)
-            known = q if f"[{q.force}]" in picture.y_label and "voltage" not in picture.y_label else None
+            known = q if f"[{q.force}]" in picture.y_label and "that acts" not in picture.y_label else None
             _add_line(figure, picture.x, y, label, next(colours), edges, q=known)
     return _with_axis_titles(figure, pictures[0])
 
@@ -109,7 +110,7 @@ def _add_line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour
     figure.add_trace(go.Scatter(
         x=x.astype(np.float32), y=np.asarray(y, dtype=np.float32), mode="lines", name=name, showlegend=bool(name),
         line={"color": colour, "width": 2, "dash": dash},
-        **(force_hover(y, q) if q else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
+        **(force_hover(y, q, "") if q else {"hovertemplate": "%{x:.4g}: %{y:.4g}<extra></extra>"}),
     ))  # fmt: skip
 
 

@@ -72,8 +72,8 @@ def _resistance_plot(
     speed, angle = symbol("speed"), symbol("angle")
     law = resistance_law(effect, angle, speed)
     states, window = measured_states(problem.module, segments.log), _window(segments)
-    size, weights, force = problem.module.NQ, problem.port_weights(port), problem.plant.input_unit
-    unit = problem.plant.port(port).unit
+    size, weights, unit = problem.module.NQ, problem.port_weights(port), problem.plant.port(port).unit
+    force = problem.plant.force_unit(unit)
     origin = segments.log.measured[np.isfinite(segments.log.measured[:, 0]), 0]
     law = law.subs(symbol("origin"), float(origin[0]) if origin.size else 0.0)
     covered = _motion_signals(problem, segments) | {
@@ -130,17 +130,18 @@ def _input_plot(
 ) -> EffectPlot | None:
     """The voltage that acts over the commanded one; at both ends of the log where it depends on time."""
     command, time = symbol(problem.plant.input), symbol("t")
+    word, unit = problem.plant.input_word, problem.plant.input_unit
     law = effect.enters.law(command, time, **effect.symbols)  # type: ignore[union-attr]
     voltage = segments.log.voltage[_window(segments)].reshape(-1, max(len(problem.module.INPUTS), 1))[:, 0]
     if law.diff(time, 2) != 0 or law.free_symbols - set(effect.symbols.values()) - {command, time}:
-        covered = _motion_signals(problem, segments) | {command: ("commanded voltage", "V", voltage)}
-        return _law_plot(effect, law, covered, "acting − commanded [V]", values, command)
+        covered = _motion_signals(problem, segments) | {command: (f"commanded {word}", unit, voltage)}
+        return _law_plot(effect, law, covered, f"acting − commanded [{unit}]", values, command)
     ends = {f"at {t:.3g} s": float(t) for t in segments.log.t[[0, -1]] - segments.log.t[0]}
     chosen = ends if time in law.free_symbols else {"": 0.0}
     at, x = {n: numeric_law(effect, law.subs(time, t), [command]) for n, t in chosen.items()}, _range_grid(voltage)
-    picture = EffectPlot("commanded voltage [V]", "voltage that acts [V]", x,
+    picture = EffectPlot(f"commanded {word} [{unit}]", f"{word} that acts [{unit}]", x,
                       lambda values: {n: f(values, x) for n, f in at.items()}, x)  # fmt: skip
-    return _as_difference_if_small(picture, "acting − commanded [V]", values)
+    return _as_difference_if_small(picture, f"acting − commanded [{unit}]", values)
 
 
 def _as_difference_if_small(picture: EffectPlot, difference: str, values: EffectValues) -> EffectPlot:
@@ -193,7 +194,7 @@ def _static_force_plot(
     """The force on each row that a change of geometry makes while the machine rests, over the body's angle."""
     model = problem.model
     with_it, without = (derive.compose(model.plant, model.assumptions, e) for e in ((effect.name,), ()))
-    rest = {symbol(f"{p}{c.name}"): 0 for c in with_it.plant.coordinates for p in ("d", "dd")}
+    rest = {s: 0 for c in with_it.plant.coordinates for s in (c.dq, c.ddq)}
     along = with_it.plant.coordinates[-1].q
     known = {symbol(n): v for n, v in fitted.of_log(0).items() if n not in effect.full_names}
     laws = [(b - a).subs(rest).subs(known) for a, b in zip(with_it.residual, without.residual, strict=True)]
@@ -202,7 +203,8 @@ def _static_force_plot(
     rows = [(row, law) for row, law in zip(problem.module.ROWS, laws, strict=True) if law != 0]
     at = {f"{row} row": numeric_law(effect, law, [along]) for row, law in rows}
     x = _range_grid(measured_states(problem.module, segments.log)[_window(segments), problem.module.NQ - 1])
-    return EffectPlot(f"{along} [{units_of(problem.plant)[str(along)]}]", "force at rest [V]", x,
+    units, force = units_of(problem.plant), problem.plant.input_unit
+    return EffectPlot(f"{along} [{units[str(along)]}]", f"force at rest [{force}]", x,
                    lambda values: {n: f(values, x) for n, f in at.items()})  # fmt: skip
 
 

@@ -59,23 +59,23 @@ def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> g
                 line={"color": BEFORE_COLOUR, "width": 1.4},
                 name="missing force",
                 showlegend=k == 0,
-                **force_hover(force, q),
+                **force_hover(force, q, row),
             ),
             row=k + 1,
             col=1,
         )
-        figure.update_yaxes(title=f"{row} row [{q.force}]", row=k + 1, col=1)
+        figure.update_yaxes(title=f"{row} row [{q.force_on(row)}]", row=k + 1, col=1)
     figure.update_xaxes(title="time [s]", row=len(rows), col=1)
     return with_page_style(figure, 90 + 190 * len(rows))
 
 
-def force_hover(force: np.ndarray, q: PlantUnits) -> dict:
-    """Hover text in V, and in N·m where the plant's volt is known."""
-    unit = "" if q.force == "1" else f" {q.force}"
-    if q.force_per_unit is None:
+def force_hover(force: np.ndarray, q: PlantUnits, row: str) -> dict:
+    """Hover text of a force on a row in V, and in N·m where the plant's volt is known."""
+    unit, known = "" if q.force_on(row) == "1" else f" {q.force_on(row)}", q.in_physical(1.0, q.force_on(row))
+    if known is None:
         return {"hovertemplate": f"%{{x:.4g}}: %{{y:.3g}}{unit}<extra></extra>"}
-    shown = f"%{{x:.4g}}: %{{y:.3g}}{unit} = %{{customdata:.3g}} {q.physical}<extra></extra>"
-    return {"customdata": np.asarray(force * q.force_per_unit, dtype=np.float32), "hovertemplate": shown}
+    shown = f"%{{x:.4g}}: %{{y:.3g}}{unit} = %{{customdata:.3g}} {known[1]}<extra></extra>"
+    return {"customdata": np.asarray(force * known[0], dtype=np.float32), "hovertemplate": shown}
 
 
 def worst_row_and_state(diagnosis: Diagnosis) -> tuple[int, str]:
@@ -93,24 +93,24 @@ def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
     row, state = worst_row_and_state(diagnosis)
     if missing is None or state not in missing.variables:
         return None
-    x, force = missing.variables[state], missing.force[:, row]
+    x, force, name = missing.variables[state], missing.force[:, row], diagnosis.problem.module.ROWS[row]
     thin = slice(None, None, max(1, -(-len(x) // MAX_TRACE_POINTS)))
     figure = go.Figure(go.Scatter(
         x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
-        marker={"color": MUTED_COLOUR, "size": 4, "opacity": 0.6}, **force_hover(force[thin], q),
+        marker={"color": MUTED_COLOUR, "size": 4, "opacity": 0.6}, **force_hover(force[thin], q, name),
     ))  # fmt: skip
     bins = quantile_bins(x)
     means = bin_means(x, force, bins)
     figure.add_trace(go.Scatter(
         x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE_COLOUR}, mode="markers",
-        marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q),
+        marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q, name),
     ))  # fmt: skip
     for number, candidate in enumerate(diagnosis.candidates[: len(STEP_COLOURS)]):
         _add_candidate(figure, diagnosis, candidate, (row, state), bins, STEP_COLOURS[number])
     spread = np.quantile(force, SHOWN_FORCE_QUANTILES)
-    figure.update_yaxes(title=f"missing force, {diagnosis.problem.module.ROWS[row]} row [{q.force}]",
+    figure.update_yaxes(title=f"missing force, {name} row [{q.force_on(name)}]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
-    figure.update_xaxes(title=f"{axis_name_text(state)} [{q.unit(state)}]")
+    figure.update_xaxes(title=f"{axis_name_text(state, q)} [{q.unit(state)}]")
     return with_page_style(figure, 440)
 
 
@@ -229,12 +229,12 @@ def explained_force_figure(found: ExplainedForce, q: PlantUnits) -> go.Figure:
         ), row=1, col=number)  # fmt: skip
         figure.add_trace(go.Scatter(
             x=c.x, y=c.force, mode="lines", line={"color": BEFORE_COLOUR, "width": 2}, name="missing force",
-            showlegend=number == 1, **force_hover(c.force, q),
+            showlegend=number == 1, **force_hover(c.force, q, found.row),
         ), row=1, col=number)  # fmt: skip
         base, _, within = c.variable.partition(" within")
-        figure.update_xaxes(title=f"{axis_name_text(base)}{' within' + within if within else ''} [{q.unit(base)}]",
+        figure.update_xaxes(title=f"{axis_name_text(base, q)}{' within' + within if within else ''} [{q.unit(base)}]",
                             row=1, col=number)  # fmt: skip
-    figure.update_yaxes(title=f"missing force [{q.force}]", row=1, col=1)
+    figure.update_yaxes(title=f"missing force [{q.force_on(found.row)}]", row=1, col=1)
     return with_page_style(figure, 380)
 
 

@@ -33,6 +33,7 @@ TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
     "error_text": error_text,
     "uncertain": typeset_estimate_text,
     "pretty": display_text,
+    "sentence_start": lambda text: text[0].upper() + text[1:],
     "probability": typeset_p_value_text,
 }
 
@@ -47,6 +48,7 @@ def write_report(explanation: Explanation, path: Path, *, version: str = "", com
 def page_html(explanation: Explanation, *, version: str = "", command: str = "") -> str:
     """Text of the page."""
     quantities = plant_units_of(explanation.model)
+    first = explanation.first
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
     return rendered_page(
         Path(__file__).parent,
@@ -65,7 +67,7 @@ def page_html(explanation: Explanation, *, version: str = "", command: str = "")
         charts=page_charts(explanation, quantities),
         places=typeset_force_ranges(explanation.first.where, quantities),
         rungs=labelled_rungs(explanation),
-        candidates=[candidate_row(t, quantities) for t in explanation.first.candidates],
+        candidates=[candidate_row(t, quantities, first.problem.plant) for t in first.candidates],
         detectable=typeset_detectable_rows(explanation.last),
         parameters=parameter_rows(explanation),
         equations=equation_rows(explanation),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import derive
+from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Explanation
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -41,9 +42,9 @@ class CandidateRow(NamedTuple):
     sizes: list[str]
 
 
-def candidate_row(candidate: CandidateFit, quantities: PlantUnits) -> CandidateRow:
+def candidate_row(candidate: CandidateFit, quantities: PlantUnits, plant: PlantSignature) -> CandidateRow:
     """Texts of a candidate."""
-    effect = derive.effects.find(candidate.effect)
+    effect = derive.effects.in_plant_units(derive.effects.find(candidate.effect), plant)
     sizes = candidate_size_lines(candidate, quantities)
     return CandidateRow(candidate, effect.sentence, effect.means, effect.equation, sizes)
 

@@ -22,7 +22,7 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     """Errors, fits, the closed loop, and where the model fails."""
     quantities = plant_units_of(model)
     yield from _error_text(result)
-    yield from _closed_loop_lines(result)
+    yield from _closed_loop_lines(result, quantities)
     yield from map(_own_values_sentence, result.per_log)
     yield from force_error_lines(result, quantities)
     yield from missing_force_text(result, quantities)
@@ -47,13 +47,14 @@ def _error_text(result: Comparison) -> TextBlocks:
     )
 
 
-def _closed_loop_lines(result: Comparison) -> Iterator[str]:
+def _closed_loop_lines(result: Comparison, quantities: PlantUnits) -> Iterator[str]:
     loop = result.closed_loop
     if not loop:
         return
     errors = [f"{c} off by {number_text(v)} rms" for c, v in loop.rmse.items()]
-    errors = [", ".join(errors), f"control input off by {number_text(loop.rmse_input)} V rms."]
-    yield f"Closed loop replayed with the model: {'it falls over.' if loop.diverged else ', '.join(errors)}"
+    errors = [", ".join(errors), f"control input off by {number_text(loop.rmse_input)} {quantities.force} rms."]
+    found = f"it {quantities.words.strays}." if loop.diverged else ", ".join(errors)
+    yield f"Closed loop replayed with the model: {found}"
 
 
 def _own_values_sentence(row: Mapping[str, Any]) -> str:

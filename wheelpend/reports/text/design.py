@@ -1,4 +1,4 @@
-"""Results of `design` as text: the command, what it asks of the robot and what it is expected to bring."""
+"""Results of `design` as text: the command, what it asks of the machine and what it is expected to bring."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from wheelpend.reports.text.table import Table, TextBlocks
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from derive.plant_signature import PlantSignature
     from wheelpend.experiments.design import Design, ExpectedErrors
 
 PREDICTIONS = ("logs", "builtin", "designed")  # errors of the logs alone, with a built-in and with the designed command
@@ -31,9 +32,9 @@ def design_text(design: Design, path: Path, logs: tuple[str, ...]) -> TextBlocks
     yield from design.sentences
     if not design.own_controller:
         gains = ", ".join(map(digits_text, design.gains))
-        yield (
-            f"The model has no [controller]; it was rehearsed with a PID on the pitch, made for it: gains = [{gains}]."
-        )
+        plant = design.question.problem.plant
+        made = f"it was rehearsed with a PID on {plant.what_is_controlled}, made for it: gains = [{gains}]."
+        yield f"The model has no [controller]; {made}"
     yield f"Try it: wheelpend simulate -o log.csv --command {path}"
 
 
@@ -42,7 +43,18 @@ def _peaks_table(design: Design) -> Table:
         (_command_text(design, k, ""), f"{p.pitch:.3f}", f"{p.voltage:.1f}", f"{p.wheel_travel:.0f}")
         for k, p in design.peaks.items()
     ]
-    return Table("What it asks of the robot", ("command", "pitch [rad]", "voltage [V]", "wheels turn [rad]"), rows)
+    plant = _plant(design)
+    columns = (
+        "command",
+        f"{plant.words.controlled or plant.range_channel} [rad]",
+        f"{plant.input_word} [{plant.input_unit}]",
+        f"{plant.travel_words} [{plant.coordinates[0].unit}]",
+    )
+    return Table(f"What it asks of the {plant.words.machine}", columns, rows)
+
+
+def _plant(design: Design) -> PlantSignature:
+    return design.question.problem.plant
 
 
 def _separation_text(design: Design) -> Iterator[str | Table]:

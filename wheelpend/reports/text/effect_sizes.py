@@ -1,4 +1,4 @@
-"""Sizes of effects: coefficients with standard errors, as torques and as shares of the drive voltage."""
+"""Sizes of effects: coefficients with standard errors, as torques and as shares of the drive input."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Coefficient(NamedTuple):
     unit: str
 
 
-def rms_drive_voltage(problem: EstimationProblem) -> float:
-    """Root mean square of the voltage of the training logs [V]; 0 where nothing drives the machine."""
+def rms_input(problem: EstimationProblem) -> float:
+    """Root mean square of the input of the training logs [its unit]; 0 where nothing drives the machine."""
     voltage = np.concatenate([log.voltage[np.isfinite(log.voltage)] for log in problem.logs])
     return float(np.sqrt(np.mean(voltage**2))) if voltage.size else 0.0
 
@@ -52,7 +52,7 @@ def coefficients_of(found: CandidateFit | Step) -> list[Coefficient]:
 
 
 def effect_size_text(found: CandidateFit | Step, model: Model, drive_v: float | None = None) -> str:
-    """Coefficients of an effect, in N m or N too where a volt's worth is known, and as a share of the drive voltage."""
+    """Coefficients of an effect, in N m or N too where a volt's worth is known, and as a share of the drive input."""
     quantities = plant_units_of(model)
     return "; ".join(_coefficient_text(c, quantities, drive_v) for c in coefficients_of(found))
 
@@ -63,7 +63,7 @@ def _coefficient_text(coefficient: Coefficient, quantities: PlantUnits, drive_v:
     if physical := physical_text(value, unit, quantities, 4):
         text += f" = {physical}"
     if drive_v and unit == quantities.force:
-        text += f", {100 * abs(value) / drive_v:.1f} % of the rms drive voltage"
+        text += f", {100 * abs(value) / drive_v:.1f} % of the rms drive {quantities.input_word}"
     return text
 
 
@@ -87,7 +87,7 @@ def detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
 
 def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
     """Coefficients of an added effect as the final model has them."""
-    drive_v = rms_drive_voltage(explanation.problem) if explanation.problem.module.INPUT else 0.0
+    drive_v = rms_input(explanation.problem) if explanation.problem.module.INPUT else 0.0
     return ", ".join(
         _final_coefficient_text(c, explanation.parameters.get(full_name(step.effect, c.name)), quantities, drive_v)
         for c in coefficients_of(step)
@@ -102,7 +102,9 @@ def _final_coefficient_text(
         value, sigma = final.value, final.sigma
     per_log = final.per_log if final else ()
     text = f"{name} {per_log_text(per_log, unit) if per_log else _with_unit(value, sigma, unit)}".rstrip()
-    share = f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive voltage" if drive_v else ""
+    share = (
+        f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive {quantities.input_word}" if drive_v else ""
+    )
     beside = [typeset_physical_text(value, unit, quantities), share if unit == quantities.force else ""]
     return text + _in_brackets(beside)
 

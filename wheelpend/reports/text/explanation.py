@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from wheelpend.reports.ladder import bar_lengths, ladder_rungs
 from wheelpend.reports.numbers import digits_text
-from wheelpend.reports.text.effect_sizes import log_size_lines, rms_drive_voltage
+from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
 from wheelpend.reports.text.table import TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
 from wheelpend.reports.text.verdict import CLOSING_SENTENCES, effect_meaning_text, equivalents_text, evidence_text
@@ -37,7 +37,7 @@ def ladder_lines(result: Explanation) -> Iterator[str]:
 
 
 def _step_lines(step: Step, result: Explanation) -> Iterator[str]:
-    yield f"{step.effect}: {effect_meaning_text(step, result.model, rms_drive_voltage(result.problem))}"
+    yield f"{step.effect}: {effect_meaning_text(step, result.model, rms_input(result.problem))}"
     yield f"  {evidence_text(step)}"
     yield from log_size_lines(step)
     if step.equivalent_to:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from derive.parameter_name import effect_of, short_name
-from wheelpend.diagnosis.missing_force.repeatability import DRIVE_ROW, ExplainedForce
+from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.reports.numbers import digits_text, incomplete_percent_text
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
                 "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
     lines = [_best_row_sentence(best)]
     if others:
-        shares = ", ".join(f"{place_text(r.row)} {incomplete_percent_text(r.repeatable)}" for r in others)
+        shares = ", ".join(f"{place_text(r)} {incomplete_percent_text(r.repeatable)}" for r in others)
         lines.append(f"As a force elsewhere it would be: {shares}.")
     return lines
 
@@ -52,12 +52,12 @@ def _best_row_sentence(best: ExplainedForce) -> str:
     if len(best.depends_on) > 1:
         first += f", {together} with it and {' and '.join(best.depends_on[1:])}"
     rest = "" if together == incomplete_percent_text(1.0) else "; the rest does not repeat"
-    return f"{first}, as a force {place_text(best.row)}{rest}."
+    return f"{first}, as a force {place_text(best)}{rest}."
 
 
-def place_text(row: str) -> str:
+def place_text(force: ExplainedForce) -> str:
     """Where a force acts, in words."""
-    return "between wheel and body" if row == DRIVE_ROW else f"on the {row} row alone"
+    return force.between or f"on the {force.row} row alone"
 
 
 def law_summary_text(law: FreeLaw) -> str:
@@ -82,7 +82,8 @@ def law_text_lines(law: FreeLaw) -> list[str]:
     """The law in plain letters: where each part acts, and its numbers with standard errors and units."""
     lines = []
     for part in law_parts(law):
-        lines.append(f"{part.effect}, a resistance at the {part.port} port [V]: {part.text}")
+        unit = law.problem.plant.force_unit(law.problem.plant.port(part.port).unit)
+        lines.append(f"{part.effect}, a resistance at the {part.port} port [{unit}]: {part.text}")
         for name in part.parameters:
             value, sigma = digits_text(law.coefficients[name], 5), digits_text(law.sigma[name], 2)
             lines.append(f"  {short_name(name)} = {value} ± {sigma} {law.unit[name]}")

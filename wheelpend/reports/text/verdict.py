@@ -8,7 +8,7 @@ from derive import effects as library
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.numbers import digits_text, error_text, p_value_text
-from wheelpend.reports.text.effect_sizes import effect_size_text, rms_drive_voltage, step_size_text
+from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.evidence import CandidateFit
@@ -52,7 +52,7 @@ def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> 
     rest = ("" if best.error_after <= MAX_EXPLAINED_ERROR_RATIO * result.noise_floor else
             " Further effects explain the rest: add it and diagnose again, or use `wheelpend explain`.")  # fmt: skip
     certain = "is missing" if result.verdict == "effect_missing" else f"or {names_text(best.equivalent_to)} is missing"
-    meaning = effect_meaning_text(best, model, rms_drive_voltage(result.problem))
+    meaning = effect_meaning_text(best, model, rms_input(result.problem))
     return (f"{best.effect} {certain}: {meaning} "
             f"With it the held-out error falls from {digits_text(result.error)} to {digits_text(best.error_after)} "
             f"(noise floor {digits_text(result.noise_floor)}).{rest}")  # fmt: skip
@@ -60,7 +60,7 @@ def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> 
 
 def effect_meaning_text(found: CandidateFit | Step, model: Model, drive_v: float) -> str:
     """An effect's sentence, its size and its meaning for the machine."""
-    effect = library.find(found.effect)
+    effect = library.in_plant_units(library.find(found.effect), model.plant_signature)
     size = effect_size_text(found, model, drive_v)
     return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}"
 
@@ -123,5 +123,6 @@ def headline_sentences(explanation: Explanation, quantities: PlantUnits) -> list
 
 
 def _step_sentence(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
-    sentence = library.find(step.effect).sentence.rstrip(".")
+    row = library.in_plant_units(library.find(step.effect), explanation.problem.plant)
+    sentence = row.sentence.rstrip(".")
     return f"{sentence} ({step.effect}): {step_size_text(step, explanation, quantities)}."

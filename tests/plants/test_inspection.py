@@ -1,0 +1,50 @@
+"""Faults of wiring on plants other than the first: what the equations of motion and pairs of channels show."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.plants.machines import LEVER, log_of, model_of
+from wheelpend.inspection.inspect import inspect_for_model
+from wheelpend.kernels.plant_signature import plant_signature
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnTable
+
+
+def findings(plant, change):
+    model, log = model_of(plant), log_of(plant)
+    return [(f.kind, f.channel) for f in inspect_for_model(model, change(log)).findings if f.kind != "stand_still"]
+
+
+def flipped(name):
+    def turn(log):
+        if name not in log.channels:
+            return replace(log, voltage=-log.voltage)
+        return replace(log, measured=log.measured * np.where(np.array(log.channels) == name, -1.0, 1.0))
+
+    return turn
+
+
+@pytest.mark.parametrize("plant", ["slide", "cart_pole", LEVER])
+def test_a_sound_log_of_any_plant_shows_no_fault(plant):
+    assert findings(plant, lambda log: log) == []
+
+
+@pytest.mark.parametrize(("plant", "name"), [("slide", "v_in"), ("cart_pole", "v_in"), ("cart_pole", "theta_p"),
+                                             (LEVER, "tau")])  # fmt: skip
+def test_a_sign_that_the_equations_of_any_plant_exclude_is_found(plant, name):
+    assert findings(plant, flipped(name)) == [("flipped_sign", name)]
+
+
+def test_an_input_that_is_logged_late_is_found_on_a_slide():
+    late = findings("slide", lambda log: replace(log, voltage=np.roll(log.voltage, 25)))
+    assert late == [("time_shift", "v_in")]
+
+
+def test_a_rate_in_degrees_is_found_by_its_angle_whatever_their_names():
+    in_degrees = findings(LEVER, lambda log: replace(log, measured=log.measured * [1.0, 180 / np.pi]))
+    assert in_degrees == [("wrong_unit", "spin")]
+
+
+def test_the_table_of_logs_read_without_a_model_is_that_of_the_first_plant():
+    assert ColumnTable.of(plant_signature("wheel_pendulum", model_of("wheel_pendulum").assumptions)) == DEFAULT_TABLE

@@ -1,0 +1,138 @@
+"""Faults that the equations of motion show on any machine with one input: flipped signs, and a shifted input.
+
+The equations with unknown parameters, at smoothed signals: what a machine has positive must come out so. Each machine's
+own parameters are fitted with a constant force and friction beside them; the wrong sign of a channel leaves more of
+the input unexplained than the right one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.estimation.state_reconstruction import states_from
+from wheelpend.inspection.clocks import MAX_PHYSICAL_DELAY_S, input_shift_finding
+from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.kinematics import RatePair
+from wheelpend.inspection.signals import Signals, scan_time_shifts, uniform_signals
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.logs.log import Log
+
+MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothing is concluded from the equations
+MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
+MIN_SHIFT_GAIN = 1.3  # times less of it at another time
+
+
+class InputRegression(NamedTuple):
+    """The equations with unknown parameters: share of the input · input + known = matrix · parameters, row by row."""
+
+    matrix: np.ndarray  # (samples · rows, columns): first what is positive on a machine, then what is free
+    positive: int  # columns
+    share: np.ndarray  # (samples, rows) of the input
+    known: np.ndarray  # (samples, rows)
+
+
+def find_input_faults(
+    log: Log, module: KernelModule, pairs: Sequence[RatePair], corrections: LogCorrections
+) -> list[Finding]:
+    """Flipped signs and an input that is logged at another time; none where the equations do not explain the log."""
+    positions = module.OUTPUT_MATRIX[:, : module.NQ]
+    if len(module.INPUTS) != 1 or np.linalg.matrix_rank(positions) < module.NQ:
+        return []
+    signals = uniform_signals(log, module.INPUT, in_range=True)
+    if signals is None:
+        return []
+    flipped = smallest_flip(signals, module, pairs)
+    corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
+    findings = [flip_finding(name) for name in flipped]
+    signals = with_signs_flipped(signals, flipped)
+    late = scan_time_shifts(input_residual(input_regression(signals, module), signals))
+    physical = 0 < -late.samples * signals.dt <= MAX_PHYSICAL_DELAY_S  # a delay that the diagnosis finds
+    if late.share < MAX_UNEXPLAINED_SHARE and late.is_significant(MIN_SHIFT_GAIN) and not physical:
+        findings.append(input_shift_finding(signals.input, late.samples, signals.dt))
+    return findings
+
+
+def smallest_flip(signals: Signals, module: KernelModule, pairs: Sequence[RatePair]) -> tuple[str, ...]:
+    """The smallest set of columns with whose signs turned round the equations fit; empty where they fit as they are.
+
+    An angle and its rate turn together. All turned round is the same machine: of two complements the smaller one.
+    """
+    paired = {c for p in pairs for c in p}
+    groups = [(signals.input,), *((c,) for c in signals.channels if c not in paired), *map(tuple, pairs)]
+    as_is = unexplained_share(signals, module)
+    for size in range(1, len(groups) // 2 + 1):
+        sets = [tuple(c for group in chosen for c in group) for chosen in combinations(groups, size)]
+        shares = [unexplained_share(with_signs_flipped(signals, s), module) for s in sets]
+        best = int(np.argmin(shares))
+        if shares[best] < MAX_UNEXPLAINED_SHARE and as_is > MIN_FLIP_GAIN * shares[best]:
+            return sets[best]
+    return ()
+
+
+def flip_finding(name: str) -> Finding:
+    """The finding that a channel counts the other way."""
+    sentence = f"{name} counts the other way: the equations fit only with its sign turned round."
+    return Finding("flipped_sign", name, sentence, f"Map {name} in [columns] with sign = -1.", None)
+
+
+def with_signs_flipped(signals: Signals, names: Sequence[str]) -> Signals:
+    """The signals with some of them turned round."""
+    channels = {c: -v if c in names else v for c, v in signals.channels.items()}
+    return signals._replace(voltage=-signals.voltage if signals.input in names else signals.voltage, channels=channels)
+
+
+def unexplained_share(signals: Signals, module: KernelModule) -> float:
+    """Share of the input's power that the equations leave unexplained, at the best time shift."""
+    return scan_time_shifts(input_residual(input_regression(signals, module), signals)).share
+
+
+def input_regression(signals: Signals, module: KernelModule) -> InputRegression:
+    """The regressor at smoothed signals, with constant forces and friction of each coordinate beside it."""
+    rows, outputs = signals.rows, module.OUTPUTS
+    values, slopes, bends = (np.column_stack([signals.smooth(c, order)[rows] for c in outputs]) for order in range(3))
+    states = states_from(module, values, slopes)
+    rates = states_from(module, slopes, bends)[:, module.NQ :]
+    zeros = np.zeros(module.NP)
+    entries = [(module.regressor(0.0, x, a, 0.0, zeros), module.regressor(0.0, x, a, 1.0, zeros)[0])
+               for x, a in zip(states, rates, strict=True)]  # fmt: skip
+    known, phi = (np.array([e[0][k] for e in entries]) for k in range(2))
+    share = np.array([e[1] for e in entries]) - known
+    speed = states[:, module.NQ :]
+    friction = np.concatenate(
+        [speed[:, :, None] * np.eye(module.NQ), soft_sign(speed)[:, :, None] * np.eye(module.NQ)], 2
+    )
+    constant = np.broadcast_to(np.eye(module.NQ), (len(rows), module.NQ, module.NQ))
+    signed = np.isin(module.LINEAR, module.SIGNED)
+    columns = [phi[:, :, ~signed], friction, phi[:, :, signed], constant]
+    weight = 1.0 / (np.sqrt(np.mean(phi**2, axis=(0, 2))) + 1e-300)  # rows may have different units
+    matrix = np.concatenate(columns, axis=2) * weight[:, None]
+    return InputRegression(
+        matrix.reshape(-1, matrix.shape[2]), int((~signed).sum()) + friction.shape[2], share * weight, known * weight
+    )
+
+
+def soft_sign(speed: np.ndarray) -> np.ndarray:
+    """Signs (N, n), softened as much as the smoothing softens them."""
+    return np.tanh(speed / (0.05 * np.std(speed, axis=0) + 1e-300))
+
+
+def input_residual(system: InputRegression, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
+    """Residual and total power of the input, shifted by some samples, in least squares with positive coefficients."""
+    from scipy.optimize import nnls  # imported late: it is slow to load
+
+    matrix = system.matrix / (np.linalg.norm(system.matrix, axis=0) + 1e-300)
+    q, r = np.linalg.qr(matrix)
+    both = np.column_stack((r, -r[:, system.positive :]))
+    voltage, rows = signals.smooth(signals.input), signals.rows
+
+    def residual(k: int) -> tuple[np.ndarray, float]:
+        target = (system.share * voltage[rows + k, None] + system.known).ravel()
+        x = nnls(both, q.T @ target)[0]
+        x[system.positive : matrix.shape[1]] -= x[matrix.shape[1] :]
+        return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))
+
+    return residual
