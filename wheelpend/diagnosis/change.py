@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import derive
 from derive.parameter_name import short_name
@@ -33,6 +33,25 @@ class Change:
     problem: EstimationProblem = field(repr=False)
     before: Fit = field(repr=False)
     after: Fit = field(repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The step, and the model's parameters after it, under the keys of JSON."""
+        step, model = self.step, self.model
+        values = {**model.parameters, **model.effect_values}
+        return {
+            "effect": step.effect,
+            "coefficients": step.coefficients,
+            "sigma": step.sigma,
+            "unit": step.unit,
+            "error_before": step.error_before,
+            "error_after": step.error_after,
+            "per_log": step.per_log,
+            "blocks_agree": step.blocks_agree,
+            "effects": model.effects,
+            "noise_floor": self.problem.floor,
+            "horizon_s": self.problem.horizon,
+            "parameters": {n: {"value": v.identified, "sigma": v.sigma} for n, v in values.items()},
+        }
 
 
 def add(

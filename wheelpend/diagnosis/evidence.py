@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,10 @@ class LogEstimate(NamedTuple):
     coefficients: dict[str, float]
     sigma: dict[str, float]
 
+    def to_json(self) -> dict[str, Any]:
+        """The estimates under the keys of JSON."""
+        return {"log": self.log, "coefficients": self.coefficients, "sigma": self.sigma}
+
 
 @dataclass(frozen=True)
 class CandidateFit:
@@ -74,6 +78,25 @@ class CandidateFit:
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     p_discovery: float | None = None  # from the training data that chose the effect, corrected for the library
     p_confirmation: float | None = None  # from validation data, corrected for how many effects were judged on them
+
+    def to_json(self) -> dict[str, Any]:
+        """The candidate under the keys of JSON."""
+        return {
+            "effect": self.effect,
+            "family": self.family,
+            "coefficients": self.coefficients,
+            "sigma": self.sigma,
+            "unit": self.unit,
+            "p_value": self.p_value,
+            "blocks_agree": self.blocks_agree,
+            "error_after": self.error_after,
+            "equivalent_to": self.equivalent_to,
+            "physical": self.physical,
+            "beyond": self.beyond,
+            "per_log": self.per_log,
+            "p_discovery": self.p_discovery,
+            "p_confirmation": self.p_confirmation,
+        }
 
     def is_supported(self, error_before: float) -> bool:
         """Significant, physically possible, and lowering the validation error by enough."""

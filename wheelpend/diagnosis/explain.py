@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -45,6 +45,22 @@ class Step:
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     blocks_agree: str | None = None
 
+    def to_json(self) -> dict[str, Any]:
+        """The step under the keys of JSON."""
+        return {
+            "effect": self.effect,
+            "coefficients": self.coefficients,
+            "sigma": self.sigma,
+            "unit": self.unit,
+            "p_value": self.p_value,
+            "equivalent_to": self.equivalent_to,
+            "error_before": self.error_before,
+            "error_after": self.error_after,
+            "parameters": self.parameters,
+            "per_log": self.per_log,
+            "blocks_agree": self.blocks_agree,
+        }
+
 
 @dataclass(frozen=True)
 class Explanation:
@@ -68,6 +84,24 @@ class Explanation:
     problem: EstimationProblem = field(repr=False)
     repeats: tuple[ExplainedForce, ...] = ()  # of the unexplained force: its variables, and how much of it repeats
     law: FreeLaw | None = None  # for the unexplained force, on request
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "verdict": self.verdict,
+            "nominal_error": self.nominal_error,
+            "base_error": self.base_error,
+            "steps": self.steps,
+            "effects": self.effects,
+            "error": self.error,
+            "noise_floor": self.noise_floor,
+            "horizon_s": self.horizon_s,
+            "parameters": self.parameters,
+            "experiment": self.experiment,
+            "warnings": self.warnings,
+            "missing": self.repeats,
+            "law": self.law,
+        }
 
 
 def explain(

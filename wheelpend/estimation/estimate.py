@@ -13,6 +13,10 @@ class LogValue(NamedTuple):
     value: float
     sigma: float
 
+    def to_json(self) -> dict[str, Any]:
+        """The value under the keys of JSON."""
+        return {"log": self.log, "value": self.value, "sigma": self.sigma}
+
 
 @dataclass(frozen=True)
 class Estimate:
