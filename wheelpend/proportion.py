@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scipy.stats import binomtest
 
@@ -15,6 +15,10 @@ class Proportion(NamedTuple):
 
     hits: int
     of: int  # trials
+
+    def to_json(self) -> dict[str, Any]:
+        """The counts under the keys of JSON."""
+        return {"hits": self.hits, "of": self.of}
 
     @property
     def share(self) -> float:

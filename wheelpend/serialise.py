@@ -1,20 +1,27 @@
-"""Results as JSON: the records' own names, strict numbers, null for what is not one."""
+"""The border to JSON: strict numbers, null for what is not one, schema 1.
+
+What is written of a record, and under which keys, the record's own ``to_json`` says.
+"""
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import fields, is_dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-JSON_KEY_OF_FIELD = {"low": "from", "high": "to", "repeats": "missing"}
+
+class Result(Protocol):
+    """A record that says what of it is written; values may be records, arrays and numbers of NumPy."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Values under the keys of JSON."""
 
 
-def to_json(result: Any) -> dict:
-    """A result record as plain JSON data with schema 1; fields hidden from the record's text are left out."""
-    return {"schema": 1, **plain_data(result)}
+def to_json(result: Result) -> dict[str, Any]:
+    """A result as plain JSON data with schema 1."""
+    return {"schema": 1, **plain_data(result.to_json())}
 
 
 def dumps(data: dict) -> str:
@@ -23,25 +30,25 @@ def dumps(data: dict) -> str:
 
 
 def plain_data(value: Any) -> Any:
-    """Reduce a value to dicts, lists, numbers, strings, booleans and null."""
-    if hasattr(value, "to_json"):  # a record that says itself what of it is written
+    """Reduce a value to dicts, lists, numbers, strings, booleans and null; raises TypeError where that is not known."""
+    if hasattr(value, "to_json"):
         return plain_data(value.to_json())
-    if is_dataclass(value) and not isinstance(value, type):
-        return {
-            JSON_KEY_OF_FIELD.get(f.name, f.name): plain_data(getattr(value, f.name)) for f in fields(value) if f.repr
-        }
-    if hasattr(value, "_fields"):
-        return {JSON_KEY_OF_FIELD.get(n, n): plain_data(v) for n, v in zip(value._fields, value, strict=True)}
     if isinstance(value, dict):
         return {str(k): plain_data(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
+    if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
         return [plain_data(v) for v in value]
     if isinstance(value, np.ndarray):
         return plain_data(value.tolist())
+    if value is None or isinstance(value, str):
+        return value
+    return _plain_number(value)
+
+
+def _plain_number(value: Any) -> bool | int | float | None:
     if isinstance(value, (bool, np.bool_)):
         return bool(value)
     if isinstance(value, (int, np.integer)):
         return int(value)
     if isinstance(value, (float, np.floating)):
         return float(value) if math.isfinite(value) else None
-    return value if value is None or isinstance(value, str) else str(value)
+    raise TypeError(f"What is written as JSON must have a to_json or be plain data, but {type(value).__name__} is not.")

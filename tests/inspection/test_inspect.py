@@ -17,6 +17,7 @@ from wheelpend.kernels import load as kernels
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 from wheelpend.logs.read import load_log
+from wheelpend.serialise import dumps, to_json
 from wheelpend.simulation.closed_loop import ClosedLoop
 
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
@@ -186,8 +187,8 @@ def test_the_proposal_is_built_on_the_columns_with_which_the_log_was_read():
 
 
 def test_the_report_is_strict_json():
-    report = inspect_log(late(robot()[0], 10, "theta_w")).to_json()
-    assert json.loads(json.dumps(report, allow_nan=False))["schema"] == 1
+    report = to_json(inspect_log(late(robot()[0], 10, "theta_w")))
+    assert json.loads(dumps(report))["schema"] == 1
     assert report["rate_hz"] == pytest.approx(1000)
     assert report["channels"]["theta_w"]["quantum"] == pytest.approx(STEP, rel=1e-3)
 

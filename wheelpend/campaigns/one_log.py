@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from derive.parameter_name import full_name
 from wheelpend.api import diagnose, explain
@@ -31,6 +31,10 @@ class SimulationSpec(NamedTuple):
     duration: float | None  # s
     hide: dict[str, float]  # by effect.parameter
 
+    def to_json(self) -> dict[str, Any]:
+        """The experiment under the keys of JSON."""
+        return {"command": self.command, "duration": self.duration, "hide": self.hide}
+
 
 class CampaignSetting(NamedTuple):
     """The analysis of every log; can be handed to another process."""
@@ -50,12 +54,20 @@ class Estimate(NamedTuple):
     value: float
     sigma: float | None  # standard error
 
+    def to_json(self) -> dict[str, Any]:
+        """The estimate under the keys of JSON."""
+        return {"value": self.value, "sigma": self.sigma}
+
 
 class NamedEffect(NamedTuple):
     """An effect that is said to be missing."""
 
     effect: str
     equivalent_to: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """The effect under the keys of JSON."""
+        return {"effect": self.effect, "equivalent_to": self.equivalent_to}
 
 
 @dataclass(frozen=True)
@@ -74,6 +86,23 @@ class LogResult:
     fit_percent: dict[str, float] = field(default_factory=dict)  # of compare, by channel
     parameters: dict[str, Estimate] = field(default_factory=dict)  # identifiable ones
     warnings: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "log": self.log,
+            "seed": self.seed,
+            "failure": self.failure,
+            "verdict": self.verdict,
+            "named": self.named,
+            "effects": self.effects,
+            "error": self.error,
+            "error_after": self.error_after,
+            "noise_floor": self.noise_floor,
+            "fit_percent": self.fit_percent,
+            "parameters": self.parameters,
+            "warnings": self.warnings,
+        }
 
 
 def analyse_log(setting: CampaignSetting, source: LogSource) -> LogResult:
@@ -158,7 +187,7 @@ def diagnose_log(begin: LogResult, model: Model, log: Log, setting: CampaignSett
         error=result.error,
         error_after=first[0].error_after if first else None,
         noise_floor=result.noise_floor,
-        parameters={full_name(t.effect, n): Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
+        parameters={full_name(t.effect, n): Estimate(e.value, e.sigma) for t in first for n, e in t.estimates.items()},
     )
 
 

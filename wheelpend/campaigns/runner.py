@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from time import monotonic
-from typing import Literal
+from typing import Any, Literal
 
 from wheelpend.campaigns.one_log import (
     LOG_ANALYSES,
@@ -44,6 +44,16 @@ class Campaign:
     logs: tuple[LogResult, ...]
     summary: Summary
     model: Model = field(repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "do": self.do,
+            "method": self.method,
+            "simulated": self.simulated,
+            "logs": self.logs,
+            "summary": self.summary,
+        }
 
 
 def campaign(

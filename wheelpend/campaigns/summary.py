@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc
@@ -29,6 +29,10 @@ class Range(NamedTuple):
     smallest: float
     largest: float
 
+    def to_json(self) -> dict[str, Any]:
+        """The numbers under the keys of JSON."""
+        return {"mean": self.mean, "smallest": self.smallest, "largest": self.largest}
+
 
 @dataclass(frozen=True)
 class ParameterRecovery:
@@ -43,12 +47,29 @@ class ParameterRecovery:
     sigma: float | None  # mean of the standard errors
     inside: Proportion  # truth within the 95 % interval
 
+    def to_json(self) -> dict[str, Any]:
+        """The parameter under the keys of JSON."""
+        return {
+            "logs": self.logs,
+            "truth": self.truth,
+            "mean": self.mean,
+            "bias": self.bias,
+            "bias_sigma": self.bias_sigma,
+            "spread": self.spread,
+            "sigma": self.sigma,
+            "inside": self.inside,
+        }
+
 
 class LargestDeviation(NamedTuple):
     """The log that is furthest off what the others say."""
 
     log: str
     sigmas: float  # its distance, in standard errors of the difference
+
+    def to_json(self) -> dict[str, Any]:
+        """The log under the keys of JSON."""
+        return {"log": self.log, "sigmas": self.sigmas}
 
 
 @dataclass(frozen=True)
@@ -64,6 +85,20 @@ class ParameterAgreement:
     degrees: int
     p_value: float | None  # how often chance alone spreads them as much
     furthest: LargestDeviation | None
+
+    def to_json(self) -> dict[str, Any]:
+        """The parameter under the keys of JSON."""
+        return {
+            "logs": self.logs,
+            "mean": self.mean,
+            "mean_sigma": self.mean_sigma,
+            "spread": self.spread,
+            "sigma": self.sigma,
+            "chi_square": self.chi_square,
+            "degrees": self.degrees,
+            "p_value": self.p_value,
+            "furthest": self.furthest,
+        }
 
 
 @dataclass(frozen=True)
@@ -84,6 +119,25 @@ class Summary:
     found: dict[str, Proportion] = field(default_factory=dict)  # by hidden effect: it is named, or declared equivalent
     first_right: Proportion | None = None  # the first that is named is hidden, or declares one that is
     false_alarms: Proportion | None = None  # nothing is hidden, and the verdict is another than nothing_missing
+
+    def to_json(self) -> dict[str, Any]:
+        """The summary under the keys of JSON."""
+        return {
+            "logs": self.logs,
+            "failed": self.failed,
+            "error": self.error,
+            "error_after": self.error_after,
+            "effects": self.effects,
+            "parameters": self.parameters,
+            "disagreeing": self.disagreeing,
+            "unexplained": self.unexplained,
+            "verdicts": self.verdicts,
+            "named": self.named,
+            "hidden": self.hidden,
+            "found": self.found,
+            "first_right": self.first_right,
+            "false_alarms": self.false_alarms,
+        }
 
 
 def summarise(model: Model, simulated: SimulationSpec | None, results: Sequence[LogResult]) -> Summary:

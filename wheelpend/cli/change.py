@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 import derive
 from wheelpend.diagnosis.change import Change, add
@@ -13,10 +12,10 @@ from wheelpend.errors import Failure
 from wheelpend.estimation.problem import extended_effects, require_testable
 from wheelpend.model import workspace
 from wheelpend.model.record import Model
+from wheelpend.model.workspace import HistoryEntry
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
 from wheelpend.reports.numbers import digits_text
 from wheelpend.reports.text.effect_sizes import effect_size_text, log_size_lines
-from wheelpend.serialise import plain_data
 
 SAVED_SENTENCE = "Saved {} and regenerated its kernels."
 
@@ -40,15 +39,15 @@ def change(
             return
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
-            workspace.save(changed.model, history_entry(effect, remove, changed, data))
+            workspace.save(changed.model, [history_entry(effect, remove, changed, data)])
         print_warnings(changed.problem.warnings)
-        print_result(change_json(changed), json, lambda: print_change(changed, effect, remove))
+        print_result(changed, json, lambda: print_change(changed, effect, remove))
 
 
 def change_without_refit(model: Model, effect: str, json: str | None, *, remove: bool) -> None:
     """Add or remove an effect and save the workspace with the parameter values as they are."""
     effects = [e for e in model.effects if e != effect] if remove else extended_effects(model, effect)
-    workspace.save(model.with_effects(effects), history_entry(effect, remove, None, ()))
+    workspace.save(model.with_effects(effects), [history_entry(effect, remove, None, ())])
     result = {"schema": 1, "effect": effect, "effects": effects, "error_before": None, "error_after": None}
     sentence = (
         f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
@@ -74,30 +73,15 @@ def checked_model(model: Model, effect: str, remove: bool) -> Model:
     return model
 
 
-def history_entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> dict[str, Any]:
+def history_entry(effect: str, remove: bool, changed: Change | None, logs: Sequence[Path]) -> HistoryEntry:
     """A line of the workspace's history."""
     step = changed.step if changed else None
-    return {
-        "change": f"{'remove' if remove else 'add'} {effect}",
-        "error_before": plain_data(step.error_before) if step else None,
-        "error_after": plain_data(step.error_after) if step else None,
-        "logs": [str(p) for p in logs],
-    }
-
-
-def change_json(changed: Change) -> dict[str, Any]:
-    """The step with the model's parameters after it."""
-    values = {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.parameters.items()}
-    values |= {n: {"value": v.identified, "sigma": v.sigma} for n, v in changed.model.effect_values.items()}
-    step = {k: v for k, v in plain_data(changed.step).items() if k not in ("parameters", "p_value", "equivalent_to")}
-    return {
-        "schema": 1,
-        **step,
-        "effects": list(changed.model.effects),
-        "noise_floor": plain_data(changed.problem.floor),
-        "horizon_s": changed.problem.horizon,
-        "parameters": plain_data(values),
-    }
+    return HistoryEntry(
+        change=f"{'remove' if remove else 'add'} {effect}",
+        error_before=step.error_before if step else None,
+        error_after=step.error_after if step else None,
+        logs=tuple(map(str, logs)),
+    )
 
 
 def print_change(changed: Change, effect: str, remove: bool) -> None:
@@ -115,14 +99,7 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
 def save_explanation(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
     """Save an explanation's model and put its steps into the history."""
     model = result.model
-    entries = [
-        {
-            "change": f"add {s.effect}",
-            "error_before": plain_data(s.error_before),
-            "error_after": plain_data(s.error_after),
-            "logs": [str(p) for p in (*logs, *holdout)],
-        }
-        for s in result.steps
-    ]
+    names = tuple(map(str, (*logs, *holdout)))
+    entries = [HistoryEntry(f"add {s.effect}", s.error_before, s.error_after, names) for s in result.steps]
     workspace.save(model, entries)
     print_line(SAVED_SENTENCE.format(model.path))

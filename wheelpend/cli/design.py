@@ -12,7 +12,6 @@ from wheelpend.experiments.pose import logs_of_last_change
 from wheelpend.model.record import Model
 from wheelpend.reports.text.design import design_text
 from wheelpend.reports.text.table import TextBlocks
-from wheelpend.serialise import to_json
 from wheelpend.simulation.references import save_trajectory
 
 
@@ -25,7 +24,7 @@ class WrittenDesign(NamedTuple):
 
     def to_json(self) -> dict[str, Any]:
         """The design's own keys, with the file and the logs."""
-        return {**to_json(self.design), "file": str(self.path), "logs": list(self.logs)}
+        return {**self.design.to_json(), "file": str(self.path), "logs": self.logs}
 
     def text(self) -> TextBlocks:
         """Lines and tables for the terminal."""

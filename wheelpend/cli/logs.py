@@ -107,7 +107,7 @@ def design(
                 open_model(model, plant), logs or [], effects, output, pitch_limit=pitch_limit,
                 voltage_limit=voltage_limit, duration=duration, sample=sample, progress=update,
             )  # fmt: skip
-        print_result(result.to_json(), json, lambda: print_text(result.text()))
+        print_result(result, json, lambda: print_text(result.text()))
 
 
 @app.command()
@@ -157,4 +157,4 @@ def inspect_(
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
         print_warnings(loaded.warnings)
-        print_result(result.to_json(), json, lambda: print_text(inspection_text(loaded, result)))
+        print_result(result, json, lambda: print_text(inspection_text(loaded, result)))

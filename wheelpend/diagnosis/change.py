@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import derive
 from derive.parameter_name import short_name
@@ -14,6 +14,7 @@ from wheelpend.diagnosis.explain import Step, fitted_model
 from wheelpend.diagnosis.refit import Progress, refit_with
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import standard_error
@@ -33,6 +34,25 @@ class Change:
     problem: EstimationProblem = field(repr=False)
     before: Fit = field(repr=False)
     after: Fit = field(repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The step, and the model's parameters after it, under the keys of JSON."""
+        step, model = self.step, self.model
+        values = {**model.parameters, **model.effect_values}
+        return {
+            "effect": step.effect,
+            "coefficients": step.coefficients,
+            "sigma": step.sigma,
+            "unit": step.unit,
+            "error_before": step.error_before,
+            "error_after": step.error_after,
+            "per_log": step.per_log,
+            "blocks_agree": step.blocks_agree,
+            "effects": model.effects,
+            "noise_floor": self.problem.floor,
+            "horizon_s": self.problem.horizon,
+            "parameters": {n: {"value": v.identified, "sigma": v.sigma} for n, v in values.items()},
+        }
 
 
 def add(
@@ -95,9 +115,9 @@ def _step_of(
     units = {p.name: p.unit for p in problem.effect(effect).parameters}
     return Step(
         effect=effect,
-        coefficients={p: larger.of_log(0)[n] for p, n in names.items()},
-        sigma={p: standard_error(problem, larger, n) for p, n in names.items()},
-        unit={p: units[p] for p in names},
+        estimates={
+            p: Estimate(larger.of_log(0)[n], standard_error(problem, larger, n), units[p]) for p, n in names.items()
+        },
         p_value=None,
         equivalent_to=(),
         error_before=errors[0],

@@ -57,6 +57,24 @@ class Comparison:
     problem: EstimationProblem | None = field(repr=False, default=None)
     per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
 
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "error": self.error,
+            "noise_floor": self.noise_floor,
+            "horizon_s": self.horizon_s,
+            "fit_percent": self.fit_percent,
+            "rmse": self.rmse,
+            "horizons": self.horizons,
+            "closed_loop": self.closed_loop,
+            "where": self.where,
+            "fitted_first": self.fitted_first,
+            "warnings": self.warnings,
+            "force_error": self.force_error,
+            "bursts": self.bursts,
+            "per_log": self.per_log,
+        }
+
 
 class ComparedModel(NamedTuple):
     """A model with values, and the segments of each log that it is compared with."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
-from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameter_table import parameter_table
@@ -30,13 +30,9 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(EffectEstimate):
     """One effect added or removed, and the validation error before and after."""
 
-    effect: str
-    coefficients: dict[str, float]
-    sigma: dict[str, float]
-    unit: dict[str, str]
     p_value: float | None
     equivalent_to: tuple[str, ...]
     error_before: float
@@ -44,6 +40,22 @@ class Step:
     parameters: dict[str, float] = field(default_factory=dict)  # base parameters after the step
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     blocks_agree: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The step under the keys of JSON."""
+        return {
+            "effect": self.effect,
+            "coefficients": self.coefficients,
+            "sigma": self.sigma,
+            "unit": self.unit,
+            "p_value": self.p_value,
+            "equivalent_to": self.equivalent_to,
+            "error_before": self.error_before,
+            "error_after": self.error_after,
+            "parameters": self.parameters,
+            "per_log": self.per_log,
+            "blocks_agree": self.blocks_agree,
+        }
 
 
 @dataclass(frozen=True)
@@ -68,6 +80,24 @@ class Explanation:
     problem: EstimationProblem = field(repr=False)
     repeats: tuple[ExplainedForce, ...] = ()  # of the unexplained force: its variables, and how much of it repeats
     law: FreeLaw | None = None  # for the unexplained force, on request
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "verdict": self.verdict,
+            "nominal_error": self.nominal_error,
+            "base_error": self.base_error,
+            "steps": self.steps,
+            "effects": self.effects,
+            "error": self.error,
+            "noise_floor": self.noise_floor,
+            "horizon_s": self.horizon_s,
+            "parameters": self.parameters,
+            "experiment": self.experiment,
+            "warnings": self.warnings,
+            "missing": self.repeats,
+            "law": self.law,
+        }
 
 
 def explain(
@@ -143,9 +173,7 @@ def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_befor
     """A ladder's step from a refitted candidate."""
     return Step(
         effect=candidate.effect,
-        coefficients=candidate.coefficients,
-        sigma=candidate.sigma,
-        unit=candidate.unit,
+        estimates=candidate.estimates,
         p_value=candidate.p_value,
         equivalent_to=candidate.equivalent_to,
         error_before=error_before,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,10 @@ class HorizonError:
     seconds: float
     error: float | None  # [σ]; None where the prediction diverges
     diverged: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """The error under the keys of JSON."""
+        return {"seconds": self.seconds, "error": self.error, "diverged": self.diverged}
 
 
 def horizons_of(log: Log) -> tuple[float, ...]:

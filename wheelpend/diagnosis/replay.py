@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,10 @@ class ClosedLoopReplay:
     rmse: dict[str, float]  # per channel [its unit]
     rmse_input: float  # V
     diverged: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """The replay under the keys of JSON."""
+        return {"rmse": self.rmse, "rmse_input": self.rmse_input, "diverged": self.diverged}
 
 
 def replay_closed_loop(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,6 +53,24 @@ class Diagnosis:
     refitted: tuple[CandidateFit, ...] = field(repr=False, default=())  # every effect that was refitted
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "verdict": self.verdict,
+            "horizon_s": self.horizon_s,
+            "error": self.error,
+            "noise_floor": self.noise_floor,
+            "fit_percent": self.fit_percent,
+            "candidates": self.candidates,
+            "experiment": self.experiment,
+            "detectable": self.detectable,
+            "where": self.where,
+            "not_judged": self.not_judged,
+            "warnings": self.warnings,
+            "missing": self.repeats,
+            "law": self.law,
+        }
 
     @property
     def named(self) -> tuple[CandidateFit, ...]:

@@ -1,4 +1,4 @@
-"""The estimate of one parameter: value, standard error, unit, and whether the logs identify it at all."""
+"""Estimates: of a parameter its value, standard error and unit; of an effect those of all its parameters."""
 
 from __future__ import annotations
 
@@ -13,6 +13,10 @@ class LogValue(NamedTuple):
     value: float
     sigma: float
 
+    def to_json(self) -> dict[str, Any]:
+        """The value under the keys of JSON."""
+        return {"log": self.log, "value": self.value, "sigma": self.sigma}
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -24,7 +28,34 @@ class Estimate:
     identifiable: bool = True
     per_log: tuple[LogValue, ...] = ()  # of several logs, where each has its own
 
+    def __getitem__(self, key: str) -> Any:
+        """A field by its name, as in JSON: ``estimate["value"]``."""
+        return getattr(self, key)
+
     def to_json(self) -> dict[str, Any]:
         """The estimate as a table, without its unit; values of single logs only where there are some."""
         table = {"value": self.value, "sigma": self.sigma, "identifiable": self.identifiable}
         return {**table, "per_log": self.per_log} if self.per_log else table
+
+
+@dataclass(frozen=True)
+class EffectEstimate:
+    """The parameters of an effect as estimated from logs."""
+
+    effect: str
+    estimates: dict[str, Estimate]  # by the parameter's name within the effect
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """Values by parameter; of one that each log has for itself the first log's."""
+        return {name: found.value for name, found in self.estimates.items()}
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """Standard errors by parameter."""
+        return {name: found.sigma for name, found in self.estimates.items()}
+
+    @property
+    def unit(self) -> dict[str, str]:
+        """Units by parameter."""
+        return {name: found.unit for name, found in self.estimates.items()}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,10 @@ class Peaks:
     wheel_travel: float  # between the ends of the first coordinate's track [its unit]
     factor: float  # by which the command was made smaller to keep the limits
 
+    def to_json(self) -> dict[str, Any]:
+        """The peaks under the keys of JSON."""
+        return {"pitch": self.pitch, "voltage": self.voltage, "wheel_travel": self.wheel_travel, "factor": self.factor}
+
 
 @dataclass(frozen=True)
 class ExpectedErrors:
@@ -44,6 +49,10 @@ class ExpectedErrors:
     logs: float | None  # from the logs at hand alone
     builtin: float | None  # with the best built-in command beside them
     designed: float  # with the designed command beside them
+
+    def to_json(self) -> dict[str, Any]:
+        """The errors under the keys of JSON."""
+        return {"value": self.value, "logs": self.logs, "builtin": self.builtin, "designed": self.designed}
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,24 @@ class Design:
     theta_ref: np.ndarray = field(repr=False)  # (N,) rad
     dtheta_ref: np.ndarray = field(repr=False)  # (N,) rad/s
     question: Question = field(repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON, without the command's samples."""
+        return {
+            "between": self.between,
+            "command": self.command,
+            "duration_s": self.duration_s,
+            "sample_s": self.sample_s,
+            "limits": self.limits,
+            "separation": self.separation,
+            "gap": self.gap,
+            "parameters": self.parameters,
+            "builtin": self.builtin,
+            "peaks": self.peaks,
+            "gains": self.gains,
+            "own_controller": self.own_controller,
+            "sentences": self.sentences,
+        }
 
 
 def design(

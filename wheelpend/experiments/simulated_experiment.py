@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import solve_continuous_are
@@ -33,6 +33,10 @@ class Limits(NamedTuple):
 
     pitch: float  # rad, of the angle that must stay in range
     voltage: float  # of the input, in its unit
+
+    def to_json(self) -> dict[str, Any]:
+        """The limits under the keys of JSON."""
+        return {"pitch": self.pitch, "voltage": self.voltage}
 
 
 class SimulatedExperiment(NamedTuple):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,19 @@ class BiasTest:
     predicted_bias_percent: dict[str, float]  # mean of least squares on replicas
     predicted_spread_percent: dict[str, float]  # standard deviation of least squares on replicas
     replicas: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The test under the keys of JSON."""
+        return {
+            "p_value": self.p_value,
+            "biased": self.biased,
+            "against": self.against,
+            "difference_percent": self.difference_percent,
+            "sigma_percent": self.sigma_percent,
+            "predicted_bias_percent": self.predicted_bias_percent,
+            "predicted_spread_percent": self.predicted_spread_percent,
+            "replicas": self.replicas,
+        }
 
     @property
     def sentence(self) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -59,6 +60,25 @@ class Identification:
     bias: BiasTest | None = None  # of least squares: the test for bias by noise in the regressor
     guide: TimeConstantChoice | None = None  # for --tau auto
     force_error: float | None = None  # of inverse: residual of the equations relative to the input [%]
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "method": self.method,
+            "parameters": self.parameters,
+            "condition_number": self.condition_number,
+            "samples": self.samples,
+            "error": self.error,
+            "noise_floor": self.noise_floor,
+            "warnings": self.warnings,
+            "tau": self.tau,
+            "hold": self.hold,
+            "forgetting": self.forgetting,
+            "track": self.track,
+            "bias": self.bias,
+            "guide": self.guide,
+            "force_error": self.force_error,
+        }
 
     @cached_property
     def model(self) -> Model:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +23,10 @@ class TrackPoint:
 
     t: float  # s
     parameters: dict[str, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """The estimate under the keys of JSON."""
+        return {"t": self.t, "parameters": self.parameters}
 
 
 @dataclass(frozen=True)

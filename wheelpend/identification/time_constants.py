@@ -6,6 +6,7 @@ import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,16 @@ class TimeConstantPair:
     spread_percent: dict[str, float]
     score: float  # capped root mean square [%] over the parameters of bias and spread together
 
+    def to_json(self) -> dict[str, Any]:
+        """The pair under the keys of JSON."""
+        return {
+            "tau1": self.tau1,
+            "tau2": self.tau2,
+            "bias_percent": self.bias_percent,
+            "spread_percent": self.spread_percent,
+            "score": self.score,
+        }
+
     @property
     def bias(self) -> float:
         """Capped root mean square [%] of the bias over the parameters."""
@@ -50,6 +61,16 @@ class TimeConstantChoice:
     reason: str
     against: str  # the method of the consistent estimate: iv or shooting
     replicas: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The choice under the keys of JSON."""
+        return {
+            "rows": self.rows,
+            "chosen": self.chosen,
+            "reason": self.reason,
+            "against": self.against,
+            "replicas": self.replicas,
+        }
 
     def pair(self, tau: Tau) -> TimeConstantPair:
         """The row of a pair."""

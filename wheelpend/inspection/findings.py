@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 
@@ -23,6 +23,16 @@ class Finding(NamedTuple):
     sentence: str  # what was seen
     cure: str  # what to do
     size: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """The finding under the keys of JSON."""
+        return {
+            "kind": self.kind,
+            "channel": self.channel,
+            "sentence": self.sentence,
+            "cure": self.cure,
+            "size": self.size,
+        }
 
 
 @dataclass

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -40,26 +41,20 @@ class Inspection:
     sensors: str = ""  # lines for model.toml that say what the sensors are like, by this log
     stand_still: dict[str, list[tuple[float, float]]] = field(default_factory=dict)  # from, to [s] by channel
 
-    def to_json(self) -> dict:
-        """Plain values under stable names; a number that is unknown is None."""
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
         return {
-            "schema": 1,
             "samples": self.samples,
             "duration_s": self.duration_s,
             "rate_hz": self.rate_hz,
             "jitter": self.jitter,
-            "gaps": dict(self.gaps),
-            "channels": {c: {k: finite_or_none(v) for k, v in row.items()} for c, row in self.channels.items()},
-            "findings": [{**f._asdict(), "size": finite_or_none(f.size)} for f in self.findings],
+            "gaps": self.gaps,
+            "channels": self.channels,
+            "findings": self.findings,
             "proposal": self.proposal,
             "sensors": self.sensors,
-            "stand_still": {c: [list(pair) for pair in times] for c, times in self.stand_still.items()},
+            "stand_still": self.stand_still,
         }
-
-
-def finite_or_none(value: float | None) -> float | None:
-    """The value, or None where it is no finite number."""
-    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def inspect_log(

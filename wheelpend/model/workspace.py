@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import derive
 from wheelpend.errors import Failure
@@ -13,8 +13,27 @@ from wheelpend.files import write_text
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
+from wheelpend.serialise import plain_data
 
 HISTORY_FILE = "history.json"
+
+
+class HistoryEntry(NamedTuple):
+    """A change of the model, and the validation errors [σ] before and after it where it was refitted."""
+
+    change: str  # add or remove, and the effect
+    error_before: float | None
+    error_after: float | None
+    logs: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry under the keys of history.json."""
+        return {
+            "change": self.change,
+            "error_before": self.error_before,
+            "error_after": self.error_after,
+            "logs": self.logs,
+        }
 
 
 def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT) -> Model:
@@ -39,15 +58,14 @@ def generated_code_diff(model: Model) -> str:
     return derive.differences(model.workspace / "generated", files)
 
 
-def save(model: Model, entries: dict[str, Any] | Sequence[dict[str, Any]] = ()) -> None:
+def save(model: Model, entries: Sequence[HistoryEntry] = ()) -> None:
     """Save generated code, model and history, in this order: what was interrupted is not in the history."""
     folder = model.workspace
     model_kernels.derived_files(model)  # a model that does not derive changes nothing
-    added = [entries] if isinstance(entries, dict) else list(entries)
-    changes = [*history(folder), *added]  # read first: one that cannot be read changes nothing
+    changes = [*history(folder), *map(plain_data, entries)]  # read first: one that cannot be read changes nothing
     write_generated_code(folder / "generated", model)
     model.save()
-    if added:
+    if entries:
         write_text(folder / HISTORY_FILE, json.dumps(changes, indent=1))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from wheelpend.paper.letters import Expression
 from wheelpend.paper.notation import expression_text
@@ -27,6 +28,21 @@ class EquationFinding:
     shows: tuple[str, ...] = ()  # relations that hold once a misprint is corrected
     agrees_with: tuple[str, ...] = ()  # right equations that agree with the correct form only
 
+    def to_json(self) -> dict[str, Any]:
+        """The finding under the keys of JSON."""
+        return {
+            "number": self.number,
+            "name": self.name,
+            "status": self.status,
+            "printed": self.printed,
+            "derived": self.derived,
+            "note": self.note,
+            "how": self.how,
+            "assumption": self.assumption,
+            "shows": self.shows,
+            "agrees_with": self.agrees_with,
+        }
+
 
 @dataclass(frozen=True)
 class Verification:
@@ -34,6 +50,10 @@ class Verification:
 
     equations: tuple[EquationFinding, ...]
     parameters: tuple[NumberCheck, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {"equations": self.equations, "parameters": self.parameters}
 
     def of(self, status: str) -> tuple[EquationFinding, ...]:
         """The findings with a status."""

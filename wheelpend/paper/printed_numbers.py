@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class NumberCheck(NamedTuple):
@@ -15,6 +15,17 @@ class NumberCheck(NamedTuple):
     derived: str
     note: str
     how: str = "numeric"
+
+    def to_json(self) -> dict[str, Any]:
+        """The check under the keys of JSON."""
+        return {
+            "name": self.name,
+            "status": self.status,
+            "printed": self.printed,
+            "derived": self.derived,
+            "note": self.note,
+            "how": self.how,
+        }
 
 
 class Interval(NamedTuple):

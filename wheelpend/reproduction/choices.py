@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +38,16 @@ class ChoiceEffect:
     smallest: float
     largest: float
 
+    def to_json(self) -> dict[str, Any]:
+        """The effect under the keys of JSON and the columns of CSV."""
+        return {
+            "table": self.table,
+            "of": self.of,
+            "alternative": self.alternative,
+            "smallest": self.smallest,
+            "largest": self.largest,
+        }
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -46,6 +57,10 @@ class Choice:
     open: str  # statement of the paper, or its absence
     made: str  # our choice
     effects: tuple[ChoiceEffect, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """The choice under the keys of JSON."""
+        return {"name": self.name, "open": self.open, "made": self.made, "effects": self.effects}
 
 
 def choice_effects(

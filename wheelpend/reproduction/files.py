@@ -7,7 +7,6 @@ import io
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from errno import EACCES
 from math import isfinite
 from pathlib import Path
@@ -41,8 +40,10 @@ def csv_tables(result: Reproduction) -> dict[str, str]:
         "table3": result.table3,
         "rmse": result.predictions,
     }
-    texts = {name: csv_text([asdict(row) for row in rows]) for name, rows in found.items() if rows}
-    rows = [{"choice": c.name, "open": c.open, "made": c.made, **asdict(e)} for c in result.choices for e in c.effects]
+    texts = {name: csv_text([row.to_json() for row in rows]) for name, rows in found.items() if rows}
+    rows = [
+        {"choice": c.name, "open": c.open, "made": c.made, **e.to_json()} for c in result.choices for e in c.effects
+    ]
     return texts | ({"choices": csv_text(rows)} if rows else {})
 
 

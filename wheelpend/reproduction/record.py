@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from wheelpend.reproduction.choices import Choice
 from wheelpend.reproduction.experiment import Robot
@@ -28,3 +29,20 @@ class Reproduction:
     written: tuple[str, ...] = ()
     robot: Robot | None = field(repr=False, default=None)
     trials: tuple[Trial, ...] = field(repr=False, default=())
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "what": self.what,
+            "seeds": self.seeds,
+            "duration_s": self.duration_s,
+            "table1": self.table1,
+            "table2": self.table2,
+            "started_at_rest": self.started_at_rest,
+            "conditions": self.conditions,
+            "table3": self.table3,
+            "predictions": self.predictions,
+            "choices": self.choices,
+            "unstable_pole": self.unstable_pole,
+            "written": self.written,
+        }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -42,6 +43,21 @@ class Cell:
     paper: float | None  # the paper's single draw
     percentile: float | None  # share of our draws whose error is smaller than the paper's [%]
 
+    def to_json(self) -> dict[str, Any]:
+        """The cell under the keys of JSON and the columns of CSV."""
+        return {
+            "parameter": self.parameter,
+            "command": self.command,
+            "method": self.method,
+            "median": self.median,
+            "p10": self.p10,
+            "p90": self.p90,
+            "bias": self.bias,
+            "failed": self.failed,
+            "paper": self.paper,
+            "percentile": self.percentile,
+        }
+
 
 @dataclass(frozen=True)
 class Condition:
@@ -51,6 +67,10 @@ class Condition:
     method: str
     plain: float
     scaled: float  # with the columns of Φ scaled to unit length
+
+    def to_json(self) -> dict[str, Any]:
+        """The row under the keys of JSON and the columns of CSV."""
+        return {"command": self.command, "method": self.method, "plain": self.plain, "scaled": self.scaled}
 
 
 @dataclass(frozen=True)
@@ -70,6 +90,23 @@ class Deviation:
     lowest: float  # of the absolute error over what the paper leaves open
     highest: float
 
+    def to_json(self) -> dict[str, Any]:
+        """The row under the keys of JSON and the columns of CSV."""
+        return {
+            "case": self.case,
+            "tau": self.tau,
+            "deviation_deg": self.deviation_deg,
+            "hold": self.hold,
+            "parameter": self.parameter,
+            "estimate": self.estimate,
+            "error": self.error,
+            "paper_estimate": self.paper_estimate,
+            "paper_error": self.paper_error,
+            "ratio": self.ratio,
+            "lowest": self.lowest,
+            "highest": self.highest,
+        }
+
 
 @dataclass(frozen=True)
 class Prediction:
@@ -83,6 +120,19 @@ class Prediction:
     p10: float
     p90: float
     fallen: int  # number of seeds in which the predicted robot falls
+
+    def to_json(self) -> dict[str, Any]:
+        """The row under the keys of JSON and the columns of CSV."""
+        return {
+            "channel": self.channel,
+            "command": self.command,
+            "paper": self.paper,
+            "from_printed": self.from_printed,
+            "median": self.median,
+            "p10": self.p10,
+            "p90": self.p90,
+            "fallen": self.fallen,
+        }
 
 
 # ---- Tables 1 and 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from time import monotonic
@@ -52,7 +51,7 @@ def run(
 
 def outcome_of(data: dict) -> Outcome:
     """An outcome from JSON, whose lists become tuples again."""
-    return Outcome(**{f.name: with_tuples(data[f.name]) for f in fields(Outcome) if f.name in data})
+    return Outcome(**{name: with_tuples(value) for name, value in data.items()})
 
 
 def fingerprint() -> str:

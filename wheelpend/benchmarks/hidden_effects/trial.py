@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from time import monotonic
+from typing import Any
 
 import numpy as np
 
@@ -57,6 +58,32 @@ class Outcome:
     estimates: tuple[tuple[str, float], ...] = ()  # nothing hidden: name, error in standard errors
     made: str = ""  # key of the log that was made where the robot would have fallen with the one planned
     seconds: float = 0.0
+
+    def to_json(self) -> dict[str, Any]:
+        """The outcome under the keys of its journal."""
+        return {
+            "key": self.key,
+            "kind": self.kind,
+            "source": self.source,
+            "size": self.size,
+            "hidden": self.hidden,
+            "soft": self.soft,
+            "failure": self.failure,
+            "verdict": self.verdict,
+            "named": self.named,
+            "equivalents": self.equivalents,
+            "final": self.final,
+            "base_error": self.base_error,
+            "error": self.error,
+            "true_error": self.true_error,
+            "floor": self.floor,
+            "costs": self.costs,
+            "strength": self.strength,
+            "deviations": self.deviations,
+            "estimates": self.estimates,
+            "made": self.made,
+            "seconds": self.seconds,
+        }
 
     @property
     def cost(self) -> float:

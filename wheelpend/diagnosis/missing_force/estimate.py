@@ -6,7 +6,7 @@ likelihood. The segment's initial state is free, so only what the motion inside 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,6 +45,10 @@ class ForceConcentration(NamedTuple):
     low: float
     high: float
     share: float  # of the missing force's sum of squares that is found there
+
+    def to_json(self) -> dict[str, Any]:
+        """The range under the keys of JSON."""
+        return {"row": self.row, "state": self.state, "from": self.low, "to": self.high, "share": self.share}
 
 
 def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingForce:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,22 @@ class FreeLaw:
     effects: tuple[LawEffect, ...] = field(repr=False)
     fit: Fit = field(repr=False)
     problem: EstimationProblem = field(repr=False)
+
+    def to_json(self) -> dict[str, Any]:
+        """The law under the keys of JSON."""
+        return {
+            "laws": self.laws,
+            "on": self.on,
+            "coefficients": self.coefficients,
+            "sigma": self.sigma,
+            "unit": self.unit,
+            "error_before": self.error_before,
+            "error_after": self.error_after,
+            "noise_floor": self.noise_floor,
+            "blocks_agree": self.blocks_agree,
+            "explains": self.explains,
+            "tried": self.tried,
+        }
 
     def with_name(self, name: str) -> FreeLaw:
         """The law under another name."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -54,6 +54,10 @@ class ExplainedForce:
     repeatable: float  # share that all of them predict, on data that did not make the function
     curves: tuple[Curve, ...] = field(repr=False, default=())  # over each variable
     between: str = field(repr=False, default="")  # where it acts, of a force between two parts: between wheel and body
+
+    def to_json(self) -> dict[str, Any]:
+        """The shares under the keys of JSON, without the curves."""
+        return {"row": self.row, "depends_on": self.depends_on, "alone": self.alone, "repeatable": self.repeatable}
 
 
 def explained_forces(problem: EstimationProblem, base: Fit) -> tuple[ExplainedForce, ...]:
