@@ -119,7 +119,7 @@ def blank(record, **given):
 
 @pytest.mark.parametrize("record", KEYS, ids=lambda record: record.__name__)
 def test_a_record_is_written_under_the_documented_keys(record):
-    assert list(blank(record).to_json()) == KEYS[record].split()
+    assert list(blank(record, estimates={}).to_json()) == KEYS[record].split()
 
 
 def test_a_parameter_that_each_log_has_for_itself_is_written_for_each():
@@ -137,7 +137,7 @@ def test_an_inspection_is_written_under_the_documented_keys():
 
 def test_a_change_is_its_step_with_the_model_after_it():
     after = SimpleNamespace(floor=1.0, horizon=0.5)
-    data = serialise.to_json(Change(blank(Step), Model.default(), after, None, None))
+    data = serialise.to_json(Change(blank(Step, estimates={}), Model.default(), after, None, None))
     assert list(data) == ["schema", *STEP_KEYS.split(), "effects", "noise_floor", "horizon_s", "parameters"]
     assert list(data["parameters"]["X1"]) == ["value", "sigma"]
 

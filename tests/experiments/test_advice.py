@@ -12,6 +12,7 @@ from wheelpend import Model
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.experiments import reversals
 from wheelpend.experiments.advice import CLEAR_SEPARATION_SIGMA, advice, recommend, recommendation_text
 from wheelpend.experiments.design import design
@@ -29,8 +30,8 @@ def candidate(effect, rivals, command="aggressive", **hidden):
     name = derive.effects.find(effect).full_names[0]
     start = {**machine_values(Model.default(), {}), name: 0.0}
     fitted = fit_segments(problem, problem.training, start, [*problem.base, name], rounds=40)
-    sizes = {name.partition(".")[2]: fitted.of_log(0)[name]}
-    return problem, CandidateFit(effect, "", sizes, {}, {}, 0.0, "5/5", fitted.error, rivals, True, fitted)
+    sizes = {name.partition(".")[2]: Estimate(fitted.of_log(0)[name], fitted.sigma(name), "")}
+    return problem, CandidateFit(effect, sizes, "", 0.0, "5/5", fitted.error, rivals, True, fitted)
 
 
 def misaligned():

@@ -16,6 +16,7 @@ from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import parameter_table
@@ -58,14 +59,14 @@ def explanation() -> Explanation:
     problem = prepare(Model.default(), [robot(0.3)])
     old, new = (fit_from_the_truth(problem, effects) for effects in ([], ["coulomb_drive"]))
     errors = [validation_residuals(problem, fitted)[0] for fitted in (old, new)]
-    torque, sigma, unit = {"torque": new.values[TORQUE]}, {"torque": new.sigma(TORQUE)}, {"torque": "V"}
-    tried = CandidateFit("coulomb_drive", "drive", torque, sigma, unit, 0.0, "5/5", errors[1], (), True, new)
+    found = EffectEstimate("coulomb_drive", {"torque": Estimate(new.values[TORQUE], new.sigma(TORQUE), "V")})
+    tried = CandidateFit(found.effect, found.estimates, "drive", 0.0, "5/5", errors[1], (), True, new)
     missing = estimate_missing_force(problem, old)
     where = (ForceConcentration("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
     first = Diagnosis("effect_missing", 0.5, errors[0], problem.floor, {}, (tried,), None, {}, where, {}, (), old,
                       problem, missing)  # fmt: skip
     last = replace(first, verdict="nothing_missing", candidates=(), detectable={"slope": {"angle": 0.01}}, fit=new)
-    step = Step("coulomb_drive", torque, sigma, unit, 0.0, (), *errors, {n: new.values[n] for n in problem.base})
+    step = Step(found.effect, found.estimates, 0.0, (), *errors, {n: new.values[n] for n in problem.base})
     model = problem.model.with_effects(["coulomb_drive"])
     changed = replace(problem, model=model)
     return Explanation("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], problem.floor, 0.5,

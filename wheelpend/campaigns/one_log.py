@@ -187,7 +187,7 @@ def diagnose_log(begin: LogResult, model: Model, log: Log, setting: CampaignSett
         error=result.error,
         error_after=first[0].error_after if first else None,
         noise_floor=result.noise_floor,
-        parameters={full_name(t.effect, n): Estimate(v, t.sigma[n]) for t in first for n, v in t.coefficients.items()},
+        parameters={full_name(t.effect, n): Estimate(e.value, e.sigma) for t in first for n, e in t.estimates.items()},
     )
 
 

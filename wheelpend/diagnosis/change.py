@@ -14,6 +14,7 @@ from wheelpend.diagnosis.explain import Step, fitted_model
 from wheelpend.diagnosis.refit import Progress, refit_with
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameter_table import standard_error
@@ -114,9 +115,9 @@ def _step_of(
     units = {p.name: p.unit for p in problem.effect(effect).parameters}
     return Step(
         effect=effect,
-        coefficients={p: larger.of_log(0)[n] for p, n in names.items()},
-        sigma={p: standard_error(problem, larger, n) for p, n in names.items()},
-        unit={p: units[p] for p in names},
+        estimates={
+            p: Estimate(larger.of_log(0)[n], standard_error(problem, larger, n), units[p]) for p, n in names.items()
+        },
         p_value=None,
         equivalent_to=(),
         error_before=errors[0],

@@ -13,6 +13,7 @@ from derive.effects import Effect
 from derive.parameter_name import short_name
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.score_test import linear_names, size_names
+from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.parameter_table import conservative_standard_error
@@ -60,14 +61,10 @@ class LogEstimate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class CandidateFit:
-    """An effect after its refit; coefficients that each log has for itself are the first log's."""
+class CandidateFit(EffectEstimate):
+    """An effect after its refit."""
 
-    effect: str
     family: str
-    coefficients: dict[str, float]
-    sigma: dict[str, float]
-    unit: dict[str, str]
     p_value: float  # corrected for the size of the library, the larger of p_discovery and p_confirmation
     blocks_agree: str  # in how many blocks of the validation data the error falls, as "4/5"
     error_after: float  # on validation data [σ]
@@ -126,10 +123,8 @@ def evaluate_candidate(
     ``significance`` where it is another one, and from the validation data.
     """
     error_after, residuals = validation_residuals(problem, fitted)
-    coefficients = {p.name: coefficient(fitted, effect.name_of(p)) for p in effect.parameters}
-    sigma = {p.name: conservative_standard_error(fitted, effect.name_of(p)) for p in effect.parameters}
-    per_log = estimates_per_log(problem, fitted, effect)
-    estimates = [(coefficients, sigma), *((e.coefficients, e.sigma) for e in per_log)]
+    own, per_log = estimate_of(fitted, effect), estimates_per_log(problem, fitted, effect)
+    in_logs = [(own.coefficients, own.sigma), *((e.coefficients, e.sigma) for e in per_log)]
     incremental = incremental_p_values(problem, effect, significance or fitted, comparisons.tests)
     sizes = [p for p in fitted.free if p.name in size_names(effect)]
     size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
@@ -137,15 +132,13 @@ def evaluate_candidate(
     confirmation = _corrected_confirmation(problem, residuals_before, residuals, comparisons.validated)
     return CandidateFit(
         effect=effect.name,
+        estimates=own.estimates,
         family=effect.family,
-        coefficients=coefficients,
-        sigma=sigma,
-        unit={p.name: p.unit for p in effect.parameters},
         p_value=max(discovery, confirmation or 0.0),
         blocks_agree=block_agreement(residuals_before, residuals),
         error_after=error_after,
         equivalent_to=(),
-        physical=all(is_physical(effect, coefficients | c, sigma | s) for c, s in estimates),
+        physical=all(is_physical(effect, own.coefficients | c, own.sigma | s) for c, s in in_logs),
         fit=fitted,
         beyond=incremental,
         per_log=per_log,
@@ -164,6 +157,14 @@ def _corrected_confirmation(
 ) -> float | None:
     """P-value of the encompassing test, corrected for so many effects; None without validation data."""
     return min(1.0, confirmation_p_value(problem, before, after) * validated) if problem.validation else None
+
+
+def estimate_of(fitted: Fit, effect: Effect) -> EffectEstimate:
+    """An effect's parameters with conservative standard errors; of those that each log has the first log's."""
+    names = {p.name: effect.name_of(p) for p in effect.parameters}
+    values, sigma = fitted.of_log(0), {p: conservative_standard_error(fitted, n) for p, n in names.items()}
+    rows = {p.name: Estimate(values[names[p.name]], sigma[p.name], p.unit) for p in effect.parameters}
+    return EffectEstimate(effect.name, rows)
 
 
 def estimates_per_log(problem: EstimationProblem, fitted: Fit, effect: Effect) -> tuple[LogEstimate, ...]:
@@ -229,11 +230,6 @@ def incremental_p_values(problem: EstimationProblem, effect: Effect, fitted: Fit
             deviation = deviation_from_absence(fitted, sizes, {})
             found[smaller] = min(1.0, wald_p_value(fitted, sizes, deviation, added) * tests)
     return found
-
-
-def coefficient(fitted: Fit, name: str) -> float:
-    """Fitted value of a parameter; of a per-log one the first log's."""
-    return fitted.of_log(0)[name]
 
 
 def deviation_from_absence(fitted: Fit, sizes: Sequence[FreeParameter], absent: Mapping[str, float]) -> np.ndarray:

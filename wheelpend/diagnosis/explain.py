@@ -15,7 +15,7 @@ from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
-from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameter_table import parameter_table
@@ -30,13 +30,9 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Step:
+class Step(EffectEstimate):
     """One effect added or removed, and the validation error before and after."""
 
-    effect: str
-    coefficients: dict[str, float]
-    sigma: dict[str, float]
-    unit: dict[str, str]
     p_value: float | None
     equivalent_to: tuple[str, ...]
     error_before: float
@@ -177,9 +173,7 @@ def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_befor
     """A ladder's step from a refitted candidate."""
     return Step(
         effect=candidate.effect,
-        coefficients=candidate.coefficients,
-        sigma=candidate.sigma,
-        unit=candidate.unit,
+        estimates=candidate.estimates,
         p_value=candidate.p_value,
         equivalent_to=candidate.equivalent_to,
         error_before=error_before,

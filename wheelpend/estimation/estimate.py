@@ -1,4 +1,4 @@
-"""The estimate of one parameter: value, standard error, unit, and whether the logs identify it at all."""
+"""Estimates: of a parameter, with standard error, unit and whether the logs identify it; of all those of an effect."""
 
 from __future__ import annotations
 
@@ -32,3 +32,26 @@ class Estimate:
         """The estimate as a table, without its unit; values of single logs only where there are some."""
         table = {"value": self.value, "sigma": self.sigma, "identifiable": self.identifiable}
         return {**table, "per_log": self.per_log} if self.per_log else table
+
+
+@dataclass(frozen=True)
+class EffectEstimate:
+    """The parameters of an effect as estimated from logs."""
+
+    effect: str
+    estimates: dict[str, Estimate]  # by the parameter's name within the effect
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """Values by parameter; of one that each log has for itself the first log's."""
+        return {name: found.value for name, found in self.estimates.items()}
+
+    @property
+    def sigma(self) -> dict[str, float]:
+        """Standard errors by parameter."""
+        return {name: found.sigma for name, found in self.estimates.items()}
+
+    @property
+    def unit(self) -> dict[str, str]:
+        """Units by parameter."""
+        return {name: found.unit for name, found in self.estimates.items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,24 +28,10 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 
-class Coefficient(NamedTuple):
-    """A coefficient of an effect."""
-
-    name: str
-    value: float
-    sigma: float | None  # standard error
-    unit: str
-
-
 def rms_drive_voltage(problem: EstimationProblem) -> float:
     """Root mean square of the voltage of the training logs [V]; 0 where nothing drives the machine."""
     voltage = np.concatenate([log.voltage[np.isfinite(log.voltage)] for log in problem.logs])
     return float(np.sqrt(np.mean(voltage**2))) if voltage.size else 0.0
-
-
-def coefficients_of(found: CandidateFit | Step) -> list[Coefficient]:
-    """Coefficients as the fit of a candidate or of a step has them."""
-    return [Coefficient(n, v, found.sigma.get(n), found.unit[n]) for n, v in found.coefficients.items()]
 
 
 # ---- for the terminal
@@ -54,12 +40,12 @@ def coefficients_of(found: CandidateFit | Step) -> list[Coefficient]:
 def effect_size_text(found: CandidateFit | Step, model: Model, drive_v: float | None = None) -> str:
     """Coefficients of an effect, in N m or N too where a volt's worth is known, and as a share of the drive voltage."""
     quantities = plant_units_of(model)
-    return "; ".join(_coefficient_text(c, quantities, drive_v) for c in coefficients_of(found))
+    return "; ".join(_coefficient_text(n, e, quantities, drive_v) for n, e in found.estimates.items())
 
 
-def _coefficient_text(coefficient: Coefficient, quantities: PlantUnits, drive_v: float | None) -> str:
-    name, value, sigma, unit = coefficient
-    text = f"{name} {estimate_text(value, sigma, unit)}"
+def _coefficient_text(name: str, found: Estimate, quantities: PlantUnits, drive_v: float | None) -> str:
+    value, unit = found.value, found.unit
+    text = f"{name} {estimate_text(value, found.sigma, unit)}"
     if physical := physical_text(value, unit, quantities, 4):
         text += f" = {physical}"
     if drive_v and unit == quantities.force:
@@ -89,19 +75,14 @@ def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits)
     """Coefficients of an added effect as the final model has them."""
     drive_v = rms_drive_voltage(explanation.problem) if explanation.problem.module.INPUT else 0.0
     return ", ".join(
-        _final_coefficient_text(c, explanation.parameters.get(full_name(step.effect, c.name)), quantities, drive_v)
-        for c in coefficients_of(step)
+        _final_coefficient_text(n, explanation.parameters.get(full_name(step.effect, n), e), quantities, drive_v)
+        for n, e in step.estimates.items()
     )
 
 
-def _final_coefficient_text(
-    coefficient: Coefficient, final: Estimate | None, quantities: PlantUnits, drive_v: float
-) -> str:
-    name, value, sigma, unit = coefficient
-    if final is not None:
-        value, sigma = final.value, final.sigma
-    per_log = final.per_log if final else ()
-    text = f"{name} {per_log_text(per_log, unit) if per_log else _with_unit(value, sigma, unit)}".rstrip()
+def _final_coefficient_text(name: str, final: Estimate, quantities: PlantUnits, drive_v: float) -> str:
+    value, unit = final.value, final.unit
+    text = f"{name} {per_log_text(final.per_log, unit) if final.per_log else _with_unit(final)}".rstrip()
     share = f"{digits_text(100 * abs(value) / drive_v, 3)} % of the rms drive voltage" if drive_v else ""
     beside = [typeset_physical_text(value, unit, quantities), share if unit == quantities.force else ""]
     return text + _in_brackets(beside)
@@ -115,9 +96,9 @@ def per_log_text(rows: Iterable[LogValue], unit: str) -> str:
 def candidate_size_lines(candidate: CandidateFit, quantities: PlantUnits) -> list[str]:
     """Coefficients of a candidate, each followed by those of the further logs."""
     lines = []
-    for name, value, sigma, unit in coefficients_of(candidate):
-        text = f"{name} = {_with_unit(value, sigma, unit)}".rstrip()
-        lines.append(text + _in_brackets([typeset_physical_text(value, unit, quantities)]))
+    for name, found in candidate.estimates.items():
+        text = f"{name} = {_with_unit(found)}".rstrip()
+        lines.append(text + _in_brackets([typeset_physical_text(found.value, found.unit, quantities)]))
         further = [o for o in candidate.per_log[1:] if name in o.coefficients]
         lines += [f"… in {o.log}: {typeset_estimate_text(o.coefficients[name], o.sigma[name])}" for o in further]
     return lines
@@ -133,8 +114,8 @@ def typeset_detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     return rows
 
 
-def _with_unit(value: float, sigma: float | None, unit: str) -> str:
-    return f"{typeset_estimate_text(value, sigma)} {unit_text(unit)}"
+def _with_unit(found: Estimate) -> str:
+    return f"{typeset_estimate_text(found.value, found.sigma)} {unit_text(found.unit)}"
 
 
 def _in_brackets(texts: Iterable[str]) -> str:
