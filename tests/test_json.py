@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from wheelpend.experiments.closed_loop import Limits
 
 import wheelpend
 from wheelpend import Model, load_log, serialise
@@ -29,6 +28,7 @@ from wheelpend.diagnosis.replay import ClosedLoopReplay
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.estimate import Estimate, LogValue
 from wheelpend.experiments.design import Design, ExpectedErrors, Peaks
+from wheelpend.experiments.simulated_experiment import Limits
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.recursive import TrackPoint

@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from wheelpend.experiments.closed_loop import Limits, SimulatedExperiment
 
 from tests.support import simulated
 from wheelpend import Model
@@ -13,6 +12,7 @@ from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.experiments.excitation import multisine, sweep
 from wheelpend.experiments.information import add_information, separation, standard_errors
 from wheelpend.experiments.question import Question
+from wheelpend.experiments.simulated_experiment import Limits, SimulatedExperiment
 
 BASE, FIRST, OTHER = "X1", "slope.angle", "gyro_scale.scale"
 SHARED = [FreeParameter(n) for n in (BASE, FIRST, OTHER)]
