@@ -91,7 +91,7 @@ def test_every_method_identifies_or_says_why_not(machine, workspaces):
                      code=None)  # fmt: skip
         checked(machine, result.stderr)
         answer = json.loads(result.stdout)
-        assert result.exit_code == 0 or re.search(r"must|needs|Give|takes", answer["failure"]), (method, answer)
+        assert result.exit_code == 0 or re.search(r"must|needs|Give|Use|takes", answer["failure"]), (method, answer)
         worked += [method] if result.exit_code == 0 else []
     assert {"shooting", "filtered"} <= set(worked)
 
@@ -112,6 +112,7 @@ def test_an_effect_is_added_and_removed_on_every_plant(machine, workspaces, tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numbers: a candidate may run away on the turning robot
 @pytest.mark.parametrize("machine", tuple(MACHINES))
 def test_every_plant_is_diagnosed_explained_and_reported(machine, workspaces, tmp_path):
     folder = workspaces(machine)
