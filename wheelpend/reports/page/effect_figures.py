@@ -65,7 +65,7 @@ def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go
     figure, shown = go.Figure(), range(min(len(problem.logs), MAX_LOGS_PER_FIGURE) if several else 1)
     pictures, q = [effect_plot(effect, problem, fitted, k) for k in shown], plant_units_of(problem.model)
     if pictures[0].reference is not None:
-        _add_line(figure, pictures[0].x, pictures[0].reference, "without", MUTED_COLOUR, None, dash="dash")
+        _add_line(figure, _DrawnLine(pictures[0].x, pictures[0].reference, "without", MUTED_COLOUR, dash="dash"))
     colours = iter(LINE_COLOURS * 4)
     for k, picture in zip(shown, pictures, strict=True):
         values = {n: fitted.of_log(k)[n] for n in effect.full_names}
@@ -73,7 +73,7 @@ def effect_figure(effect: Effect, problem: EstimationProblem, fitted: Fit) -> go
             label = ", ".join(filter(None, (display_text(name), problem.logs[k].name if several else "")))
             edges = confidence_band(picture.lines, name, values, fitted, k, problem.plant)
             known = q if f"[{q.force}]" in picture.y_label and "that acts" not in picture.y_label else None
-            _add_line(figure, picture.x, y, label, next(colours), edges, q=known)
+            _add_line(figure, _DrawnLine(picture.x, y, label, next(colours), q=known), edges)
     return _with_axis_titles(figure, pictures[0])
 
 
@@ -98,9 +98,19 @@ def confidence_band(
     return np.minimum(edges[0][0], edges[1][0]), np.maximum(edges[0][1], edges[1][1])
 
 
-def _add_line(figure: go.Figure, x: np.ndarray, y: np.ndarray, name: str, colour: str,
-          edges: tuple[np.ndarray, np.ndarray] | None, *,
-          dash: str = "solid", q: PlantUnits | None = None) -> None:  # fmt: skip
+class _DrawnLine(NamedTuple):
+    """A line of a figure and how it looks."""
+
+    x: np.ndarray  # (points,)
+    y: np.ndarray  # (points,)
+    name: str  # in the legend; none for an empty one
+    colour: str
+    dash: str = "solid"
+    q: PlantUnits | None = None  # where y is a force, which is shown in physical units too
+
+
+def _add_line(figure: go.Figure, line: _DrawnLine, edges: tuple[np.ndarray, np.ndarray] | None = None) -> None:
+    x, y, name, colour, dash, q = line
     if edges is not None and np.any(edges[1] > edges[0]):
         edge = np.concatenate([edges[1], edges[0][::-1]])
         figure.add_trace(go.Scatter(

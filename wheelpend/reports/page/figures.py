@@ -128,19 +128,20 @@ def prediction_figure(
 
 def _add_channel(figure: go.Figure, segments: Segments, chosen: np.ndarray, c: int, models: Sequence) -> None:
     t, values = _with_gaps(segments.log.t, chosen), segments.log.measured[:, c]
-    _add_line(figure, t, _with_gaps(values, chosen), "measured", MEASURED_COLOUR, 2 * c + 1, c == 0, width=2.2)
+    measured = _line(t, _with_gaps(values, chosen), "measured", MEASURED_COLOUR, width=2.2)
+    figure.add_trace(measured.update(showlegend=c == 0), row=2 * c + 1, col=1)
     for name, colour, residual in models:
         predicted = values - residual * segments.sigma[c]
-        _add_line(figure, t, _with_gaps(predicted, chosen), name, colour, 2 * c + 1, c == 0, width=1.4)
-        _add_line(figure, t, _with_gaps(residual, chosen), name, colour, 2 * c + 2, False, width=1.0)
+        line = _line(t, _with_gaps(predicted, chosen), name, colour, width=1.4)
+        figure.add_trace(line.update(showlegend=c == 0), row=2 * c + 1, col=1)
+        rest = _line(t, _with_gaps(residual, chosen), name, colour, width=1.0)
+        figure.add_trace(rest.update(showlegend=False), row=2 * c + 2, col=1)
 
 
-def _add_line(figure: go.Figure, t: np.ndarray, y: np.ndarray, name: str, colour: str, row: int, legend: bool, *,
-          width: float) -> None:  # fmt: skip
-    figure.add_trace(
-        go.Scatter(x=t, y=y, name=name, legendgroup=name, showlegend=legend, mode="lines",
-                   line={"color": colour, "width": width}, connectgaps=False),
-        row=row, col=1,
+def _line(t: np.ndarray, y: np.ndarray, name: str, colour: str, *, width: float) -> go.Scatter:
+    return go.Scatter(
+        x=t, y=y, name=name, legendgroup=name, showlegend=False, mode="lines", line={"color": colour, "width": width},
+        connectgaps=False,
     )  # fmt: skip
 
 
