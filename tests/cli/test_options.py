@@ -11,6 +11,7 @@ from tests.support import run, simulated
 from wheelpend import Failure, Model, load_log, save_log
 from wheelpend.cli import change
 from wheelpend.model import workspace as folders
+from wheelpend.serialise import plain_data
 from wheelpend.simulation.hidden import parse_hidden
 
 
@@ -119,9 +120,9 @@ def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, 
 
 def test_a_change_is_in_the_history_with_its_logs_and_errors():
     step = SimpleNamespace(error_before=2.0, error_after=float("inf"))
-    entry = change.history_entry("slope", True, SimpleNamespace(step=step), [Path("a.csv")])
+    entry = plain_data(change.history_entry("slope", True, SimpleNamespace(step=step), [Path("a.csv")]))
     assert entry == {"change": "remove slope", "error_before": 2.0, "error_after": None, "logs": ["a.csv"]}
-    bare = change.history_entry("slope", False, None, [])
+    bare = plain_data(change.history_entry("slope", False, None, []))
     assert bare == {"change": "add slope", "error_before": None, "error_after": None, "logs": []}
 
 

@@ -17,6 +17,7 @@ from wheelpend.diagnosis.stepwise import selection_done
 from wheelpend.diagnosis.verdict import conclude, detectable, revise_verdict, structurally_equivalent, verdict_on
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 
 TORQUE = "coulomb_drive.torque"
 
@@ -167,7 +168,8 @@ def test_a_ladder_is_unexplained_where_its_last_rung_is_and_ambiguous_where_one_
 
 def test_the_lower_error_comes_first_and_the_simpler_effect_where_it_is_contained_and_alike(rough):
     problem, _, candidate, _ = rough
-    stribeck = replace(candidate, effect="stribeck_drive", coefficients={"static": 1.0, "sliding": 1.0, "speed": 1.0})
+    sizes = {name: Estimate(1.0, 0.1, "V") for name in ("static", "sliding", "speed")}
+    stribeck = replace(candidate, effect="stribeck_drive", estimates=sizes)
     slope = replace(candidate, effect="slope", error_after=1.5)
     dry = replace(candidate, error_after=1.005)
     order = rank_candidates(problem, [slope, dry, replace(stribeck, error_after=1.0)])

@@ -88,7 +88,7 @@ def test_both_limits_must_be_kept():
     states = np.zeros((3, 4))
     states[:, 0], states[:, 1] = [-1.0, 0.0, 4.0], [0.1, -0.3, 0.0]
     log = SimpleNamespace(voltage=np.array([1.0, -12.0, 3.0]))
-    played = SimulatedExperiment(None, log, states, np.zeros(0), 1.0, np.zeros(3))
+    played = SimulatedExperiment(None, log, states, np.zeros(0), 1.0, np.zeros(3), tilt=states[:, 1])
     assert (played.peak_pitch, played.peak_voltage, played.travel) == pytest.approx((0.3, 12.0, 5.0))
     assert played.is_within(Limits(0.3, 12.0))
     assert not played.is_within(Limits(0.29, 12.0)) and not played.is_within(Limits(0.3, 11.9))

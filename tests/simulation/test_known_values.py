@@ -8,9 +8,10 @@ import pytest
 from tests.support import CONSTANTS, X, simulated
 from wheelpend import Model
 from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.simulation.closed_loop import first_sample_out_of_range
 from wheelpend.simulation.hidden import machine_values
 from wheelpend.simulation.references import command_duration, reference
-from wheelpend.simulation.simulate import first_sample_out_of_range, sensor_errors, simulate
+from wheelpend.simulation.simulate import sensor_errors, simulate
 
 GAINS = np.array([-168.0, -800.0, -8.8])
 
