@@ -69,6 +69,7 @@ benchmark: $(EXTRAS)
 
 generate: $(DEV)
 	$(BIN)/wheelpend generate
+	$(BIN)/python -m derive.effects_page  # the sections of docs/effects.md
 
 clean:
 	rm -rf $(VENV) $(PEERS) demo build dist

@@ -1,11 +1,10 @@
-"""The house as docs/architecture.md describes it, and a page of effects that has every row."""
+"""The house as docs/architecture.md describes it."""
 
 import ast
 import re
 
 import pytest
 
-from derive.effects import EFFECT_LIBRARY
 from tests.support import ROOT
 from wheelpend.benchmarks.structure import measure
 
@@ -50,9 +49,3 @@ def test_a_closed_loop_is_played_in_one_place():
         p.relative_to(PACKAGE).as_posix() for p in PACKAGE.rglob("*.py") if ".closed_loop(" in p.read_text("utf-8")
     ]
     assert sorted(called) == ["model/precompile.py", "simulation/closed_loop.py"]  # the one compiles, the other plays
-
-
-def test_every_effect_has_a_section_on_its_page():
-    sections = re.findall(r"^### (.+)$", (ROOT / "docs" / "effects.md").read_text(encoding="utf-8"), re.MULTILINE)
-    described = {name for section in sections for name in section.split(", ")}
-    assert described == set(EFFECT_LIBRARY)

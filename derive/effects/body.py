@@ -11,38 +11,43 @@ EFFECT_ROWS = (
         "body",
         "Drag of the air on the moving robot.",
         "Q_w = −c θ̇w |θ̇w|",
-        (EffectParameter("coefficient", "V s²/rad²", minimum=0.0, typical=0.02),),
+        (EffectParameter("coefficient", "V s²/rad²", letter="c", minimum=0.0, typical=0.02),),
         Force("ground", lambda a, v, coefficient: coefficient * v * Magnitude(v)),
         dissipates=True,
         means="At speed the robot pushes air: the loss grows with the square of its speed over ground.",
+        resembles="`quadratic_drive`.",
     ),
     Effect(
         "com_offset",
         "body",
         "The centre of mass does not lie on the line from which pitch is measured.",
         "centre of mass at angle θp + δ instead of θp",
-        (EffectParameter("angle", "rad", minimum=-1.0, maximum=1.0, typical=0.02),),
+        (EffectParameter("angle", "rad", letter="δ", minimum=-1.0, maximum=1.0, typical=0.02),),
         Deformation("com_angle"),
         means="The robot balances at a pitch that is not zero.",
+        resembles="`imu_bias`, always: see below; also `slope`.",
     ),
     Effect(
         "body_damping",
         "body",
         "Viscous damping of the body's turning, against the world.",
         "Q_p = −c θ̇p",
-        (EffectParameter("coefficient", "V s/rad", minimum=0.0, typical=0.05),),
+        (EffectParameter("coefficient", "V s/rad", letter="c", minimum=0.0, typical=0.05),),
         Force("body", lambda a, v, coefficient: coefficient * v),
         dissipates=True,
         means="The air, or something that the body drags along, resists leaning in proportion to its rate.",
+        residual="a missing force on the body row over θ̇p, on a straight line through zero.",
+        resembles="`ground_viscous` with a negative size, which is impossible.",
     ),
     Effect(
         "tether_spring",
         "body",
         "A cable or spring pulls the robot back to where the log began.",
         "Q_w = −k (θw − θw at the first sample)",
-        (EffectParameter("stiffness", "V/rad", minimum=0.0, typical=0.05),),
+        (EffectParameter("stiffness", "V/rad", letter="k", minimum=0.0, typical=0.05),),
         Force("outside", lambda a, v, stiffness: stiffness * (a - symbol("origin"))),
         means="Something is attached to the robot: the cable weighs in, the more the further it goes.",
+        resembles="`slope` or `voltage_offset`, if the robot stays in one place.",
     ),
     Effect(
         "slosh",
@@ -50,11 +55,12 @@ EFFECT_ROWS = (
         "Something hangs or sloshes in the body: a damped pendulum on its axis.",
         "φ̈ + 2 ζ ω (φ̇ − θ̇p) + ω² sin φ = −(acceleration of its pivot), of mass r M, hung at a height above the axle",
         (
-            EffectParameter("mass_ratio", "1", minimum=0.0, maximum=1.0, typical=0.05),
+            EffectParameter("mass_ratio", "1", letter="r", minimum=0.0, maximum=1.0, typical=0.05),
             EffectParameter("height", "m", typical=0.5, absent=0.7),
             EffectParameter(
                 "frequency",
                 "rad/s",
+                letter="ω",
                 minimum=0.5,
                 maximum=100.0,
                 typical=8.0,
@@ -62,7 +68,9 @@ EFFECT_ROWS = (
                 bounded=True,
                 starts=Values((3.0, 5.0, 8.0, 13.0, 20.0)),
             ),
-            EffectParameter("damping", "1", minimum=0.0, maximum=5.0, typical=0.3, absent=0.2, bounded=True),
+            EffectParameter(
+                "damping", "1", letter="ζ", minimum=0.0, maximum=5.0, typical=0.3, absent=0.2, bounded=True
+            ),
         ),
         InternalForce(
             "slosh_angle",
@@ -75,6 +83,12 @@ EFFECT_ROWS = (
             ),
         ),
         means="A half-full tank, a loose cable or a soft payload swings in the body, a beat of its own.",
+        law_text="The pendulum hangs on the body's axis, has the length g/ω² and is damped against the body; φ is its "
+        "angle against the vertical.",
+        residual="an oscillation of the body with a frequency of its own, long after the command.",
+        resembles="nothing else keeps a beat of its own; a nearly undamped one that is thrown over the top is "
+        "chaotic and cannot be fitted.",
+        remarks=("It needs the constants `R`, `g` and `L`, which turn X5 into the body's mass.",),
     ),
     Effect(
         "payload_step",
@@ -85,10 +99,14 @@ EFFECT_ROWS = (
             EffectParameter(
                 "time", "s", scope="event", minimum=0.0, typical=8.0, absent=0.0, starts=Onset(), event_time=True
             ),
-            EffectParameter("ratio", "1", scope="event", minimum=-0.9, typical=0.1),
+            EffectParameter("ratio", "1", letter="r", scope="event", minimum=-0.9, typical=0.1),
         ),
         Deformation("payload", lambda t, time, ratio: ratio * Step(t - time)),
         means="Something was put on, or taken off, while the log ran; parameters before and after are not the same.",
+        law_text="What is put on or taken off is at the centre of mass; J_b stays.",
+        residual="the same everywhere, with one sign before and another after the moment.",
+        resembles="`voltage_sag` over a short log.",
+        remarks=("It needs the constants `R`, `g` and `L`.",),
     ),
     Effect(
         "external_push",
@@ -102,7 +120,7 @@ EFFECT_ROWS = (
             EffectParameter(
                 "end", "s", scope="event", minimum=0.0, typical=8.5, absent=0.0, starts=Onset(), event_time=True
             ),
-            EffectParameter("torque", "V", scope="event", typical=0.5),
+            EffectParameter("torque", "V", letter="F", scope="event", typical=0.5),
         ),
         Force(
             "outside",
@@ -111,5 +129,7 @@ EFFECT_ROWS = (
             ),
         ),
         means="The model is not at fault here: leave the push out of the log, or keep it out of the fit.",
+        residual="nothing but a burst between two moments.",
+        resembles="`payload_step` where it lasts to the log's end; `slope` on a log that starts on it.",
     ),
 )

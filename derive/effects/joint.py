@@ -39,15 +39,26 @@ TURNING_EFFECTS = {
 
 
 def drive_row_on(
-    name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint"
+    name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint", law_text: str = ""
 ) -> Effect:
-    """A row of the drive as it acts on another port."""
+    """A row of the drive as it acts on another port; what it says of the drive alone is left out."""
     row = next(r for r in drive.EFFECT_ROWS if r.name == model)
     assert isinstance(row.enters, Force | DryForce)
-    return replace(row, name=name, family=family, sentence=sentence, means=means, enters=row.enters._replace(port=port))
+    bare = replace(row, law_text=law_text, residual="", resembles="", remarks=())
+    enters = row.enters._replace(port=port)
+    return replace(bare, name=name, family=family, sentence=sentence, means=means, enters=enters)
 
 
 EFFECT_ROWS = (
     *(drive_row_on(name, *rest) for name, rest in JOINT_EFFECTS.items()),
-    *(drive_row_on(name, *rest, family="ground", port="turn") for name, rest in TURNING_EFFECTS.items()),
+    *(
+        drive_row_on(
+            name,
+            *rest,
+            family="ground",
+            port="turn",
+            law_text="s is the yaw rate of [a robot that turns](plants.md#turning).",
+        )
+        for name, rest in TURNING_EFFECTS.items()
+    ),
 )

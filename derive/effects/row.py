@@ -58,6 +58,7 @@ class EffectParameter(NamedTuple):
     )
     bounded: bool = False  # True where a simulation needs the range too, so that no fit may leave it
     event_time: bool = False  # True for a time at which an event begins or ends
+    letter: str = ""  # its letter in the equation, where that is not the name
 
 
 class Force(NamedTuple):
@@ -165,6 +166,10 @@ class Effect:
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
     approaches: str = ""  # a simpler effect that it becomes at an end of its range, with parameters of the same names
     phased: tuple[str, ...] = field(default=())  # sine and cosine: their amplitude is shared, their phase per log
+    law_text: str = ""  # this and what follows stand on docs/effects.md alone: sentences behind the equation
+    residual: str = ""  # where the missing force shows
+    resembles: str = ""  # what acts in a similar way and how to tell it apart
+    remarks: tuple[str, ...] = field(default=())  # whatever else there is to know
 
     @property
     def symbols(self) -> dict[str, sp.Symbol]:
