@@ -38,27 +38,22 @@ TURNING_EFFECTS = {
 }
 
 
-def drive_row_on(
-    name: str, model: str, sentence: str, means: str, family: str = "joint", port: str = "joint", law_text: str = ""
-) -> Effect:
+def drive_row_on(name: str, model: str, sentence: str, means: str, port: str = "joint") -> Effect:
     """A row of the drive as it acts on another port; what it says of the drive alone is left out."""
     row = next(r for r in drive.EFFECT_ROWS if r.name == model)
     assert isinstance(row.enters, Force | DryForce)
-    bare = replace(row, law_text=law_text, residual="", resembles="", remarks=())
+    bare = replace(row, law_text="", residual="", resembles="", remarks=())
     enters = row.enters._replace(port=port)
-    return replace(bare, name=name, family=family, sentence=sentence, means=means, enters=enters)
+    return replace(bare, name=name, family="joint", sentence=sentence, means=means, enters=enters)
+
+
+def turning_row(name: str, model: str, sentence: str, means: str) -> Effect:
+    """A row of the drive as it acts between the tyres and the ground of a robot that turns."""
+    law_text = "s is the yaw rate of [a robot that turns](plants.md#turning)."
+    return replace(drive_row_on(name, model, sentence, means, port="turn"), family="ground", law_text=law_text)
 
 
 EFFECT_ROWS = (
     *(drive_row_on(name, *rest) for name, rest in JOINT_EFFECTS.items()),
-    *(
-        drive_row_on(
-            name,
-            *rest,
-            family="ground",
-            port="turn",
-            law_text="s is the yaw rate of [a robot that turns](plants.md#turning).",
-        )
-        for name, rest in TURNING_EFFECTS.items()
-    ),
+    *(turning_row(name, *rest) for name, rest in TURNING_EFFECTS.items()),
 )
