@@ -48,7 +48,10 @@ def asked(tmp_path):
     workers.mkdir()
     script = tmp_path / "endless.py"
     script.write_text(ENDLESS.format(folder=str(workers)))
-    process = subprocess.Popen([sys.executable, script], cwd=ROOT, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, script], cwd=ROOT, stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # as in a terminal, wherever the tests run
+    )  # fmt: skip
     try:
         assert within(60, lambda: len(os.listdir(workers)) >= 2)
         yield process, workers
