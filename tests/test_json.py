@@ -19,7 +19,7 @@ from wheelpend.cli.design import WrittenDesign
 from wheelpend.diagnosis.change import Change
 from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
-from wheelpend.diagnosis.explain import Explanation, Step
+from wheelpend.diagnosis.explain import Ladder, Step
 from wheelpend.diagnosis.horizons import HorizonError
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -65,7 +65,7 @@ KEYS = {
     LogEstimate: "log coefficients sigma",
     ExplainedForce: "row depends_on alone repeatable",
     FreeLaw: "laws on coefficients sigma unit error_before error_after noise_floor blocks_agree explains tried",
-    Explanation: "verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment "
+    Ladder: "verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment "
     "warnings missing law",
     Step: "effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log "
     "blocks_agree",

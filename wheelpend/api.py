@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.explain import explain as error_ladder
 from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.stepwise import diagnose as diagnose_stepwise
@@ -42,7 +42,7 @@ def explain(
     without: Sequence[str] = (),
     law: bool = False,
     progress: Callable[[str], None] = lambda text: None,
-) -> Explanation:
+) -> Ladder:
     """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
 
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.

@@ -14,7 +14,7 @@ from wheelpend import Model, save_log
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.campaigns.summary import ParameterAgreement, ParameterRecovery, Summary
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.explain import Explanation, Step
+from wheelpend.diagnosis.explain import Ladder, Step
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.serialise import dumps, to_json
@@ -107,7 +107,7 @@ RECORDS = {
     CandidateFit: """
         schema effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical beyond
         per_log p_discovery p_confirmation""",
-    Explanation: """
+    Ladder: """
         schema verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment warnings
         missing law""",
     Step: """

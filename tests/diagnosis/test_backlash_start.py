@@ -24,6 +24,6 @@ def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
     assert near["backlash.gap"] == pytest.approx(0.01, rel=0.1)
     problem = with_stable_step(problem, near)
     begun = fit_segments(problem, shortened_segments(problem, 0.3 * problem.horizon, max_segments=80), near, free)
-    fitted = fit_segments(problem, problem.training, begun.values, free)
+    fitted = fit_segments(problem, problem.data.estimation, begun.values, free)
     assert fitted.values["backlash.gap"] == pytest.approx(0.01, rel=0.02)
     assert fitted.error < 1.1

@@ -30,7 +30,7 @@ def compared(wrong):
 
 def test_an_error_per_channel_is_in_the_channels_unit(wrong, compared):
     problem = prepare(wrong[0], [wrong[1]], use_all=True)
-    segments = problem.training[0]
+    segments = problem.data.estimation[0]
     error, residual = prediction_error(problem.simulator, segments, WRONG)
     assert compared.error == pytest.approx(error, rel=1e-3) and error > 5.0
     for channel, number, sigma in zip(wrong[1].channels, residual.T, segments.sigma, strict=True):
@@ -50,8 +50,8 @@ def test_the_error_over_the_horizon_is_that_of_segments_as_long(wrong, compared)
 
 def test_the_error_over_several_logs_is_the_mean_of_their_squares(wrong):
     problem = prepare(wrong[0], [wrong[1], wrong[1]], use_all=True)
-    right, off = (errors_at(problem, problem.training[:1], [v], 0.2).error for v in (X, WRONG))
-    both = errors_at(problem, problem.training, [X, WRONG], 0.2)
+    right, off = (errors_at(problem, problem.data.estimation[:1], [v], 0.2).error for v in (X, WRONG))
+    both = errors_at(problem, problem.data.estimation, [X, WRONG], 0.2)
     assert both.error == pytest.approx(np.sqrt((right**2 + off**2) / 2), rel=1e-6)
     assert not both.diverged and off > 3.0 * right
 
@@ -61,7 +61,9 @@ def test_a_closed_loop_is_off_by_what_the_two_machines_differ(wrong):
     machine = replace(Model.default(), simulation={**Model.default().simulation, **WRONG})
     other = simulate(machine, duration=4.0, noise=False)
     problem = prepare(model, [exact], use_all=True)
-    first = replace(problem.training[0], bounds=np.array([[0, 12]]))  # so short that the model does not bend its start
+    first = replace(
+        problem.data.estimation[0], bounds=np.array([[0, 12]])
+    )  # so short that the model does not bend its start
     found = replay_closed_loop(problem, first, WRONG)
     off = np.sqrt(np.mean((other.measured - exact.measured) ** 2, axis=0))
     assert found.rmse == pytest.approx(dict(zip(exact.channels, off, strict=True)), rel=0.05)
@@ -73,7 +75,7 @@ def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
     model, log = wrong
     short = simulated("simple", duration=3.0)
     found = compare(model, [log], [short])
-    segments = prepare(model, [log], [short]).validation[0].part
+    segments = prepare(model, [log], [short]).data.validation[0].part
     error, _ = prediction_error(prepare(model, [log]).simulator, segments, WRONG)
     assert found.error == pytest.approx(error, rel=1e-3)
     assert abs(found.error / compare(model, [log]).error - 1.0) > 0.1

@@ -29,7 +29,7 @@ def pushed():
     """The problem of a log with a push, and the fit of the true machine, which knows of none."""
     log = simulate(Model.default(), duration=6.0, sample=0.002, hide=PUSH, seed=2)
     problem = replace(prepare(Model.default(), [log], use_all=True), max_step=0.002)
-    return problem, fit_segments(problem, problem.training, X, (), rounds=5)
+    return problem, fit_segments(problem, problem.data.estimation, X, (), rounds=5)
 
 
 def test_a_push_is_located_and_sized_from_one_linearisation(pushed):
@@ -45,7 +45,7 @@ def test_an_expected_gain_is_what_the_sum_of_squares_falls_by_in_variances_of_th
     problem, fitted = pushed
     found = locate_event(problem, fitted, {}, derive.effects.find("external_push"), 0)
     short = replace(problem, horizon=0.2 * problem.horizon)
-    segments = prepare(Model.default(), problem.logs, use_all=True, horizon=short.horizon).training
+    segments = prepare(Model.default(), problem.logs, use_all=True, horizon=short.horizon).data.estimation
     without, with_it = (fit_segments(problem, segments, {**X, **more}, (), rounds=5) for more in ({}, PUSH))
     variance = max(without.cost / without.count, 1.0)
     assert found.gain * variance == pytest.approx(without.cost - with_it.cost, rel=0.2)
@@ -71,7 +71,7 @@ def test_a_moment_is_placed_between_two_samples_and_within_one_of_where_it_was(p
     near = {"external_push.start": 2.45, "external_push.end": 3.34, "external_push.torque": 0.2}
     candidate = EventCandidate(derive.effects.find("external_push"), 0, near, 1.0, 1, {})
     begun = fit_at_event_times(problem, fitted, candidate, ())
-    found = refine_event_times(problem, problem.training, begun, candidate).of_log(0)
+    found = refine_event_times(problem, problem.data.estimation, begun, candidate).of_log(0)
     for name in ("external_push.start", "external_push.end"):
         samples = found[name] / 0.002
         assert abs(samples - np.floor(samples) - 0.5) < 1e-6

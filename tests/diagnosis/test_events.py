@@ -43,11 +43,14 @@ def test_when_it_began_and_ended_is_found_though_every_second_segment_is_held_ou
 
 def test_segments_in_which_something_happens_are_fitted_and_the_others_take_turns(bent):
     problem = with_interleaved_validation(bent[0], [8.988, 10.608])
-    log, held = problem.logs[0], problem.validation[0].part.bounds
+    log, held = problem.logs[0], problem.data.validation[0].part.bounds
     spans = [(log.t[a], log.t[b - 1]) for a, b in held]
     assert not any(a - 0.02 < moment < b + 0.02 for a, b in spans for moment in (8.988, 10.608))
-    assert (len(held), len(problem.training[0].bounds)) == (18, 22)  # two of 20 that would be held out hold a moment
-    assert not set(map(tuple, held)) & set(map(tuple, np.asarray(problem.training[0].bounds)))
+    assert (len(held), len(problem.data.estimation[0].bounds)) == (
+        18,
+        22,
+    )  # two of 20 that would be held out hold a moment
+    assert not set(map(tuple, held)) & set(map(tuple, np.asarray(problem.data.estimation[0].bounds)))
 
 
 def test_a_load_is_timed_to_the_sample_though_what_it_does_depends_on_a_command_that_jumps():

@@ -34,10 +34,8 @@ def autoregressive(shape, share, seed=0):
 
 
 def held_out(residual, change):
-    part = SimpleNamespace(values=residual.size)
-    problem = SimpleNamespace(
-        validation=[SimpleNamespace(part=part)], training=[SimpleNamespace(values=2 * residual.size)]
-    )
+    data = SimpleNamespace(validation_values=residual.size, values=2 * residual.size)
+    problem = SimpleNamespace(data=data)
     return confirmation_p_value(problem, [residual], [residual - change])
 
 
@@ -57,8 +55,8 @@ def faint():
     """A problem whose log has a little dry friction, its fit without it, and its fit with it."""
     log = simulated(duration=6.0, seed=5, coulomb_drive__torque=0.0015)
     problem = prepare(Model.default(), [log], horizon=0.1)
-    without = fit_segments(problem, problem.training, X, problem.base)
-    return problem, without, fit_segments(problem, problem.training, X, [*problem.base, TORQUE])
+    without = fit_segments(problem, problem.data.estimation, X, problem.base)
+    return problem, without, fit_segments(problem, problem.data.estimation, X, [*problem.base, TORQUE])
 
 
 def evidence(faint, tests=1, judged=1, significance=None):
@@ -132,8 +130,7 @@ def test_training_data_as_short_as_the_validation_data_count_with_their_uncertai
     change, residual = 0.3 * autoregressive((1, 1000), 0.0, 1).T, autoregressive((1, 1000), 0.0, 2).T
 
     def confirmed(training):
-        part, trained = SimpleNamespace(values=1000), SimpleNamespace(values=training)
-        problem = SimpleNamespace(validation=[SimpleNamespace(part=part)], training=[trained])
+        problem = SimpleNamespace(data=SimpleNamespace(validation_values=1000, values=training))
         return confirmation_p_value(problem, [residual + change], [residual])
 
     assert confirmed(10**9) < confirmed(1000)

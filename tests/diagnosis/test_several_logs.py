@@ -72,7 +72,7 @@ def test_the_amplitude_of_a_ripple_is_the_machine_s_and_its_phase_the_log_s(runo
 
 
 def test_a_held_out_log_turns_the_phase_of_a_ripple_and_leaves_its_amplitude(runout):
-    fitted, held = runout.candidates[0].fit, runout.problem.validation[0]
+    fitted, held = runout.candidates[0].fit, runout.problem.data.validation[0]
     values = calibrated_values(runout.problem, held.calibration, fitted.of_log(0), list(fitted.values))
     a, b = values["wheel_runout.sine"], values["wheel_runout.cosine"]
     known = fitted.of_log(0)

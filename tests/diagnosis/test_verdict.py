@@ -25,8 +25,8 @@ TORQUE = "coulomb_drive.torque"
 def screened(log):
     """A problem, the fit of its model as it is, and what the score test says of every effect."""
     problem = prepare(Model.default(), [log], horizon=0.2)
-    fitted = fit_segments(problem, problem.training, X, problem.base, rounds=30)
-    return problem, fitted, score_test(problem, fitted, problem.training, {})
+    fitted = fit_segments(problem, problem.data.estimation, X, problem.base, rounds=30)
+    return problem, fitted, score_test(problem, fitted, problem.data.estimation, {})
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def complete():
 def rough():
     """A log with dry friction, the base fit, and the evidence for the friction."""
     problem, fitted, tests = screened(simulated(duration=8.0, seed=1, coulomb_drive__torque=0.02))
-    better = fit_segments(problem, problem.training, {**X, TORQUE: 0.02}, [*problem.base, TORQUE])
+    better = fit_segments(problem, problem.data.estimation, {**X, TORQUE: 0.02}, [*problem.base, TORQUE])
     base = ValidatedFit.of(problem, fitted)
     effect = derive.effects.find("coulomb_drive")
     return problem, base, evaluate_candidate(problem, effect, better, base.residuals, Comparisons(30, 1)), tests
@@ -53,12 +53,12 @@ NOTHING = ScoreTest((), {})
 
 def test_a_detectable_size_is_five_standard_errors_of_a_fit_with_the_effect(complete):
     problem, fitted, tests = complete
-    values = sum(p.values for p in problem.training)
+    values = problem.data.values
     factor = max(5.0, np.sqrt(2 * 0.005 * values))
     sizes = detectable(problem, tests)
     for name in (TORQUE, "slope.angle", "voltage_offset.offset", "gyro_scale.scale"):
         effect, _, parameter = name.partition(".")
-        beside = fit_segments(problem, problem.training, fitted.values, [*problem.base, name], rounds=10)
+        beside = fit_segments(problem, problem.data.estimation, fitted.values, [*problem.base, name], rounds=10)
         assert sizes[effect][parameter] == pytest.approx(factor * beside.sigma(name), rel=0.05)
 
 
@@ -137,7 +137,7 @@ def test_a_verdict_asks_for_validation_data_and_for_an_error_above_the_noise(rou
     assert verdict_on(problem, [], 1.09 * problem.floor) == "nothing_missing"
     assert verdict_on(problem, [], 1.11 * problem.floor) == "unexplained"
     assert verdict_on(problem, [candidate], 9.0) == "effect_missing"
-    assert verdict_on(replace(problem, validation=()), [candidate], 9.0) == "ambiguous"
+    assert verdict_on(replace(problem, data=replace(problem.data, validation=())), [candidate], 9.0) == "ambiguous"
 
 
 def test_an_effect_that_leaves_a_rest_is_the_answer_only_where_more_effects_explain_it(rough):
@@ -186,7 +186,7 @@ def test_a_twin_fits_as_well_with_the_opposite_size(hidden, twin, size):
     log = simulated(duration=6.0, seed=2, **{hidden.replace(".", "__"): size})
     problem = prepare(Model.default(), [log])
     true, other = (
-        fit_segments(problem, problem.training, {**X, n: s}, [*problem.base, n], rounds=20)
+        fit_segments(problem, problem.data.estimation, {**X, n: s}, [*problem.base, n], rounds=20)
         for n, s in ((hidden, size), (twin, -size))
     )
     assert other.cost == pytest.approx(true.cost, rel=1e-6)

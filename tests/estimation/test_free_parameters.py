@@ -52,7 +52,7 @@ def test_a_problem_frees_what_its_model_has_and_offers_what_it_lacks():
 
 def test_a_limit_does_nothing_from_the_largest_value_on_that_the_log_reaches():
     problem = prepare(Model.default(), [simulated(duration=4.0)])
-    segments = problem.training[0]
+    segments = problem.data.estimation[0]
     voltage = np.abs(segments.log.voltage[segments.bounds[0, 0] : segments.bounds[-1, 1]])
     saturation = derive.effects.find("voltage_saturation")
     assert null_values(problem, saturation) == {"voltage_saturation.limit": pytest.approx(voltage.max())}

@@ -47,5 +47,5 @@ def test_pairs_that_are_tied_move_with_equal_amplitudes_only():
 def test_a_held_out_log_has_a_first_third_of_its_own():
     first, second, third = logs("slope__angle", (0.02, -0.015, 0.01))
     problem = prepare(Model.default(), [first, second], [third])
-    assert problem.validation[0].calibration.bounds.max() <= problem.validation[0].part.bounds.min()
-    assert problem.validation[0].calibration.bounds.max() == pytest.approx(len(third) / 3, abs=250)
+    assert problem.data.validation[0].calibration.bounds.max() <= problem.data.validation[0].part.bounds.min()
+    assert problem.data.validation[0].calibration.bounds.max() == pytest.approx(len(third) / 3, abs=250)

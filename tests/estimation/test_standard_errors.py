@@ -24,7 +24,7 @@ THREE = SimpleNamespace(LINEAR=("a", "b", "c"))
 @pytest.fixture(scope="module")
 def fitted():
     problem = prepare(Model.default(), [simulated(duration=6.0)], lean=True, horizon=0.1)
-    return problem, fit_segments(problem, problem.training, X, problem.base)
+    return problem, fit_segments(problem, problem.data.estimation, X, problem.base)
 
 
 def test_least_squares_has_the_estimate_and_the_standard_errors_of_the_textbook():
@@ -71,7 +71,7 @@ def test_a_fits_covariance_follows_from_how_its_sum_of_squares_bends(fitted):
     problem, found = fitted
     for name, rest in (("X5", [n for n in problem.base if n != "X5"]), ("X2", [n for n in problem.base if n != "X2"])):
         away = {**found.values, name: found.values[name] + 3.0 * found.sigma(name)}
-        risen = fit_segments(problem, problem.training, away, rest, rounds=30).cost - found.cost
+        risen = fit_segments(problem, problem.data.estimation, away, rest, rounds=30).cost - found.cost
         assert risen == pytest.approx(9.0, rel=0.05)
 
 

@@ -11,6 +11,7 @@ from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare, shortened_segments, with_interleaved_validation
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.segments import DataSplit
 from wheelpend.estimation.validation import calibrated_values, fit_percent, validation_residuals, with_amplitude
 
 
@@ -20,14 +21,14 @@ def problem():
     exact, sigma = simulated(duration=20.0, noise=False), np.array([1e-3, 1e-2, 1e-2])
     log = replace(exact, measured=exact.measured + sigma * np.random.default_rng(0).normal(size=exact.measured.shape))
     found = prepare(Model.default(), [log], horizon=0.02, lean=True)
-    held = tuple(replace(v, part=replace(v.part, sigma=sigma)) for v in found.validation)
-    return replace(found, training=tuple(replace(s, sigma=sigma) for s in found.training), validation=held)
+    held = tuple(replace(v, part=replace(v.part, sigma=sigma)) for v in found.data.validation)
+    return replace(found, data=DataSplit(tuple(replace(s, sigma=sigma) for s in found.data.estimation), held))
 
 
 @pytest.fixture(scope="module")
 def known(problem):
     """The fit that the true values are, nothing fitted but the initial states."""
-    return fit_segments(problem, problem.training, X, (), rounds=5)
+    return fit_segments(problem, problem.data.estimation, X, (), rounds=5)
 
 
 def samples(segments):
@@ -36,62 +37,62 @@ def samples(segments):
 
 def test_the_last_third_of_a_log_is_held_out_and_no_sample_is_on_both_sides():
     problem = prepare(Model.default(), [simulated(duration=6.0), simulated(duration=4.0)], lean=True)
-    for number, (fitted, held) in enumerate(zip(problem.training, problem.validation, strict=True)):
+    for number, (fitted, held) in enumerate(zip(problem.data.estimation, problem.data.validation, strict=True)):
         size = len(fitted.log)
         assert max(samples(fitted)) < size * 2 // 3 <= min(samples(held.part))
         assert len(samples(fitted)) > 0.6 * size and len(samples(held.part)) > 0.3 * size
-        assert (held.training, held.part.log) == (number, fitted.log)
+        assert (held.estimation_log, held.part.log) == (number, fitted.log)
 
 
 def test_held_out_logs_take_no_part_in_the_fit_and_leave_it_the_whole_of_its_own():
     own, other = simulated(duration=6.0), simulated(duration=3.0, seed=1)
     problem = prepare(Model.default(), [own], [other], lean=True)
-    assert [p.log for p in problem.training] == [own] and [v.part.log for v in problem.validation] == [other]
-    assert max(samples(problem.training[0])) >= len(own) - 2
-    held = problem.validation[0]
+    assert list(problem.logs) == [own] and [v.part.log for v in problem.data.validation] == [other]
+    assert max(samples(problem.data.estimation[0])) >= len(own) - 2
+    held = problem.data.validation[0]
     assert max(samples(held.calibration)) < len(other) // 3 <= min(samples(held.part))
-    assert held.training is None and len(problem.noise) == 2
-    assert prepare(Model.default(), [own], use_all=True, lean=True).validation == ()
+    assert held.estimation_log is None and len(problem.noise) == 2
+    assert prepare(Model.default(), [own], use_all=True, lean=True).data.validation == ()
 
 
 def test_every_log_is_judged_by_its_own_noise():
     own, other = simulated(duration=3.0), simulated(duration=3.0, noise=False)
     rough = replace(other, measured=other.measured + 0.05 * np.random.default_rng(0).normal(size=other.measured.shape))
     problem = prepare(Model.default(), [own], [rough], lean=True)
-    assert problem.validation[0].part.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
-    assert problem.validation[0].calibration.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
-    assert problem.training[0].sigma[1:] == pytest.approx(np.radians([0.5, 0.5]), rel=0.1)
+    assert problem.data.validation[0].part.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
+    assert problem.data.validation[0].calibration.sigma[1:] == pytest.approx([0.05, 0.05], rel=0.1)
+    assert problem.data.estimation[0].sigma[1:] == pytest.approx(np.radians([0.5, 0.5]), rel=0.1)
 
 
 def test_every_second_segment_is_held_out_where_they_take_turns(problem):
     found = with_interleaved_validation(problem)
-    assert not samples(found.training[0]) & samples(found.validation[0].part)
-    assert len(samples(found.training[0]) | samples(found.validation[0].part)) > 0.99 * len(problem.logs[0])
+    assert not samples(found.data.estimation[0]) & samples(found.data.validation[0].part)
+    assert len(samples(found.data.estimation[0]) | samples(found.data.validation[0].part)) > 0.99 * len(problem.logs[0])
 
 
 def test_shorter_segments_stay_within_the_training_data_and_are_thinned(problem):
     (short,) = shortened_segments(problem, 0.01, max_segments=100)
-    assert samples(short) <= samples(problem.training[0])
+    assert samples(short) <= samples(problem.data.estimation[0])
     assert 100 <= len(short.bounds) < 200 and set(np.diff(short.bounds, axis=1).ravel()) == {10}
 
 
 def test_the_error_of_a_true_model_is_one_however_many_states_are_fitted(problem, known):
     held, residuals = validation_residuals(problem, known)
-    count = problem.validation[0].part.values
-    assert count - 4 * len(problem.validation[0].part.bounds) < 0.95 * count
+    count = problem.data.validation[0].part.values
+    assert count - 4 * len(problem.data.validation[0].part.bounds) < 0.95 * count
     for found in (held, known.error):
         assert found == pytest.approx(1.0, abs=0.012)
     assert np.nansum(residuals[0] ** 2) < 0.95 * count
-    segments = problem.validation[0].part
+    segments = problem.data.validation[0].part
     assert prediction_error(problem.simulator, segments, X)[0] == pytest.approx(held, rel=1e-6)
 
 
 def test_a_model_without_validation_data_has_the_error_of_its_fit(problem, known):
-    assert validation_residuals(replace(problem, validation=()), known) == (known.error, [])
+    assert validation_residuals(replace(problem, data=replace(problem.data, validation=())), known) == (known.error, [])
 
 
 def test_a_fit_percentage_is_what_the_error_leaves_of_the_spread(problem):
-    segments = problem.validation[0].part
+    segments = problem.data.validation[0].part
     readings = np.full_like(segments.log.measured, np.nan)
     a, b = segments.bounds[0, 0], segments.bounds[-1, 1]
     readings[a:b] = segments.log.measured[a:b]
@@ -109,7 +110,9 @@ def test_a_phase_is_one_logs_and_an_amplitude_the_others():
 def test_a_logs_own_offset_is_estimated_on_it_and_what_is_shared_stays():
     log = simulated(duration=2.0, gyro_bias__bias=0.05)
     problem = prepare(Model.default().with_effects(["gyro_bias"]), [log], use_all=True)
-    found = calibrated_values(problem, problem.training[0], {**X, "gyro_bias.bias": 0.0}, ["X1", "gyro_bias.bias"])
+    found = calibrated_values(
+        problem, problem.data.estimation[0], {**X, "gyro_bias.bias": 0.0}, ["X1", "gyro_bias.bias"]
+    )
     assert found["gyro_bias.bias"] == pytest.approx(0.05, abs=0.002)
     assert {n: found[n] for n in X} == X
 

@@ -30,7 +30,7 @@ def candidate(effect, rivals, command="aggressive", **hidden):
     problem = prepare(Model.default(), [simulated(command, seed=3, duration=6.0, **hidden)], use_all=True)
     name = derive.effects.find(effect).full_names[0]
     start = {**machine_values(Model.default(), {}), name: 0.0}
-    fitted = fit_segments(problem, problem.training, start, [*problem.base, name], rounds=40)
+    fitted = fit_segments(problem, problem.data.estimation, start, [*problem.base, name], rounds=40)
     sizes = {name.partition(".")[2]: Estimate(fitted.of_log(0)[name], fitted.sigma(name), "")}
     return problem, CandidateFit(effect, sizes, "", 0.0, "5/5", fitted.error, rivals, True, fitted)
 

@@ -41,7 +41,7 @@ def fits(command, seed, effects=PAIR, scale=0.05):
     problem, start = prepare(model, [log], use_all=True), machine_values(model, {})
     names = [[*problem.base, *([f"{e}.scale"] if e else [])] for e in effects]
     return [
-        fit_segments(problem, problem.training, {**start, **dict.fromkeys(n, 0.0), **start}, n, rounds=40)
+        fit_segments(problem, problem.data.estimation, {**start, **dict.fromkeys(n, 0.0), **start}, n, rounds=40)
         for n in names
     ]
 

@@ -80,7 +80,7 @@ def test_a_record_adds_to_what_the_logs_tell_already():
 def test_the_errors_of_rivals_differ_by_what_their_sums_of_squares_do():
     played = SimpleNamespace(log=SimpleNamespace(measured=np.zeros((1000, 2))))
     asked = question((), density=1.5)
-    values = asked.problem.training[0].values + 3000
+    values = asked.problem.data.estimation[0].values + 3000
     assert asked.gap(30.0, played) == pytest.approx(np.sqrt(1.0 + 900.0 / values) - 1.0)
 
 

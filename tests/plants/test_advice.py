@@ -20,7 +20,7 @@ def test_a_lever_held_by_a_current_is_advised(effect, rival, said):
     model, name = model_of(LEVER), derive.effects.find(effect).full_names[0]
     problem = prepare(model, [log_of(LEVER, **{name.replace(".", "__"): 0.2})], use_all=True)
     start = {**machine_values(model, {}), name: 0.0}
-    fitted = fit_segments(problem, problem.training, start, [*problem.base, name], rounds=40)
+    fitted = fit_segments(problem, problem.data.estimation, start, [*problem.base, name], rounds=40)
     sizes = {name.partition(".")[2]: Estimate(fitted.of_log(0)[name], 0.0, "")}
     found = CandidateFit(effect, sizes, "", 0.0, "5/5", fitted.error, (rival,), True, fitted)
     text = advice(problem, found)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.explain import Explanation, Step
+from wheelpend.diagnosis.explain import Ladder, Step
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, estimate_missing_force
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
@@ -53,7 +53,7 @@ def robot(torque: float) -> Log:
 
 
 @pytest.fixture(scope="module")
-def explanation() -> Explanation:
+def explanation() -> Ladder:
     """A ladder of one step, its two models fitted from the truth and nothing screened."""
     problem = prepare(Model.default(), [robot(0.3)])
     old, new = (fit_from_the_truth(problem, effects) for effects in ([], ["coulomb_drive"]))
@@ -68,7 +68,7 @@ def explanation() -> Explanation:
     step = Step(found.effect, found.estimates, 0.0, (), *errors, {n: new.values[n] for n in problem.base})
     model = problem.model.with_effects(["coulomb_drive"])
     changed = replace(problem, model=model)
-    return Explanation("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], problem.floor, 0.5,
+    return Ladder("nothing_missing", 99.0, errors[0], (step,), ("coulomb_drive",), errors[1], problem.floor, 0.5,
                        parameter_table(changed, new), None, (), model, first, last, new, changed)  # fmt: skip
 
 
@@ -78,7 +78,7 @@ def fit_from_the_truth(problem: EstimationProblem, effects: list[str]) -> Fit:
 
 
 @pytest.fixture(scope="module")
-def page(explanation: Explanation, tmp_path_factory) -> str:
+def page(explanation: Ladder, tmp_path_factory) -> str:
     path = tmp_path_factory.mktemp("report") / "report.html"
     return write_report(explanation, path, command="wheelpend report <log>").read_text(encoding="utf-8")
 
@@ -130,14 +130,14 @@ def test_the_page_is_small_beside_plotly(page: str):
     assert len(page) < 6_500_000
 
 
-def test_the_held_out_residuals_are_those_of_the_ladder(explanation: Explanation):
+def test_the_held_out_residuals_are_those_of_the_ladder(explanation: Ladder):
     (shown,) = residual_comparisons(explanation)
     before, after = (np.sqrt(np.nanmean(r**2)) for r in (shown.before, shown.after))
     assert before == pytest.approx(explanation.base_error, rel=0.05)
     assert after == pytest.approx(explanation.error, rel=0.05)
 
 
-def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(explanation: Explanation):
+def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(explanation: Ladder):
     tried, slip = explanation.first.candidates[0], np.array([-1.0, 0.0, 1.0])
     laws = [law_over_state(explanation.problem, tried, row, "dtheta_w - dtheta_p")(slip) for row in (0, 1)]
     torque = tried.coefficients["torque"]
@@ -146,21 +146,21 @@ def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(exp
     assert law_over_state(explanation.problem, tried, 0, "theta_p") is None
 
 
-def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation: Explanation):
+def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation: Ladder):
     first, row = explanation.first, 0
     slip, expected = first.missing.variables["dtheta_w - dtheta_p"], missing_force_if_true(first, first.candidates[0])
     means = [bin_means(slip, force[:, row], quantile_bins(slip))[:, 1] for force in (expected, first.missing.force)]
     assert np.corrcoef(*means)[0, 1] > 0.8
 
 
-def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Explanation):
-    part = explanation.problem.training[0]
+def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Ladder):
+    part = explanation.problem.data.estimation[0]
     chosen = thinned_samples(part)
     assert len(chosen) <= 3000
     assert (chosen == -1).sum() == len(part.bounds)
 
 
-def test_a_model_that_misses_nothing_has_a_page(explanation: Explanation, tmp_path: Path):
+def test_a_model_that_misses_nothing_has_a_page(explanation: Ladder, tmp_path: Path):
     quiet = replace(explanation.first, verdict="nothing_missing", candidates=(), where=(), missing=None,
                     detectable={"slope": {"angle": 0.01}})  # fmt: skip
     bare = replace(explanation, verdict="nothing_missing", steps=(), effects=(), nominal_error=None, first=quiet,
@@ -171,13 +171,13 @@ def test_a_model_that_misses_nothing_has_a_page(explanation: Explanation, tmp_pa
     assert "angle 0.01 rad" in page
 
 
-def test_without_alpha_no_torque_is_shown(explanation: Explanation, tmp_path: Path):
+def test_without_alpha_no_torque_is_shown(explanation: Ladder, tmp_path: Path):
     model = replace(explanation.model, constants={})
     page = write_report(replace(explanation, model=model), tmp_path / "report.html").read_text(encoding="utf-8")
     assert "N·m" not in without_scripts(page)
 
 
-def test_an_ambiguous_finding_says_what_would_decide_it(explanation: Explanation, tmp_path: Path):
+def test_an_ambiguous_finding_says_what_would_decide_it(explanation: Ladder, tmp_path: Path):
     step = replace(explanation.steps[0], equivalent_to=("rolling_resistance",))
     unsure = replace(explanation, verdict="ambiguous", steps=(step,), experiment="Lift the wheels & repeat.")
     page = write_report(unsure, tmp_path / "report.html").read_text(encoding="utf-8")
@@ -185,7 +185,7 @@ def test_an_ambiguous_finding_says_what_would_decide_it(explanation: Explanation
     assert "Lift the wheels &amp; repeat." in page
 
 
-def test_a_folder_that_is_not_there_is_named(explanation: Explanation, tmp_path: Path):
+def test_a_folder_that_is_not_there_is_named(explanation: Ladder, tmp_path: Path):
     with pytest.raises(Failure, match="cannot be written"):
         write_report(explanation, tmp_path / "absent" / "report.html")
 

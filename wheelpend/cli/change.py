@@ -7,7 +7,7 @@ from pathlib import Path
 
 import derive
 from wheelpend.diagnosis.change import Change, add
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.errors import Failure
 from wheelpend.estimation.problem import extended_effects, require_testable
 from wheelpend.model import workspace
@@ -96,7 +96,7 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
     print_line(SAVED_SENTENCE.format(changed.model.path))
 
 
-def save_explanation(result: Explanation, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
+def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
     """Save an explanation's model and put its steps into the history."""
     model = result.model
     names = tuple(map(str, (*logs, *holdout)))

@@ -1,6 +1,6 @@
 """Diagnosis: which physical effect is missing in a model.
 
-In: an estimation problem. Out: `Diagnosis` with ranked candidates and their evidence, `Explanation` with the error
+In: an estimation problem. Out: `Diagnosis` with ranked candidates and their evidence, `Ladder` with the error
 ladder, `Comparison`. Question: what is missing, how sure is that, and how much does adding it help?
 
 - `criteria`: thresholds that several modules share.

@@ -102,5 +102,5 @@ def evaluate_backlash(
     if start is None:
         return None
     extended = with_stable_step(problem.with_candidates(effect.name), start.values)
-    fitted = fit_segments(extended, extended.training, start.values, start.names, start_per_log=start.per_log)
+    fitted = fit_segments(extended, extended.data.estimation, start.values, start.names, start_per_log=start.per_log)
     return evaluate_candidate(extended, effect, fitted, base.residuals, comparisons)

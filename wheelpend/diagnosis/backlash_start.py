@@ -89,7 +89,7 @@ def find_backlash_start(
 
     ``size`` is the name of the gap's width, ``per_log`` has each log's own parameters.
     """
-    step = 2.0 * stable_step(problem.module, origin, problem.training[0].log)  # as logs are simulated
+    step = 2.0 * stable_step(problem.module, origin, problem.logs[0])  # as logs are simulated
     problem = replace(problem, max_step=min(problem.max_step, step))
     row = effect_parameter(size, problem.plant)
     assert row is not None, f"{size} is a parameter of the library"

@@ -86,8 +86,8 @@ class ComparedModel(NamedTuple):
 
     @property
     def own_problem(self) -> EstimationProblem:
-        """The problem with the compared segments as its training data."""
-        return replace(self.problem, training=self.log_segments)
+        """The problem with the compared segments as its estimation data."""
+        return replace(self.problem, data=self.problem.data.with_estimation(self.log_segments))
 
 
 def compare(
@@ -143,9 +143,9 @@ def model_to_compare(
         progress("the model has no values yet: fitting it first")
         problem, start = best_start(problem)
         values = fit_model(problem, start, free_names(problem, model.effects)).of_log(0)
-    step = stable_step(problem.module, values, problem.training[0].log)
+    step = stable_step(problem.module, values, problem.logs[0])
     problem = replace(problem, max_step=step)
-    validation = prepare(model, logs, holdout).validation if holdout else ()
+    validation = prepare(model, logs, holdout).data.validation if holdout else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
 
 
@@ -188,7 +188,7 @@ def values_per_log(
     """The segments that are compared, and the values of each log: of the hold-out logs where there are some."""
     names = free_names(problem, problem.model.effects)
     if not validation:
-        return problem.training, [calibrated_values(problem, s, values, names) for s in problem.training]
+        return problem.data.estimation, [calibrated_values(problem, s, values, names) for s in problem.data.estimation]
     log_segments = tuple(v.part for v in validation)
     return log_segments, [calibrated_values(problem, v.calibration or v.part, values, names) for v in validation]
 

@@ -86,7 +86,7 @@ def find_events(problem: EstimationProblem, fitted: Fit, error: float) -> list[E
     found = []
     for effect in candidate_events(problem):
         for origin in origins:
-            candidates = [locate_event(problem, fitted, origin, effect, k) for k in range(len(problem.training))]
+            candidates = [locate_event(problem, fitted, origin, effect, k) for k in range(len(problem.data.estimation))]
             found.append(max(candidates, key=lambda c: c.gain))
     return sorted(found, key=lambda c: -c.gain)
 
@@ -95,9 +95,9 @@ def locate_event(
     problem: EstimationProblem, fitted: Fit, origin: Mapping[str, float], effect: Effect, number: int
 ) -> EventCandidate:
     """The run of short segments of one log in which an event lowers the sum of squares most."""
-    log, times = problem.training[number].log, event_time_names(effect.name)
+    log, times = problem.data.estimation[number].log, event_time_names(effect.name)
     bounds = np.ascontiguousarray(segment_bounds(log, EVENT_HORIZON_SHARE * problem.horizon))
-    segments = replace(problem.training[number], bounds=bounds)
+    segments = replace(problem.data.estimation[number], bounds=bounds)
     values = {**fitted.of_log(number), **origin}
     information = event_information(problem, segments, values, effect, fitted.names)
     count = len(bounds)
@@ -146,14 +146,14 @@ def fit_event(
     names = [*best.names, *event_time_names(candidate.effect.name)]
     whole_logs = tuple(
         replace(s, bounds=np.ascontiguousarray(segment_bounds(s.log, problem.horizon), dtype=np.int64))
-        for s in problem.training
+        for s in problem.data.estimation
     )
     best = refine_event_times(problem, whole_logs, best, candidate)
     found = fit_segments(problem, whole_logs, best.values, names, start_per_log=best.per_log, rounds=40)
     known, present = found.of_log(candidate.log), (*problem.model.effects, candidate.effect.name)
     moments = [known[n] for e in present for n in event_time_names(e) if n in known]
     judging = with_interleaved_validation(problem, moments)
-    fitted = fit_segments(judging, judging.training, found.values, names, start_per_log=found.per_log, rounds=40)
+    fitted = fit_segments(judging, judging.data.estimation, found.values, names, start_per_log=found.per_log, rounds=40)
     return judging, fitted
 
 
@@ -161,11 +161,13 @@ def fit_at_event_times(problem: EstimationProblem, base: Fit, candidate: EventCa
     """Fit the model with an event at given moments in one log and in no other, from where it fits best."""
     moments = event_time_names(candidate.effect.name)
     absent = {n: 0.0 for n in candidate.start if n not in moments}
-    per_log = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(problem.training))]
+    per_log = [dict(base.per_log[k]) if k < len(base.per_log) else {} for k in range(len(problem.data.estimation))]
     for number, values in enumerate(per_log):
         values |= candidate.start if number == candidate.log else {**candidate.start, **absent}
     names = [n for n in dict.fromkeys([*free, *candidate.effect.full_names]) if n not in moments]
-    return fit_segments(problem, problem.training, {**base.values, **candidate.values}, names, start_per_log=per_log)
+    return fit_segments(
+        problem, problem.data.estimation, {**base.values, **candidate.values}, names, start_per_log=per_log
+    )
 
 
 def refine_event_times(

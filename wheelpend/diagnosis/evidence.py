@@ -156,7 +156,7 @@ def _corrected_confirmation(
     problem: EstimationProblem, before: Sequence[np.ndarray], after: Sequence[np.ndarray], validated: int
 ) -> float | None:
     """P-value of the encompassing test, corrected for so many effects; None without validation data."""
-    return min(1.0, confirmation_p_value(problem, before, after) * validated) if problem.validation else None
+    return min(1.0, confirmation_p_value(problem, before, after) * validated) if problem.data.validation else None
 
 
 def estimate_of(fitted: Fit, effect: Effect) -> EffectEstimate:
@@ -200,7 +200,7 @@ def confirmation_p_value(
     count = len(along)
     factor = along.sum() / power.sum()
     scatter = np.sqrt(np.sum((along - factor * power) ** 2) * count / max(count - 1, 1))
-    inflation = 1.0 + sum(h.part.values for h in problem.validation) / sum(p.values for p in problem.training)
+    inflation = 1.0 + problem.data.validation_values / problem.data.values
     sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(inflation)
     return float(stdtr(max(count - 1, 1), -factor / sigma))
 

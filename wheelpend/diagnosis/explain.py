@@ -59,7 +59,7 @@ class Step(EffectEstimate):
 
 
 @dataclass(frozen=True)
-class Explanation:
+class Ladder:
     """The error ladder of a model on its logs."""
 
     verdict: str
@@ -109,7 +109,7 @@ def explain(
     without: Sequence[str] = (),
     law: bool = False,
     progress: Callable[[str], None] = lambda text: None,
-) -> Explanation:
+) -> Ladder:
     """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
 
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
@@ -123,11 +123,11 @@ def explain(
     return _error_ladder(rounds, with_law(last, progress=progress) if law else last, nominal)
 
 
-def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Explanation:
+def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Ladder:
     """The ladder of some rounds, with the last diagnosis as it is concluded, from the nominal validation error."""
     steps = tuple(ladder_step(r.problem, r.named[0], r.error) for r in rounds[:-1])
     first, problem = revise_verdict(rounds[0], rounds[-1]), last.problem
-    return Explanation(
+    return Ladder(
         verdict=overall_verdict(steps, last),
         nominal_error=nominal,
         base_error=first.error,
@@ -164,7 +164,7 @@ def nominal_error(problem: EstimationProblem) -> float | None:
     values = {n: v.nominal for n, v in problem.model.parameters.items() if v.nominal is not None}
     if any(n not in values for n in problem.base):
         return None
-    fixed = Fit.at({**known_values(problem.model), **values}, [{} for _ in problem.training])
+    fixed = Fit.at({**known_values(problem.model), **values}, [{} for _ in problem.data.estimation])
     error, _ = validation_residuals(problem, fixed)
     return error if np.isfinite(error) else None
 

@@ -17,7 +17,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.normal_equations import reduced_equations
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.scaled_inverse import explaining, solve_damped
+from wheelpend.estimation.scaled_inverse import MIN_EXPLAINING_RATIO, ScaledInverse, solve_damped
 from wheelpend.estimation.shooting import ShootingLinearisation
 
 FOLD_COUNT = 10
@@ -39,7 +39,7 @@ class PairSearch(NamedTuple):
 def leading_pair(problem: EstimationProblem, fitted: Fit) -> tuple[str, ...]:
     """The two effects that would leave least together, as far as a fit's linearisation tells; none where it cannot."""
     effects = [e for e in problem.candidates() if not e.event and e.profiled is None and not e.releases]
-    point = FittedSegments(problem, fitted, problem.training)
+    point = FittedSegments(problem, fitted, problem.data.estimation)
     layout, linearisations = shoot_with_candidates(point, [n for e in effects for n in linear_names(e)], {})
     names = [p.name for p in layout.elements]
     base = [k for k, n in enumerate(names) if n in fitted.names]
@@ -99,7 +99,7 @@ def _project_out_base(fitted: np.ndarray, judged: np.ndarray, base: int) -> tupl
     scale = np.where(own > 0.0, own, 1.0)
     scale[-1] = 1.0
     first, second = fitted / np.outer(scale, scale), judged / np.outer(scale, scale)
-    answers = explaining(first, range(base), first[:base, base:])
+    answers = ScaledInverse.of(first[:base, :base], MIN_EXPLAINING_RATIO).solve(first[:base, base:])
     turn = np.vstack([-answers, np.eye(len(fitted) - base)])
     first, second = turn.T @ first @ turn, turn.T @ second @ turn
     length = np.sqrt(np.maximum(np.diag(first), 0.0))

@@ -56,7 +56,7 @@ def short_score_tests(
 
 def significance_fit(problem: EstimationProblem, fitted: Fit, start: Fit) -> Fit:
     """The fit whose segments are counted for significance: the full one, or on a short log one with more segments."""
-    segment_count = sum(len(s.bounds) for s in problem.training)
+    segment_count = sum(len(s.bounds) for s in problem.data.estimation)
     if segment_count - len(fitted.free) >= MIN_SEGMENTS_BEYOND_PARAMETERS:
         return fitted
     share = max(SHORT_HORIZON_SHARE, segment_count / (len(fitted.free) + 2.0 * MIN_SEGMENTS_BEYOND_PARAMETERS))

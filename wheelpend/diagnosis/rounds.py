@@ -127,7 +127,7 @@ def screen(problem: EstimationProblem, start: RoundStart, progress: Progress) ->
     in_noise = max(fitted.error, base.error) < MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
     short = fitted if in_noise else short or _short_fit(problem, start)
     grids = profile_grids(problem, short, problem.candidates())
-    full_score_test = score_test(problem, fitted, problem.training, grids)
+    full_score_test = score_test(problem, fitted, problem.data.estimation, grids)
     if in_noise:  # what is missing, if anything, is small: one score test tells all
         short_tests = [(fitted.values, full_score_test)]
     else:
@@ -139,7 +139,7 @@ def screen(problem: EstimationProblem, start: RoundStart, progress: Progress) ->
 def _fit_base(problem: EstimationProblem, start: RoundStart) -> tuple[Fit | None, Fit]:
     """A fit of the model to short segments, unless one to full segments is known, and the one to full segments."""
     free, known = free_names(problem, problem.model.effects), start.known
-    if known and known.count == sum(s.values for s in problem.training) and set(known.names) == set(free):
+    if known and known.count == problem.data.values and set(known.names) == set(free):
         return None, known
     short = _short_fit(problem, start)
     horizons = (MIDDLE_HORIZON_SHARE, 1.0)

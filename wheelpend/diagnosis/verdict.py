@@ -157,7 +157,7 @@ def verdict_on(problem: EstimationProblem, named: Sequence[CandidateFit], error_
     """Verdict on the candidates that are worth naming, best first."""
     if not named:
         return "unexplained" if error_before > MAX_EXPLAINED_ERROR_RATIO * problem.floor else "nothing_missing"
-    return "effect_missing" if problem.validation and not named[0].equivalent_to else "ambiguous"
+    return "effect_missing" if problem.data.validation and not named[0].equivalent_to else "ambiguous"
 
 
 def improves_on_nested(problem: EstimationProblem, candidate: CandidateFit, others: Sequence[CandidateFit]) -> bool:
@@ -195,7 +195,7 @@ def detectable(problem: EstimationProblem, full_score_test: ScoreTest) -> dict[s
 
     It must stand 5 standard errors clear of zero and lower the error by what makes it worth naming.
     """
-    values = sum(p.values for p in problem.training)
+    values = problem.data.values
     factor = max(5.0, float(np.sqrt(2.0 * MIN_RELATIVE_ERROR_DECREASE * values)))
     return {
         c.effect.name: {short_name(n): factor * s for n, s in c.sigma.items()}

@@ -124,7 +124,7 @@ class _Continuation(NamedTuple):
     def fit_at_length(self, values: Mapping[str, float], per_log: Sequence[Mapping[str, float]], share: float) -> Fit:
         """Fit to segments that are a share of the horizon long."""
         problem = self.problem
-        segments = problem.training if share == 1.0 else shortened_segments(problem, share * problem.horizon)
+        segments = problem.data.estimation if share == 1.0 else shortened_segments(problem, share * problem.horizon)
         rounds = FULL_FIT_ROUNDS if share == 1.0 else SHORT_FIT_ROUNDS
         return fit_segments(problem, segments, values, self.free, start_per_log=per_log, rounds=rounds)
 
@@ -154,7 +154,7 @@ def fit_model(
     best = _best_of_fallback_starts(steps, best, first, start, start_per_log)
     if not np.isfinite(best.cost):
         raise Failure(
-            f"{problem.training[0].log.name}: the model must be one that can be simulated over "
+            f"{problem.logs[0].name}: the model must be one that can be simulated over "
             f"{problem.horizon} s, but no start led to one. Check `wheelpend inspect`, or give nominal values "
             "in [parameters]."
         )

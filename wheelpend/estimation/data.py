@@ -14,7 +14,7 @@ from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
-from wheelpend.estimation.segments import Segments, ValidationData, contiguous_ranges
+from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
@@ -49,7 +49,7 @@ def prepare(
     without: Sequence[str] = (),
     lean: bool = False,
 ) -> EstimationProblem:
-    """Cut logs into training and validation segments.
+    """Cut logs into estimation and validation segments.
 
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
@@ -62,13 +62,13 @@ def prepare(
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
-    training, validation = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
-    for log, own in zip(validation_logs, noise[len(loaded) :], strict=True):
-        validation.append(_validation_data_of_log(log, own, horizon, words))
+    split = _split_logs(loaded, noise, horizon, words, keep_all=use_all or bool(validation_logs))
+    held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
+    given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
+    split = replace(split, validation=(*split.validation, *given))
     warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *validation_logs) for w in log.warnings)
     problem = EstimationProblem(
-        model, module, tuple(training), tuple(validation), noise, horizon, INITIAL_MAX_STEP_S, warnings,
-        without=tuple(without),
+        model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
@@ -106,15 +106,15 @@ def _known_event_times(model: Model) -> list[float]:
 
 def _split_logs(
     logs: Sequence[Log], noise: Sequence[Noise], horizon: float, words: PlantWords, keep_all: bool
-) -> tuple[list[Segments], list[ValidationData]]:
-    """Training segments of logs and, unless all is for training, validation segments from the last third of each."""
-    training, validation = [], []
+) -> DataSplit:
+    """Estimation segments of logs and, unless all are for that, validation segments from the last third of each."""
+    estimation, validation = [], []
     for number, (log, own) in enumerate(zip(logs, noise, strict=False)):
         split = len(log) if keep_all else len(log) * 2 // 3
-        training.append(_segments_of_log(log, own, horizon, 0, split, words))
+        estimation.append(_segments_of_log(log, own, horizon, 0, split, words))
         if split < len(log):
             validation.append(ValidationData(_segments_of_log(log, own, horizon, split, len(log), words), number, None))
-    return training, validation
+    return DataSplit(tuple(estimation), tuple(validation))
 
 
 def _validation_data_of_log(log: Log, noise: Noise, horizon: float, words: PlantWords) -> ValidationData:
@@ -134,9 +134,9 @@ def _segments_of_log(log: Log, noise: Noise, horizon: float, start: int, stop: i
 
 
 def shortened_segments(problem: EstimationProblem, horizon: float, max_segments: int = 120) -> tuple[Segments, ...]:
-    """Training segments cut into shorter ones of a horizon [s], thinned evenly to about ``max_segments`` a log."""
+    """Estimation segments cut into shorter ones of a horizon [s], thinned evenly to about ``max_segments`` a log."""
     found = []
-    for segments in problem.training:
+    for segments in problem.data.estimation:
         ranges = contiguous_ranges(segments.bounds)
         bounds = np.concatenate([segment_bounds(segments.log, horizon, a, b) for a, b in ranges])
         thin, run = max(1, len(bounds) // max_segments), COUPLED_SEGMENTS_PER_RUN if problem.carries else 1
@@ -146,19 +146,19 @@ def shortened_segments(problem: EstimationProblem, horizon: float, max_segments:
 
 
 def with_interleaved_validation(problem: EstimationProblem, event_times: Sequence[float] = ()) -> EstimationProblem:
-    """The problem with every second segment of its training logs held out, over their whole length.
+    """The problem with every second segment of its estimation logs held out, over their whole length.
 
-    Segments at or near an event time [s] stay in training: nothing else determines when the event happened.
+    Segments at or near an event time [s] are not held out: nothing else determines when the event happened.
     """
-    training, validation = [], []
+    estimation, validation = [], []
     margin = EVENT_MARGIN_HORIZON_SHARE * problem.horizon
-    for number, segments in enumerate(problem.training):
+    for number, segments in enumerate(problem.data.estimation):
         bounds, t = segment_bounds(segments.log, problem.horizon), segments.log.t
-        trains = np.arange(len(bounds)) % 2 == 0
+        fitted = np.arange(len(bounds)) % 2 == 0
         for time in event_times:
-            trains |= (t[bounds[:, 0]] - margin <= time) & (time <= t[bounds[:, 1] - 1] + margin)
-        training.append(replace(segments, bounds=np.ascontiguousarray(bounds[trains])))
-        if not trains.all():
-            others = replace(segments, bounds=np.ascontiguousarray(bounds[~trains]))
+            fitted |= (t[bounds[:, 0]] - margin <= time) & (time <= t[bounds[:, 1] - 1] + margin)
+        estimation.append(replace(segments, bounds=np.ascontiguousarray(bounds[fitted])))
+        if not fitted.all():
+            others = replace(segments, bounds=np.ascontiguousarray(bounds[~fitted]))
             validation.append(ValidationData(others, number, None))
-    return replace(problem, training=tuple(training), validation=tuple(validation))
+    return replace(problem, data=DataSplit(tuple(estimation), tuple(validation)))

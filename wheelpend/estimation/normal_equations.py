@@ -10,13 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
-from wheelpend.estimation.scaled_inverse import (
-    ScaledInverse,
-    explaining,
-    pseudo_inverse,
-    solve_damped,
-    unit_diagonal,
-)
+from wheelpend.estimation.scaled_inverse import MIN_EXPLAINING_RATIO, ScaledInverse, solve_damped, unit_diagonal
 from wheelpend.estimation.shooting import ShootingLinearisation
 
 MAX_LOST_SHARE = 1e-3  # of a parameter in directions that are not identifiable, from which its value means nothing
@@ -71,7 +65,8 @@ class NormalEquations:
         """Those without what the base columns explain, and without the squares that they explain."""
         scaled, scale = unit_diagonal(self.information)
         right = self.score / scale
-        answers = explaining(scaled, base, np.column_stack([scaled[base], right[base]]))
+        known = ScaledInverse.of(scaled[np.ix_(base, base)], MIN_EXPLAINING_RATIO)
+        answers = known.solve(np.column_stack([scaled[base], right[base]]))
         rest = scaled - scaled[:, base] @ answers[:, :-1]
         back = np.where(np.isfinite(scale), scale, 0.0)
         return replace(
@@ -83,7 +78,7 @@ class NormalEquations:
 
     def solve(self, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Change (chosen,) of some parameters alone, and its covariance; flat directions do not move."""
-        covariance = pseudo_inverse(self.information[np.ix_(chosen, chosen)])
+        covariance = ScaledInverse.of(self.information[np.ix_(chosen, chosen)]).matrix
         return covariance @ self.score[list(chosen)], covariance
 
     def gain(self, chosen: Sequence[int], change: np.ndarray) -> float:

@@ -11,7 +11,7 @@ import derive
 from derive.effects import Effect
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.estimation.segments import Segments, ValidationData
+from wheelpend.estimation.segments import DataSplit
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.kernel_module import KernelModule
@@ -28,9 +28,8 @@ class EstimationProblem:
 
     model: Model
     module: KernelModule  # the library's kernels, or the model's own
-    training: tuple[Segments, ...]
-    validation: tuple[ValidationData, ...]
-    noise: tuple[Noise, ...]  # of each log, training logs first
+    data: DataSplit
+    noise: tuple[Noise, ...]  # of each log, estimation logs first
     horizon: float  # s
     max_step: float  # s
     warnings: tuple[str, ...]
@@ -69,8 +68,8 @@ class EstimationProblem:
 
     @property
     def logs(self) -> tuple[Log, ...]:
-        """Training logs."""
-        return tuple(p.log for p in self.training)
+        """Estimation logs."""
+        return self.data.logs
 
     def effects(self) -> tuple[Effect, ...]:
         """Library effects that can be tested with the plant, its assumptions and the known constants."""
@@ -147,7 +146,7 @@ def with_stable_step(problem: EstimationProblem, values: Mapping[str, float]) ->
     if problem.module.NA == problem.module.NQ:
         return problem
     stiffest = {**values, **problem.module.STIFFEST}
-    step = 2.0 * stable_step(problem.module, stiffest, problem.training[0].log)  # 0.5 over the fastest rate
+    step = 2.0 * stable_step(problem.module, stiffest, problem.logs[0])  # 0.5 over the fastest rate
     return replace(problem, max_step=min(problem.max_step, step))
 
 

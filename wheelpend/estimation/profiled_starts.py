@@ -76,7 +76,7 @@ def profiled_start_values(problem: EstimationProblem) -> dict[str, float]:
 
 def quantile_starts(problem: EstimationProblem, parameter: EffectParameter, starts: Quantiles) -> list[float]:
     """Quantiles of the signal that the parameter is compared with in the equations, those above its lower bound."""
-    size = magnitude(problem, problem.training[0], starts.of)
+    size = magnitude(problem, problem.data.estimation[0], starts.of)
     values = [float(v) for v in np.quantile(size, starts.at)]
     return list(dict.fromkeys(v for v in values if v > max(parameter.minimum, 0.0)))
 
@@ -101,6 +101,6 @@ def null_values(problem: EstimationProblem, effect: Effect) -> dict[str, float]:
     table = {}
     for p in effect.sizes:
         of = p.starts.of if math.isinf(p.absent) and isinstance(p.starts, Quantiles) else None
-        reached = max(float(magnitude(problem, s, of).max(initial=0.0)) for s in problem.training) if of else 0.0
+        reached = max(float(magnitude(problem, s, of).max(initial=0.0)) for s in problem.data.estimation) if of else 0.0
         table[effect.name_of(p)] = reached
     return table

@@ -67,7 +67,7 @@ def strongest_ripple(
     problem: EstimationProblem, fitted: Fit, port: str, tau: float, seed: int = 0
 ) -> tuple[float, int]:
     """Periods per turn of the strongest ripple in a port's missing force, and the number of independent trials."""
-    records = [ripple_residual(problem, fitted, port, k, tau) for k in range(len(problem.training))]
+    records = [ripple_residual(problem, fitted, port, k, tau) for k in range(len(problem.data.estimation))]
     span = max(1.0, *(float(np.ptp(r.angle)) for r in records))
     grid = np.arange(1.0, MAX_PERIODS_PER_TURN, min(MAX_GRID_STEP, 2.0 / span))
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATE_BLOCK_COUNT, SURROGATE_COUNT))
@@ -98,7 +98,7 @@ def _block_amplitudes(record: RippleResidual, grid: np.ndarray) -> np.ndarray:
 def ripple_residual(problem: EstimationProblem, fitted: Fit, port: str, number: int, tau: float) -> RippleResidual:
     """Residual of a training log's equations behind filters of about tau [s], decimated to their bandwidth."""
     plain = model_module(problem.model.plant, problem.model.assumptions, ())
-    log, bounds = problem.training[number].log, problem.training[number].bounds
+    log, bounds = problem.data.estimation[number].log, problem.data.estimation[number].bounds
     values = fitted.of_log(number)
     parameters = kernel_parameters(plain, values, log)
     states, voltage = measured_states(problem.module, log), acting_input(plain, log, parameters)

@@ -1,8 +1,7 @@
-"""Inverses of information matrices, scaled to a unit diagonal: damped ones, and ones without flat directions."""
+"""The inverse of an information matrix without its flat directions, and damped solutions of many small equations."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,21 +55,6 @@ class ScaledInverse:
     def lost(self) -> np.ndarray:
         """Share (n,) of each coordinate in directions that are not identifiable."""
         return (self.vectors[:, ~self.kept] ** 2).sum(axis=1)
-
-
-def pseudo_inverse(information: np.ndarray) -> np.ndarray:
-    """The inverse (n, n) alone, of a block of an information matrix; flat directions are left out."""
-    scaled, scale = unit_diagonal(information)
-    return np.linalg.pinv(scaled, rcond=MIN_EIGENVALUE_RATIO, hermitian=True) / np.outer(scale, scale)
-
-
-def explaining(scaled: np.ndarray, base: Sequence[int], others: np.ndarray) -> np.ndarray:
-    """Coefficients (base, k) with which base columns explain others, of which ``others`` (base, k) are the products.
-
-    ``scaled`` (n, n) is the information of all columns with a unit diagonal. What is left of the others is small where
-    they are explained well, so these are solved by singular values, which round less than a product with an inverse.
-    """
-    return np.linalg.lstsq(scaled[np.ix_(base, base)], others, rcond=MIN_EXPLAINING_RATIO)[0]
 
 
 def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float = 0.0) -> np.ndarray:

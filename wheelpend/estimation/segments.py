@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,11 +27,38 @@ class Segments:
 
 @dataclass(frozen=True)
 class ValidationData:
-    """Validation segments: of a training log, or of a log of its own with a first third for its per-log parameters."""
+    """Validation segments: of an estimation log, or of a log of its own that begins with segments for calibration."""
 
     part: Segments  # on which the error is computed
-    training: int | None  # index of the training log they belong to
+    estimation_log: int | None  # index of the estimation log they belong to
     calibration: Segments | None  # of a log of its own: where its per-log parameters are estimated
+
+
+@dataclass(frozen=True)
+class DataSplit:
+    """The segments that a model is fitted to, and those that no fit sees."""
+
+    estimation: tuple[Segments, ...]  # of each estimation log
+    validation: tuple[ValidationData, ...]
+
+    @property
+    def logs(self) -> tuple[Log, ...]:
+        """Estimation logs."""
+        return tuple(s.log for s in self.estimation)
+
+    @property
+    def values(self) -> int:
+        """Number of measured values that a model is fitted to."""
+        return sum(s.values for s in self.estimation)
+
+    @property
+    def validation_values(self) -> int:
+        """Number of measured values that no fit sees."""
+        return sum(v.part.values for v in self.validation)
+
+    def with_estimation(self, estimation: Sequence[Segments]) -> DataSplit:
+        """The same validation data with other estimation segments."""
+        return replace(self, estimation=tuple(estimation))
 
 
 def contiguous_ranges(bounds: np.ndarray) -> list[tuple[int, int]]:

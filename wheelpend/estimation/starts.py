@@ -42,7 +42,7 @@ def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     """
     complete = _complete_initial_values(problem)
     known = complete or _initial_values(problem)
-    log = problem.training[0].log
+    log = problem.logs[0]
     log = log.part(0, min(len(log), MAX_START_SAMPLES))
     found = [*([complete] if complete else []), *_regressed_starts(problem, log, known)]
     if not found:
@@ -96,7 +96,7 @@ def best_start(problem: EstimationProblem) -> tuple[EstimationProblem, dict[str,
     candidates = start_candidates(problem)
     best = _best_candidate(problem, segments, candidates)
     if best is None:
-        raise Failure(f"{problem.training[0].log.name}: no start was found from which the model can be simulated. "
+        raise Failure(f"{problem.logs[0].name}: no start was found from which the model can be simulated. "
                       "Check `wheelpend inspect`, or give nominal values in [parameters].")  # fmt: skip
     fallback_starts = (candidates[0], *candidates[:0:-1][:2])
     return replace(problem, max_step=_step_at(problem, best), fallback_starts=fallback_starts), best
@@ -132,7 +132,7 @@ def _short_fit(
 
 def _step_at(problem: EstimationProblem, values: Mapping[str, float]) -> float:
     """Integration step [s] that resolves the machine's fastest motion at some values."""
-    return stable_step(problem.module, values, problem.training[0].log)
+    return stable_step(problem.module, values, problem.logs[0])
 
 
 def _start_error(problem: EstimationProblem, segments: Segments, values: Mapping[str, float]) -> float:

@@ -59,7 +59,7 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
     """
     squares, count, residuals = 0.0, 0, []
     lead = LEAD_IN_SEGMENTS if problem.carries else 0
-    for validation in problem.validation:
+    for validation in problem.data.validation:
         segments, values = validation.part, _validation_values(problem, fitted, validation)
         simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
         _, residual = prediction_error(simulator, segments, values, lead)
@@ -67,15 +67,15 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
         squares += float(np.nansum(residual**2)) if finite else np.inf
         count += segments.values - 2 * problem.module.NQ * len(segments.bounds)
         residuals.append(residual)
-    if not problem.validation:
+    if not problem.data.validation:
         return fitted.error, residuals
     error = float(np.sqrt(squares / max(count, 1)))
     return (error if np.isfinite(error) else float("inf")), residuals
 
 
 def _validation_values(problem: EstimationProblem, fitted: Fit, validation: ValidationData) -> dict[str, float]:
-    if validation.training is not None:
-        return fitted.of_log(validation.training)
+    if validation.estimation_log is not None:
+        return fitted.of_log(validation.estimation_log)
     if validation.calibration is None:
         return dict(fitted.values)
     names = [*fitted.names, *free_names(problem, problem.model.effects)]
@@ -85,7 +85,7 @@ def _validation_values(problem: EstimationProblem, fitted: Fit, validation: Vali
 def fit_percent(problem: EstimationProblem, residuals: list[np.ndarray]) -> dict[str, float]:
     """100 (1 − NRMSE) of each channel over the validation segments, the training segments where there are none."""
     found = {}
-    segments = [v.part for v in problem.validation] or list(problem.training)
+    segments = [v.part for v in problem.data.validation] or list(problem.data.estimation)
     for c, channel in enumerate(segments[0].log.channels):
         pairs = list(zip(residuals, segments, strict=False))
         error = np.concatenate([r[:, c] * s.sigma[c] for r, s in pairs] or [np.zeros(1)])

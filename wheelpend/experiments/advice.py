@@ -43,7 +43,7 @@ def advice(problem: EstimationProblem, first: CandidateFit, others: Sequence[Can
     if not question.has_own_controller:
         text = f"{text[:-1]} ({_controller_text(question)})."
     if len(first.equivalent_to) > 3:
-        logs = ", ".join(p.log.name for p in problem.training)
+        logs = ", ".join(p.log.name for p in problem.data.estimation)
         return f"More than three other effects fit {logs} as well, because it moves too little to tell. {text}"
     return text
 

@@ -22,6 +22,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import effect_parameter, free_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, extended_effects
+from wheelpend.estimation.segments import DataSplit
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.experiments.advice import with_advice
@@ -107,7 +108,7 @@ def _start_of_fit(
     profiled_values: Mapping[str, float] | None = None,
 ) -> DesignStart:
     """A start with a fit's values, sizes that are lost in the noise replaced by typical ones."""
-    values = tuple({**fitted.of_log(k), **(profiled_values or {})} for k in range(len(problem.training)))
+    values = tuple({**fitted.of_log(k), **(profiled_values or {})} for k in range(len(problem.data.estimation)))
     sentences = list(assumptions)
     for effect in present:
         sizes = size_names(derive.effects.find(effect))
@@ -139,9 +140,8 @@ def start_without_logs(model: Model, first: str) -> DesignStart:
             sentences.append(f"{effect} is assumed to have a typical size.")
     empty = Log("", np.arange(2.0), np.zeros(2), np.zeros((2, module.NY)), tuple(module.OUTPUTS))
     step = min(stable_step(module, values, empty), MAX_STEP_S)
-    problem = EstimationProblem(
-        model, module, (), (), (specified_noise(model, module.OUTPUTS),), DEFAULT_HORIZON_S, step, ()
-    )
+    noise = (specified_noise(model, module.OUTPUTS),)
+    problem = EstimationProblem(model, module, DataSplit((), ()), noise, DEFAULT_HORIZON_S, step, ())
     return DesignStart(problem, (values,), present, tuple(sentences))
 
 

@@ -58,7 +58,7 @@ def pose_problem(
     else:
         start = start_without_logs(model, first)
     if sample is None:
-        sample = start.problem.training[0].log.dt if start.problem.training else SAMPLE_INTERVAL_S
+        sample = start.problem.logs[0].dt if start.problem.logs else SAMPLE_INTERVAL_S
     found = _problem_of(start, first, rivals, sample_times(duration, sample))
     step = float(found.question.loop.t[1])
     return found._replace(question=replace(found.question, density=step / sample))
@@ -115,7 +115,7 @@ def _problem_of(start: DesignStart, first: str, others: tuple[str, ...], t: np.n
     log_values = tuple({**own, **absent, **profiled} for own in start.values)
     names = (*base, *rival_parameters(first, others))
     pieces = []
-    for segments, values in zip(problem.training, log_values, strict=False):
+    for segments, values in zip(problem.data.estimation, log_values, strict=False):
         parameters = kernel_parameters(problem.module, values, segments.log)
         states = initial_states(problem.module, segments)
         states, _ = fit_states(problem.simulator, segments, states, parameters)

@@ -87,7 +87,7 @@ class Question:
 
     def gap(self, separation: float, played: SimulatedExperiment) -> float:
         """Relative difference of the rivals' errors over all logs: √(1 + separation²/values) − 1."""
-        values = sum(p.values for p in self.problem.training) + self.density * played.log.measured.size
+        values = self.problem.data.values + self.density * played.log.measured.size
         return float(np.sqrt(1.0 + separation**2 / values) - 1.0)
 
     def errors(self, piece: np.ndarray | None) -> dict[str, float]:
@@ -109,13 +109,13 @@ def question_of_fit(problem: EstimationProblem, first: CandidateFit, others: Seq
     profiled = profiled_values_of(
         rivals, {full_name(t.effect, p): v for t in others for p, v in t.coefficients.items()}
     )
-    sizes = tuple({**fitted.of_log(k), **profiled} for k in range(len(problem.training)))
+    sizes = tuple({**fitted.of_log(k), **profiled} for k in range(len(problem.data.estimation)))
     names = (*base, *rival_parameters(first.effect, rivals))
     pieces = tuple(
         information_at(problem, segments, states, own, names)
-        for segments, states, own in zip(problem.training, fitted.states, sizes, strict=True)
+        for segments, states, own in zip(problem.data.estimation, fitted.states, sizes, strict=True)
     )
-    log = problem.training[-1].log
+    log = problem.data.estimation[-1].log
     t = sample_times(ADVICE_DURATION_S, log.dt)
     loop = experiment_loop(problem, sizes[-1], t)
     return Question(problem, loop, base, first.effect, rivals, sizes, pieces, (t[1] - t[0]) / log.dt)

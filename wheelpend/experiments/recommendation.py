@@ -89,7 +89,7 @@ def experiments(question: Question) -> Iterator[list[Experiment]]:
 
 def usual_limits(question: Question) -> Limits:
     """The plant's usual limits, or what the machine has done already."""
-    plant, logs = question.problem.plant, [p.log for p in question.problem.training]
+    plant, logs = question.problem.plant, list(question.problem.logs)
     pitch = [float(np.nanmax(np.abs(log.measured[:, log.channels.index(plant.range_channel)]))) for log in logs]
     tilt, most = plant.usual_limits or (USUAL_TILT_RAD, 0.0)
     return Limits(max(tilt, *pitch, 0.0), max(most, 0.0, *(float(np.nanmax(np.abs(x.voltage))) for x in logs)))

@@ -118,7 +118,7 @@ def _open_loop_bootstrap(
     model: Model, module: KernelModule, log: Log, progress: Callable[[str], None]
 ) -> ParametricBootstrap:
     problem, fitted = shooting_fit(model, [log], progress)
-    values, segments = fitted.of_log(0), problem.training[0]
+    values, segments = fitted.of_log(0), problem.data.estimation[0]
     parameters = kernel_parameters(problem.module, values, log)
     linearisation = problem.simulator.shoot(segments, fitted.states[0], parameters)
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma

@@ -127,7 +127,7 @@ def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...],
     table = parameter_table(problem, fitted)
     unidentifiable = {n for n, e in table.items() if not e.identifiable}
     return Identification(
-        "shooting", table, fitted.condition, sum(len(s.log) for s in problem.training), fitted.error, problem.floor,
+        "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor,
         (*problem.warnings, *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 from wheelpend.reports.numbers import digits_text
 
 if TYPE_CHECKING:
-    from wheelpend.diagnosis.explain import Explanation
+    from wheelpend.diagnosis.explain import Ladder
 
 PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX, ERROR_WIDTH_PX = 720, 34, 190, 90  # px
 TOP_MARGIN_PX = BOTTOM_MARGIN_PX = 36  # px
@@ -28,9 +28,7 @@ class Rung(NamedTuple):
     error: float  # σ
 
 
-def ladder_rungs(
-    explanation: Explanation, nominal: str = "nominal", refitted: str = "parameters refitted"
-) -> list[Rung]:
+def ladder_rungs(explanation: Ladder, nominal: str = "nominal", refitted: str = "parameters refitted") -> list[Rung]:
     """The nominal model where it has values, the refitted one, and one with each added effect."""
     rungs = [Rung("refitted", refitted, explanation.base_error)]
     if explanation.nominal_error is not None:
@@ -45,7 +43,7 @@ def bar_lengths(rungs: Sequence[Rung], noise_floor: float, longest: int, shortes
     return [round(shortest + longest * height / highest) for height in heights]
 
 
-def draw_ladder(explanation: Explanation, path: Path) -> Path:
+def draw_ladder(explanation: Ladder, path: Path) -> Path:
     """Write the ladder of an explanation as SVG."""
     import jinja2  # imported late: a diagnosis on the terminal does not need it
 

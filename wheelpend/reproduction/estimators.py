@@ -12,7 +12,7 @@ from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.least_squares import differentiation_least_squares, filtered_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.segments import DataSplit, Segments
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.identification.instrumental import IV_TIME_CONSTANTS_S, instrumental_estimate
 from wheelpend.logs.log import Log, segment_bounds
@@ -77,7 +77,7 @@ def cramer_rao(robot: Robot, log: Log) -> np.ndarray:
     From the information matrix at the true parameters.
     """
     problem = estimation_problem(robot, log)
-    fitted = fit_segments(problem, problem.training, robot.values, robot.names, rounds=0)
+    fitted = fit_segments(problem, problem.data.estimation, robot.values, robot.names, rounds=0)
     return np.sqrt(np.diag(fitted.covariance))
 
 
@@ -106,7 +106,8 @@ def estimation_problem(robot: Robot, log: Log) -> EstimationProblem:
     counts = robot.model.sensors.encoder_counts
     noise = sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
     segments = Segments(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, DEFAULT_HORIZON_S), dtype=np.int64))
-    return EstimationProblem(robot.model, robot.module, (segments,), (), (noise,), DEFAULT_HORIZON_S, log.dt, ())
+    data = DataSplit((segments,), ())
+    return EstimationProblem(robot.model, robot.module, data, (noise,), DEFAULT_HORIZON_S, log.dt, ())
 
 
 def condition_numbers(robot: Robot, log: Log) -> dict[str, tuple[float, float]]:

@@ -14,7 +14,7 @@ from wheelpend.api import explain
 from wheelpend.benchmarks.hidden_effects.cases import Case
 from wheelpend.benchmarks.hidden_effects.engine import engine_log
 from wheelpend.benchmarks.hidden_effects.scene import TRUE_PARAMETERS
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.score_test import linear_names
 from wheelpend.diagnosis.stepwise import reduced_model_error
 from wheelpend.errors import Failure, OutOfRange
@@ -138,7 +138,7 @@ def make_log(case: Case, model: Model) -> Log:
     return simulate(model, command=case.command, hide=hide, seed=case.seed)
 
 
-def explanation_fields(explanation: Explanation) -> dict:
+def explanation_fields(explanation: Ladder) -> dict:
     """Fields of an Outcome that the explanation gives."""
     return {
         "verdict": explanation.first.verdict,
@@ -151,7 +151,7 @@ def explanation_fields(explanation: Explanation) -> dict:
     }
 
 
-def compare_with_truth(outcome: Outcome, case: Case, explanation: Explanation, model: Model) -> Outcome:
+def compare_with_truth(outcome: Outcome, case: Case, explanation: Ladder, model: Model) -> Outcome:
     """Add the true model's error, refitted from the true values, and the named model's deviations from the truth."""
     truth = true_values(case, model)
     open_to_all = replace(explanation.problem, without=(), redundant_effects=())

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 
 from wheelpend.diagnosis.compare import Comparison
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.identification.inverse_dynamics import stretch_equations
@@ -35,7 +35,7 @@ class Rung(NamedTuple):
     values: dict[str, float]  # of its parameters, forces in V
 
 
-def step_rows(found: Explanation) -> list[tuple[str, ...]]:
+def step_rows(found: Ladder) -> list[tuple[str, ...]]:
     """Number, effect and errors before and after of every step of an explanation."""
     return [(str(k), s.effect, f"{s.error_before:.4g}", f"{s.error_after:.4g}") for k, s in enumerate(found.steps, 1)]
 
@@ -136,7 +136,7 @@ def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]])
     save_svg(figure, path)
 
 
-def draw_error_ladder(path: Path, found: Explanation) -> None:
+def draw_error_ladder(path: Path, found: Ladder) -> None:
     """Validation error of the refitted model and after every step, with the noise floor."""
     figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
     rungs = [rung for rung in ladder_rungs(found) if rung.kind != "nominal"]

@@ -18,7 +18,7 @@ from wheelpend.benchmarks.measured.drawing import (
     step_rows,
 )
 from wheelpend.diagnosis.compare import Comparison, compare
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
 from wheelpend.identification.identify import identify
 from wheelpend.identification.inverse_dynamics import force_error
@@ -48,7 +48,7 @@ x_ref = { column = "qg" }
 class AxisStudy(NamedTuple):
     """The measured axis, explained and refitted; the comparisons take the values of the last rung."""
 
-    explanation: Explanation
+    explanation: Ladder
     rungs: list[Rung]
     identified: Model  # the last rung with its values
     estimation: Comparison  # with the log the values come from
@@ -115,7 +115,7 @@ def burst_texts(study: AxisStudy) -> dict[str, str]:
 PUBLISHED_ROW = ("published, with Coulomb friction", "4.083", "5.982", "95.11", "203.50", "20.39", "3.16")
 
 
-def effects_of_rungs(found: Explanation) -> list[tuple[str, ...]]:
+def effects_of_rungs(found: Ladder) -> list[tuple[str, ...]]:
     """The effects of every rung, from those of the model on."""
     own = tuple(found.effects[: len(found.effects) - len(found.steps)])
     return [own + tuple(s.effect for s in found.steps[:k]) for k in range(len(found.steps) + 1)]
@@ -161,7 +161,7 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
     return rows
 
 
-def repeatable_share_text(found: Explanation) -> str:
+def repeatable_share_text(found: Ladder) -> str:
     """Repeatable share of the missing force, and the variables it depends on."""
     if not found.repeats:
         return "nothing"

@@ -11,7 +11,7 @@ from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, step_rows
 from wheelpend.diagnosis.compare import Comparison, compare
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.identification.identify import Identification, identify
 from wheelpend.inspection.inspect import Inspection, inspect_file
 from wheelpend.logs.log import Log
@@ -36,7 +36,7 @@ class RobotStudy(NamedTuple):
 
     log: Log
     inspection: Inspection
-    explanation: Explanation
+    explanation: Ladder
     identification: Identification  # hard floor and dry friction, on the whole log
     comparison: Comparison  # of that model with the same log
 
@@ -86,7 +86,7 @@ def log_texts(study: RobotStudy) -> dict[str, str]:
     }
 
 
-def explanation_texts(explanation: Explanation) -> dict[str, str]:
+def explanation_texts(explanation: Ladder) -> dict[str, str]:
     """Steps, errors and verdict of the explanation, with size and gain of its first effect."""
     first = explanation.steps[0]
     return {

@@ -37,7 +37,7 @@ HIDDEN_EFFECTS = {"coulomb_drive": 0.3}  # V, what the diagnosis is to find
 def fit_against_simulation(s: Setting) -> Times:
     """Fit 7 parameters and all initial states to 60 s, from nominal values, against one C simulation of 60 s."""
     problem = prepare(s.model, [s.log(FIT_LOG_DURATION_S)], use_all=True, horizon=SEGMENT_DURATION_S)
-    run = partial(fit_segments, problem, problem.training, known_values(s.model), problem.base, rounds=40)
+    run = partial(fit_segments, problem, problem.data.estimation, known_values(s.model), problem.base, rounds=40)
     fitted = run()
     if not (fitted.converged and fitted.error < 1.1 * problem.floor):
         raise Failure(f"The fit must reach the noise, but its error is {fitted.error:g}.")

@@ -53,7 +53,7 @@ class ForceConcentration(NamedTuple):
 
 def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingForce:
     """Estimate the missing force along the first training log, at a fit to the problem's training segments."""
-    segments = problem.training[0]
+    segments = problem.data.estimation[0]
     names = list(problem.module.MISSING_FORCES)
     equations, centres = _linearise(problem, fitted, segments, names)
     sizes = _prior_standard_deviations(equations, len(names))

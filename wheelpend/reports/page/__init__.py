@@ -1,6 +1,6 @@
 """The self-contained HTML page of an explanation.
 
-In: an Explanation. Out: one file that needs no network. Question: what was missing, and how is it known?
+In: a Ladder. Out: one file that needs no network. Question: what was missing, and how is it known?
 
 page               the page from its template (page.html.j2, sections/) and style sheet (style.css)
 rows               rows of its tables

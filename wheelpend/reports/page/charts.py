@@ -7,7 +7,7 @@ from typing import NamedTuple
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.inspection.standstill import standstills
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.page.effect_figures import EffectDrawing, effect_drawings
@@ -35,7 +35,7 @@ class PageCharts(NamedTuple):
     effects: list[tuple[EffectDrawing, Markup]]
 
 
-def page_charts(explanation: Explanation, quantities: PlantUnits) -> PageCharts:
+def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
     """Draw every chart."""
     first = explanation.first
     logs, left_out = _prediction_charts(explanation, quantities)
@@ -56,7 +56,7 @@ def page_charts(explanation: Explanation, quantities: PlantUnits) -> PageCharts:
     )
 
 
-def _prediction_charts(explanation: Explanation, quantities: PlantUnits) -> tuple[list[tuple[str, Markup]], int]:
+def _prediction_charts(explanation: Ladder, quantities: PlantUnits) -> tuple[list[tuple[str, Markup]], int]:
     """Charts of the first logs with their names, and the number of the others."""
     comparisons, charts = residual_comparisons(explanation), []
     for k, comparison in enumerate(comparisons[:MAX_DRAWN_LOGS]):

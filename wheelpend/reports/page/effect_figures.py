@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 import derive
 from derive.effects import Effect
 from derive.plant_signature import PlantSignature
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import limits_of, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
@@ -39,7 +39,7 @@ class EffectDrawing(NamedTuple):
     figure: go.Figure
 
 
-def effect_drawings(explanation: Explanation) -> list[EffectDrawing]:
+def effect_drawings(explanation: Ladder) -> list[EffectDrawing]:
     """Drawings of the effects of the model, of those that were added, and of the first candidates that were not."""
     return [
         EffectDrawing(effect.name, role, said.equation, said.sentence, effect_figure(effect, problem, fitted))
@@ -48,7 +48,7 @@ def effect_drawings(explanation: Explanation) -> list[EffectDrawing]:
     ]
 
 
-def _effects_to_draw(explanation: Explanation) -> Iterator[tuple[Effect, str, EstimationProblem, Fit]]:
+def _effects_to_draw(explanation: Ladder) -> Iterator[tuple[Effect, str, EstimationProblem, Fit]]:
     added = {s.effect for s in explanation.steps}
     for name in explanation.effects:
         role = "added" if name in added else "in the model"

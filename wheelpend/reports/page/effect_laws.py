@@ -44,7 +44,7 @@ class EffectPlot(NamedTuple):
 
 def effect_plot(effect: Effect, problem: EstimationProblem, fitted: Fit, number: int = 0) -> EffectPlot:
     """Axes and lines of an effect of a fitted model, over what a training log covers."""
-    segments = problem.training[number]
+    segments = problem.data.estimation[number]
     match effect.enters:
         case Force() | DryForce():
             plot = _resistance_plot(effect, problem, segments, fitted.of_log(number))
@@ -213,7 +213,7 @@ def _static_force_plot(
 
 def _output_change_plot(effect: Effect, problem: EstimationProblem, fitted: Fit, number: int) -> EffectPlot:
     """Change of the readings by the effect [σ], along the segment on which it is largest."""
-    segments, module = problem.training[number], problem.module
+    segments, module = problem.data.estimation[number], problem.module
     own = fitted.of_log(number)
     absent = {n: module.ABSENT[module.PARAMETERS.index(n)] for n in effect.full_names}
     first = initial_states(module, segments)

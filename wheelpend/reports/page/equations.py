@@ -7,7 +7,7 @@ from typing import NamedTuple
 import sympy as sp
 
 import derive
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.reports.names import display_text
 
 TYPESET_OPERATORS = (("**2", "²"), ("**3", "³"), ("Magnitude", "abs"), ("Sign", "sign"), ("Ramp(", "max(0, "),
@@ -29,7 +29,7 @@ class Equation(NamedTuple):
     after: list[Term]
 
 
-def equation_rows(explanation: Explanation) -> list[Equation]:
+def equation_rows(explanation: Ladder) -> list[Equation]:
     """The equations of motion before and after, with the difference marked; sensors and command where they changed."""
     plant, assumptions = explanation.model.plant, explanation.model.assumptions
     final = derive.compose(plant, assumptions, explanation.effects)

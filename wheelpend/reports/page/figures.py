@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.prediction import prediction_error
 from wheelpend.estimation.problem import EstimationProblem
@@ -40,12 +40,12 @@ MIN_LOGARITHMIC_RATIO = 5  # of the largest to the smallest error: from it on th
 MIN_DECADE_TICKS_RATIO = 50  # of the same: from it on only decades are ticked
 
 
-def labelled_rungs(explanation: Explanation) -> list[Rung]:
+def labelled_rungs(explanation: Ladder) -> list[Rung]:
     """Rungs of the error ladder as the page names them."""
     return ladder_rungs(explanation, "nominal values")
 
 
-def ladder_figure(explanation: Explanation) -> go.Figure:
+def ladder_figure(explanation: Ladder) -> go.Figure:
     """Held-out error from the nominal model to the last step, with the noise floor."""
     rungs = [r for r in labelled_rungs(explanation) if np.isfinite(r.error)]
     errors = tuple(r.error for r in rungs)
@@ -82,20 +82,20 @@ class ResidualComparison(NamedTuple):
     after: np.ndarray  # (N, channels) σ
 
 
-def residual_comparisons(explanation: Explanation) -> list[ResidualComparison]:
+def residual_comparisons(explanation: Ladder) -> list[ResidualComparison]:
     """Residuals before and after on the held-out segments, or on the training ones where nothing was held out."""
     problem = explanation.problem
-    segments = [v.part for v in problem.validation] or list(problem.training)
+    segments = [v.part for v in problem.data.validation] or list(problem.data.estimation)
     before, after = (_residuals(problem, fit) for fit in (explanation.first.fit, explanation.fit))
     return [ResidualComparison(*row) for row in zip(segments, before, after, strict=True)]
 
 
 def _residuals(problem: EstimationProblem, fitted: Fit) -> list[np.ndarray]:
-    if problem.validation:
+    if problem.data.validation:
         return validation_residuals(problem, fitted)[1]
     return [
         prediction_error(problem.simulator, segments, fitted.of_log(k))[1]
-        for k, segments in enumerate(problem.training)
+        for k, segments in enumerate(problem.data.estimation)
     ]
 
 
@@ -157,7 +157,7 @@ def _with_gaps(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     return np.where(chosen < 0, np.nan, values[chosen]).astype(np.float32)
 
 
-def parameter_figure(explanation: Explanation) -> go.Figure | None:
+def parameter_figure(explanation: Ladder) -> go.Figure | None:
     """Change of each base parameter with each step, in % of its first value."""
     first = {n: explanation.first.fit.values[n] for n in explanation.problem.base}
     if not explanation.steps:

@@ -186,7 +186,7 @@ def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit) -> np.n
         return None
     table = missing.variables
     states = np.column_stack([table[n] for n in problem.module.STATES])
-    parameters = kernel_parameters(problem.module, candidate.fit.of_log(0), problem.training[0].log)
+    parameters = kernel_parameters(problem.module, candidate.fit.of_log(0), problem.logs[0])
     rates = np.array([problem.module.acceleration(t, s, v, parameters)
                       for t, s, v in zip(table["t"], states, input_samples(problem, table), strict=True)])  # fmt: skip
     found = _equation_residuals(problem, diagnosis.fit, table, rates)

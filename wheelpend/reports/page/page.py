@@ -12,7 +12,7 @@ from typing import Any
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.files import write_text
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.html import rendered_page
@@ -38,14 +38,14 @@ TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
 }
 
 
-def write_report(explanation: Explanation, path: Path, *, version: str = "", command: str = "") -> Path:
+def write_report(explanation: Ladder, path: Path, *, version: str = "", command: str = "") -> Path:
     """Write the page, complete or not at all, and return its path."""
     path = Path(path)
     write_text(path, page_html(explanation, version=version, command=command))
     return path
 
 
-def page_html(explanation: Explanation, *, version: str = "", command: str = "") -> str:
+def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> str:
     """Text of the page."""
     quantities = plant_units_of(explanation.model)
     first = explanation.first

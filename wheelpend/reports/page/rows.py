@@ -7,7 +7,7 @@ from typing import NamedTuple
 import derive
 from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.explain import Explanation
+from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.model.units import PlantUnits, plant_units_of
@@ -59,7 +59,7 @@ class ParameterRow(NamedTuple):
     final: str
 
 
-def parameter_rows(explanation: Explanation) -> list[ParameterRow]:
+def parameter_rows(explanation: Ladder) -> list[ParameterRow]:
     """Values of each base parameter: nominal, of the first fit, after every step, final."""
     rows = []
     for name in explanation.problem.base:
@@ -86,9 +86,9 @@ class LogRow(NamedTuple):
 
 def log_rows(problem: EstimationProblem) -> list[LogRow]:
     """Training logs, then hold-out logs."""
-    split = {v.training for v in problem.validation}
+    split = {v.estimation_log for v in problem.data.validation}
     logs = [(log, "fit; last third held out" if k in split else "fit") for k, log in enumerate(problem.logs)]
-    logs += [(v.part.log, "held out") for v in problem.validation if v.training is None]
+    logs += [(v.part.log, "held out") for v in problem.data.validation if v.estimation_log is None]
     rows, units = [], plant_units_of(problem.model)
     for (log, role), noise in zip(logs, problem.noise, strict=False):
         sigma = [

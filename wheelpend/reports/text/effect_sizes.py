@@ -22,7 +22,7 @@ from wheelpend.reports.numbers import (
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.evidence import CandidateFit
-    from wheelpend.diagnosis.explain import Explanation, Step
+    from wheelpend.diagnosis.explain import Ladder, Step
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.estimation.problem import EstimationProblem
     from wheelpend.model.record import Model
@@ -71,7 +71,7 @@ def detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
 # ---- for the page
 
 
-def step_size_text(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
+def step_size_text(step: Step, explanation: Ladder, quantities: PlantUnits) -> str:
     """Coefficients of an added effect as the final model has them."""
     drive_v = rms_input(explanation.problem) if explanation.problem.module.INPUT else 0.0
     return ", ".join(

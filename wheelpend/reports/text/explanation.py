@@ -13,12 +13,12 @@ from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
 from wheelpend.reports.text.verdict import CLOSING_SENTENCES, effect_meaning_text, equivalents_text, evidence_text
 
 if TYPE_CHECKING:
-    from wheelpend.diagnosis.explain import Explanation, Step
+    from wheelpend.diagnosis.explain import Ladder, Step
 
 LONGEST_BAR = 44  # characters
 
 
-def explanation_text(result: Explanation, asked: LawRequest | None = None) -> TextBlocks:
+def explanation_text(result: Ladder, asked: LawRequest | None = None) -> TextBlocks:
     """The ladder, every step with its evidence, and what stays unexplained."""
     yield from ladder_lines(result)
     for step in result.steps:
@@ -27,7 +27,7 @@ def explanation_text(result: Explanation, asked: LawRequest | None = None) -> Te
     yield from unexplained_text(result.repeats, result.law, asked or LawRequest(), result.verdict)
 
 
-def ladder_lines(result: Explanation) -> Iterator[str]:
+def ladder_lines(result: Ladder) -> Iterator[str]:
     """The error ladder as bars."""
     rungs = ladder_rungs(result, "nominal parameters", "after refitting")
     lengths = bar_lengths(rungs, result.noise_floor, LONGEST_BAR)
@@ -36,7 +36,7 @@ def ladder_lines(result: Explanation) -> Iterator[str]:
         yield f"{rung.label:>24} {digits_text(rung.error):>9} {'█' * length}{'▏' if length == 0 else ''}"
 
 
-def _step_lines(step: Step, result: Explanation) -> Iterator[str]:
+def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
     yield f"{step.effect}: {effect_meaning_text(step, result.model, rms_input(result.problem))}"
     yield f"  {evidence_text(step)}"
     yield from log_size_lines(step)

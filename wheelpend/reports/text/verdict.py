@@ -12,7 +12,7 @@ from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, ste
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.evidence import CandidateFit
-    from wheelpend.diagnosis.explain import Explanation, Step
+    from wheelpend.diagnosis.explain import Ladder, Step
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.model.record import Model
 
@@ -89,19 +89,19 @@ def names_text(names: tuple[str, ...]) -> str:
 # ---- an explanation on the page
 
 
-def ambiguity_sentences(explanation: Explanation) -> list[str]:
+def ambiguity_sentences(explanation: Ladder) -> list[str]:
     """The equivalents of every step that has some."""
     return [equivalents_text(s, s.effect) for s in explanation.steps if s.equivalent_to]
 
 
-def short_verdict_text(explanation: Explanation) -> str:
+def short_verdict_text(explanation: Ladder) -> str:
     """The verdict in a few words."""
     more = "more " if explanation.steps else ""
     known = {"nothing_missing": f"nothing {more}is missing", "unexplained": "something is unexplained"}
     return known.get(explanation.verdict, explanation.verdict)
 
 
-def title_text(explanation: Explanation) -> str:
+def title_text(explanation: Ladder) -> str:
     """The finding as a title."""
     names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
     found = " and ".join(", ".join(names).rsplit(", ", 1))
@@ -111,10 +111,10 @@ def title_text(explanation: Explanation) -> str:
     return f"The model was missing {found}" if found else "Nothing is missing in this model"
 
 
-def headline_sentences(explanation: Explanation, quantities: PlantUnits) -> list[str]:
+def headline_sentences(explanation: Ladder, quantities: PlantUnits) -> list[str]:
     """Every added effect with its size, and what they did to the held-out error."""
     before, after, floor = map(error_text, (explanation.base_error, explanation.error, explanation.noise_floor))
-    kind = "held-out" if explanation.problem.validation else "training"
+    kind = "held-out" if explanation.problem.data.validation else "training"
     if not explanation.steps:
         return [f"With its own parameters refitted, the model has a {kind} error of {before} "
                 f"(noise floor {floor}); no effect of the library is worth adding."]  # fmt: skip
@@ -122,7 +122,7 @@ def headline_sentences(explanation: Explanation, quantities: PlantUnits) -> list
             f"The {kind} error falls from {before} to {after}; the noise floor is {floor}."]  # fmt: skip
 
 
-def _step_sentence(step: Step, explanation: Explanation, quantities: PlantUnits) -> str:
+def _step_sentence(step: Step, explanation: Ladder, quantities: PlantUnits) -> str:
     row = library.in_plant_units(library.find(step.effect), explanation.problem.plant)
     sentence = row.sentence.rstrip(".")
     return f"{sentence} ({step.effect}): {step_size_text(step, explanation, quantities)}."
