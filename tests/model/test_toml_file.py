@@ -1,5 +1,7 @@
 """model.toml: what it may hold, what is refused, and that edits leave the rest of it alone."""
 
+import math
+
 import pytest
 
 from derive.plants.wheel_pendulum import PLANT_ASSUMPTIONS, REFERENCE_PARAMETERS
@@ -67,8 +69,9 @@ def test_the_example_is_read():
     assert model.effects == ("coulomb_drive",)
     assert [model.value(n) for n in ("X1", "X2", "X3", "coulomb_drive.torque")] == [0.0436, 0.0178, None, 0.3001]
     assert model.assumptions["ground_friction_reaction"] == "none"
-    assert model.assumptions["encoder"] == model.sensors.encoder == "relative"
-    assert (model.sensors.encoder_counts, model.sensors.pitch_noise) == (None, "auto")
+    assert model.assumptions["encoder"] == "relative"
+    wheel, pitch, _ = model.plant_signature.channels
+    assert (model.sensors.step_of(wheel), model.sensors.noise_of(pitch)) == (None, None)
     assert model.columns == {"theta_p": ColumnMap("pitch_deg", "deg")}
     assert (model.controller, model.simulation) == (None, None)
 
@@ -98,7 +101,7 @@ def test_the_papers_model_is_complete_and_a_tenth_off():
         {**REFERENCE_PARAMETERS, "pitch_noise": 0.00872665, "rate_noise": 0.00872665}
     )
     assert model.controller.gains == (-168.0, -800.0, -8.8)
-    assert model.sensors.encoder_counts == 60000
+    assert model.sensors.step_of(model.plant_signature.channel("theta_w")) == pytest.approx(2 * math.pi / 60000)
     assert max(map(len, model.dump().splitlines())) <= 120
 
 

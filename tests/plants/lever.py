@@ -2,6 +2,7 @@
 
 import sympy as sp
 
+from derive.plant_signature import Sensor
 from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "lever"
@@ -23,7 +24,10 @@ def build(assumptions, free=()):
         gravity=sp.Matrix([0, 0, -g]),
         loads=(Load("motor", "drive", k_m * (current - K * lever.dq)),),
         ports=(Port("drive", lever.q, "between foot and lever, through the motor"),),
-        channels=(Channel("phi", lever.q, "rad"), Channel("spin", lever.dq, "rad/s")),
+        channels=(
+            Channel("phi", lever.q, "rad", Sensor(noise_key="resolver_noise", counts_key="resolver_counts")),
+            Channel("spin", lever.dq, "rad/s"),
+        ),
         input=current,
         input_unit="A",
         scale=k_m,

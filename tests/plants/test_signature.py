@@ -1,12 +1,15 @@
 """What generic code asks of a plant is in its signature, not in names: kinds of variables, directions, units."""
 
+import math
+import re
+
 import numpy as np
 import pytest
 
 import derive
 from derive.plant_signature import PlantSignature
-from tests.plants.machines import LEVER, MACHINES, log_of, model_of
-from wheelpend import Failure
+from tests.plants.machines import LEVER, MACHINES, log_of, model_of, model_text
+from wheelpend import Failure, Model
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, term_library
 from wheelpend.diagnosis.missing_force.smooth_basis import SplineBasis
 from wheelpend.estimation.data import prepare
@@ -100,3 +103,15 @@ share = { unit = "1", typical = 0.3 }
     assert row.name == "soft_start"
     with pytest.raises(Failure, match="tau"):
         effects_from_text(text.replace("tau*", "v_in*"), model_of(LEVER).plant_signature)
+
+
+def test_keys_of_sensors_are_those_that_a_plant_brings():
+    model = Model.parse(f"{model_text(LEVER)}\n[sensors]\nresolver_counts = 512\nresolver_noise = 0.002\n")
+    angle, spin = model.plant_signature.channels
+    assert (model.sensors.noise_of(angle), model.sensors.noise_of(spin)) == (0.002, None)
+    assert model.sensors.step_of(angle) == pytest.approx(2 * math.pi / 512)
+    for wrong, says in (("encoder_counts = 60000", "No key named 'encoder_counts' in [sensors]. Known keys: resolver"),
+                        ('resolver_noise = "loud"', "sensors.resolver_noise: must be a number or 'auto'"),
+                        ("resolver_counts = -1", "sensors.resolver_counts: must be at least 0")):  # fmt: skip
+        with pytest.raises(Failure, match=re.escape(says)):
+            Model.parse(f"{model_text(LEVER)}\n[sensors]\n{wrong}\n")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from derive.plant_signature import ChannelSpec
@@ -27,28 +27,20 @@ class ParameterValue:
 
 @dataclass(frozen=True)
 class Sensors:
-    """Encoder, noise and quantisation of the sensors, as far as they are known."""
+    """Noise and quantisation of the sensors, as far as they are known, and what the plant's own keys say of them."""
 
-    encoder: Literal["absolute", "relative"] = "absolute"  # of a plant with an assumption of that name
-    encoder_counts: float | None = None  # per revolution; 0 or nothing where unknown
-    pitch_noise: Noise = "auto"  # standard deviation of the channel with this key
-    rate_noise: Noise = "auto"
     noise: dict[str, Noise] = field(default_factory=dict)  # standard deviation of any channel, in its unit
     step: dict[str, float] = field(default_factory=dict)  # of a quantised channel, in its unit; 0 where unknown
-
-    @property
-    def stated_keys(self) -> list[str]:
-        """Keys beside noise and step that differ from their defaults; a plant must have them."""
-        return [f.name for f in fields(self) if f.name not in ("noise", "step") and getattr(self, f.name) != f.default]
+    of_plant: dict[str, Any] = field(default_factory=dict)  # by keys that the plant brings: noise, counts, assumptions
 
     def noise_of(self, channel: ChannelSpec) -> float | None:
         """Standard deviation of a channel as stated [its unit]; None where it is to be found from the data."""
-        stated = self.noise.get(channel.name, getattr(self, channel.sensor.noise_key, "auto"))
+        stated = self.noise.get(channel.name, self.of_plant.get(channel.sensor.noise_key, "auto"))
         return None if stated == "auto" else float(stated)
 
     def step_of(self, channel: ChannelSpec) -> float | None:
         """Step of a quantised channel as stated [its unit]; None where nothing is known."""
-        counts = getattr(self, channel.sensor.counts_key, None)
+        counts = self.of_plant.get(channel.sensor.counts_key)
         return self.step.get(channel.name) or (2 * math.pi / counts if counts else None)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,8 +15,8 @@ from wheelpend.errors import Failure
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.model.entries import ModelFile
-from wheelpend.model.toml_checks import call_look_up, check_known
-from wheelpend.model.toml_file import USER_EFFECTS_FILE
+from wheelpend.model.toml_checks import call_look_up, check_known, checked, nonnegative, one_of
+from wheelpend.model.toml_file import NOISE_CHECK, USER_EFFECTS_FILE
 
 BASE_PARAMETER_PATTERN = re.compile(r"X[1-9]\d*")
 
@@ -48,11 +48,16 @@ def resolve_names(file: ModelFile, workspace: Path | None) -> ResolvedNames:
 def settled_assumptions(file: ModelFile) -> dict[str, Any]:
     """Every assumption of the plant, with those on sensors as [sensors] has them."""
     known = call_look_up(plants.assumptions_of, file.plant)
-    of_sensors = {a.name: getattr(file.sensors, a.name) for a in known if a.section == "sensors"}
+    of_sensors = {a.name: one_of(*a.choices) for a in known if a.section == "sensors"}
+    for name in of_sensors:
+        if name in file.assumptions:
+            raise Failure(f"[assumptions] must not hold {name}. It describes a sensor: set {name} in [sensors].")
     check_known(
         "assumption", file.assumptions, [a.name for a in known if a.name not in of_sensors], " in [assumptions]"
     )
-    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **of_sensors})
+    given = file.sensors.of_plant
+    stated = {n: checked(check, given[n], f"sensors.{n}") for n, check in of_sensors.items() if n in given}
+    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **stated})
 
 
 def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]:
@@ -79,7 +84,7 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
     """Raise Failure unless every key is known in constants, columns, sensors, parameters, simulation and effects."""
     check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
     check_known("quantity", file.columns, table.names, " in [columns]")
-    check_known("key", file.sensors.stated_keys, sensor_keys(plant, file.plant), " in [sensors]")
+    check_sensor_keys(file.sensors.of_plant, plant, file.plant)
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
     check_base_parameters(file.parameters, "[parameters]")
@@ -91,10 +96,15 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
         check_known("parameter", values, known, f" in [effect.{name}]")
 
 
-def sensor_keys(plant: PlantSignature, name: str) -> list[str]:
-    """Keys of [sensors] that a plant has beside noise and step."""
-    keys = [k for c in plant.channels for k in (c.sensor.noise_key, c.sensor.counts_key) if k]
-    return [*(a.name for a in plants.assumptions_of(name) if a.section == "sensors"), *keys]
+def check_sensor_keys(stated: Mapping[str, Any], plant: PlantSignature, name: str) -> None:
+    """Raise Failure unless the keys of [sensors] beside noise and step are the plant's, each with a fitting value."""
+    assumptions = [a.name for a in plants.assumptions_of(name) if a.section == "sensors"]
+    noise = {c.sensor.noise_key: NOISE_CHECK for c in plant.channels if c.sensor.noise_key}
+    counts = {c.sensor.counts_key: nonnegative for c in plant.channels if c.sensor.counts_key}
+    check_known("key", stated, [*assumptions, *noise, *counts, "noise", "step"], " in [sensors]")
+    for key, check in (noise | counts).items():
+        if key in stated:
+            checked(check, stated[key], f"sensors.{key}")
 
 
 def check_base_parameters(names: Iterable[str], place: str, further: tuple[str, ...] = ()) -> None:

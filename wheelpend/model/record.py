@@ -10,7 +10,7 @@ import math
 import os
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -155,7 +155,7 @@ def model_from_tables(file: ModelFile, text: str, path: Path | None) -> Model:
         constants=file.constants,
         parameters=file.parameters,
         effect_values={full_name(e, p): v for e in names.effects for p, v in file.effect.get(e, {}).items()},
-        sensors=replace(file.sensors, encoder_counts=file.sensors.encoder_counts or None),
+        sensors=file.sensors,
         controller=file.controller,
         columns={name: ColumnMap(c.column, c.unit, c.sign, c.scale) for name, c in file.columns.items()},
         simulation=file.simulation,

@@ -142,6 +142,19 @@ def table(make: Callable[..., Any], **checks: Check) -> Check:
     return entries
 
 
+def table_with_rest(make: Callable[..., Any], rest: str, **checks: Check) -> Check:
+    """A table with known keys, as a dataclass with what stands under all other keys in its field ``rest``."""
+    known = table(make, **checks, **{rest: any_value})
+
+    def entries(value: object, place: str) -> Any:
+        if not isinstance(value, dict):
+            refuse("a table", value, place)
+        others = {k: v for k, v in value.items() if k not in checks}
+        return known({k: v for k, v in value.items() if k in checks} | {rest: others}, place)
+
+    return entries
+
+
 def number_or_table(key: str, check: Check) -> Check:
     """A table, or a plain number that stands for one with this key."""
 
@@ -169,6 +182,14 @@ def run_checks(checks: Iterable[tuple[Check, object, str]]) -> list:
     if phrases:
         raise InvalidValue(*phrases)
     return results
+
+
+def checked(check: Check, value: object, place: str = "") -> Any:
+    """The value as a check takes it; raises Failure with the phrases of all that is not of its kind."""
+    try:
+        return check(value, place)
+    except InvalidValue as wrong:
+        raise Failure("; ".join(wrong.args) + ".") from wrong
 
 
 def check_known(what: str, names: Iterable[str], known: Collection[str], place: str = "") -> None:

@@ -7,8 +7,8 @@ import tomllib
 from wheelpend.errors import Failure
 from wheelpend.model.entries import Column, Controller, ModelFile, ParameterValue, Sensors
 from wheelpend.model.toml_checks import (
-    InvalidValue,
     any_value,
+    checked,
     keyword_or,
     list_of,
     mapping,
@@ -18,6 +18,7 @@ from wheelpend.model.toml_checks import (
     one_of,
     positive,
     table,
+    table_with_rest,
     text,
 )
 
@@ -33,15 +34,7 @@ MODEL_FILE_CHECK = table(
     constants=mapping(number),
     parameters=mapping(number_or_table("nominal", VALUE_CHECK)),
     effect=mapping(mapping(number_or_table("identified", VALUE_CHECK))),
-    sensors=table(
-        Sensors,
-        encoder=one_of("absolute", "relative"),
-        encoder_counts=nonnegative,
-        pitch_noise=NOISE_CHECK,
-        rate_noise=NOISE_CHECK,
-        noise=mapping(NOISE_CHECK),
-        step=mapping(nonnegative),
-    ),
+    sensors=table_with_rest(Sensors, "of_plant", noise=mapping(NOISE_CHECK), step=mapping(nonnegative)),
     controller=table(Controller, kind=one_of("pid"), gains=list_of(number, count=3)),
     columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive)),
     simulation=mapping(number),
@@ -54,10 +47,4 @@ def parse_model_file(text: str) -> ModelFile:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise Failure(f"this is not valid TOML: {error}. Correct that line.") from error
-    assumptions = data.get("assumptions")
-    if isinstance(assumptions, dict) and "encoder" in assumptions:
-        raise Failure("[assumptions] must not hold encoder. It describes a sensor: set encoder in [sensors].")
-    try:
-        return MODEL_FILE_CHECK(data, "")
-    except InvalidValue as wrong:
-        raise Failure("; ".join(wrong.args) + ".") from wrong
+    return checked(MODEL_FILE_CHECK, data)

@@ -103,8 +103,8 @@ def wheel_at_rest(robot: Robot, log: Log) -> np.ndarray:
 def estimation_problem(robot: Robot, log: Log) -> EstimationProblem:
     """Estimation problem of a log, with the known standard deviations of its sensors."""
     given = {n: s or None for n, s in zip(log.channels, noise_levels(robot.model, log.channels), strict=True)}
-    counts = robot.model.sensors.encoder_counts
-    noise = sensor_noise(log, given, {"theta_w": 2 * np.pi / counts if counts else None})
+    steps = {c.name: robot.model.sensors.step_of(c) for c in robot.model.plant_signature.channels}
+    noise = sensor_noise(log, given, steps)
     segments = Segments(log, noise.sigma, np.ascontiguousarray(segment_bounds(log, DEFAULT_HORIZON_S), dtype=np.int64))
     data = DataSplit((segments,), ())
     return EstimationProblem(robot.model, robot.module, data, (noise,), DEFAULT_HORIZON_S, log.dt, ())
