@@ -154,4 +154,5 @@ def at_generic_point(constant: sp.Expr, point: int = 0) -> sp.Expr:
 @lru_cache(CACHED_TERM_COUNT)
 def prime_of_name(name: str, point: int = 0) -> sp.Integer:
     """A prime that belongs to a name."""
-    return sp.nextprime((int.from_bytes(name.encode(), "big") + 7919 * point) % 1_000_003)
+    number = (int.from_bytes(name.encode(), "big") + 7919 * point) % 1_000_003
+    return sp.Integer(sp.nextprime(number))  # nextprime may return an int, and a quotient of two is no fraction

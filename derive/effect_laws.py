@@ -125,5 +125,6 @@ def sensor_maps(plant: Plant, chosen: tuple[Effect, ...]) -> tuple[sp.Expr, ...]
     readings = {c.name: c.reading for c in plant.channels}
     for effect in chosen:
         if isinstance(effect.enters, SensorMap):
-            readings[effect.enters.channel] = effect.enters.law(readings[effect.enters.channel], **effect.symbols)
+            channel = plant.plant_signature.channel_of(effect.enters.channel, effect.enters.kind)
+            readings[channel] = effect.enters.law(readings[channel], **effect.symbols)
     return tuple(readings.values())

@@ -19,16 +19,16 @@ LAST_MARK = "<!-- End of the sections. -->\n"
 
 FAMILY_HEADINGS = {
     "drive": "Drive: between wheel and body",
-    "joint": "Joint: where no motor turns",
+    "joint": "Joint: between two links, or cart and pole",
     "ground": "Ground: between wheel and ground",
     "body": "Body",
     "actuator": "Actuator: between command and motor",
     "sensor": "Sensor",
 }
 FAMILY_INTRODUCTIONS = {
-    "joint": "The laws of `viscous_drive`, `coulomb_drive` and `quadratic_drive` in a joint that no motor turns: "
-    "between the two links of a pendulum, or between cart and pole. s is the speed of that joint; V stands for the "
-    "input's unit (times m where the input pushes along a length)."
+    "joint": "The laws of the drive in a joint: between the two links of a pendulum, or between cart and pole. The "
+    "first three act in every joint, the others where a motor turns it. s is the speed of that joint; V stands for "
+    "the input's unit (times m where the input pushes along a length)."
 }
 SCOPE_TEXTS = {"event": "of an event in one log"}
 QUANTILE_SOURCES = {INPUT_SIGNAL: "|V|", "drive": "slip speeds"}

@@ -49,6 +49,10 @@ class Sensor(NamedTuple):
     finer: str = ""  # a sensor with a tenth of the noise, in words
     truer: str = ""  # one beside it that has none of its faults
     still: str = ""  # what its standing still means: "The wheel stands still"
+    kind: str = ""  # GYRO, where the effects of one act on it whatever the name of its channel
+
+
+GYRO = "gyro"  # kind of a sensor that reads a rate against the world
 
 
 class ChannelSpec(NamedTuple):
@@ -139,6 +143,7 @@ class PlantSignature:
     usual_limits: tuple[float, float] | None = None  # of the range channel [rad] and of the input, in ordinary use
     reversals: tuple[Reversal, ...] = (LEADS,)
     wiring_check: str = ""  # check of the inspection that knows how such a machine is wired, beside those for any
+    driven_ports: tuple[str, ...] = ()  # ports on which a motor acts
 
     @classmethod
     def from_json(cls, text: str) -> PlantSignature:
@@ -159,6 +164,12 @@ class PlantSignature:
     def channel(self, name: str) -> ChannelSpec:
         """The channel of that name; one of which nothing is known where the plant has none."""
         return next((c for c in self.channels if c.name == name), ChannelSpec(name, ""))
+
+    def channel_of(self, name: str, kind: str = "") -> str:
+        """The channel of that name, else the first whose sensor is of the kind; empty where there is neither."""
+        if any(c.name == name for c in self.channels):
+            return name
+        return next((c.name for c in self.channels if kind and c.sensor.kind == kind), "")
 
     @property
     def input_word(self) -> str:

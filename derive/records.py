@@ -98,6 +98,7 @@ class Assumption(NamedTuple):
     sentence: str
     implies: tuple[tuple[object, str], ...] = ()  # (choice, effect): a choice that is the presence of an effect
     section: str = "assumptions"  # of model.toml where it is switched; "sensors" where it describes one
+    needs: tuple[tuple[object, str, object], ...] = ()  # (choice, other assumption, what that must then be)
 
 
 class Heading(NamedTuple):
@@ -132,9 +133,9 @@ class Plant:
     free: tuple[str, ...] = ()  # names of the released ones; the others are rigid
     controlled: tuple[str, str] = ("", "")  # channels of what is controlled and of its rate, where there are any
     reference: str = ""  # column of the commanded value of what is controlled
-    further: tuple[sp.Symbol, ...] = ()  # inputs beside the first
+    further: tuple[sp.Symbol, ...] = ()  # inputs beside the first, in the same unit
     heading: Heading | None = None  # None where the machine keeps its heading
-    range_channel: str = ""  # channel that must stay within ±π/2 for a log to be usable, if any
+    range_channel: str = ""  # channel that must stay within ±π/2; empty where the machine may be at any angle
     words: PlantWords = WORDS_FOR_ANY  # for sentences
     usual_limits: tuple[float, float] | None = None  # of the range channel [rad] and of the input, in ordinary use
     reversals: tuple[Reversal, ...] = (LEADS,)  # parts that may be turned round between two logs
@@ -149,6 +150,12 @@ class Plant:
     def driven(self) -> bool:
         """True where a load depends on an input; logs of a machine that swings freely need no input column."""
         return any(sp.sympify(load.force).has(*self.inputs) for load in self.loads)
+
+    @property
+    def driven_ports(self) -> tuple[str, ...]:
+        """Ports on which a motor acts."""
+        acting = {load.port for load in self.loads if sp.sympify(load.force).has(*self.inputs)}
+        return tuple(p.name for p in self.ports if p.name in acting)
 
     @property
     def inputs(self) -> tuple[sp.Symbol, ...]:
@@ -169,6 +176,7 @@ class Plant:
             inputs=tuple(map(str, self.inputs)),
             input_unit=self.input_unit,
             driven=self.driven,
+            driven_ports=self.driven_ports,
             constants=self.constants,
             scale=str(self.scale),
             geometry=tuple(self.geometry),

@@ -35,7 +35,11 @@ EXPONENT_OF_SUPERSCRIPT = {"": 1, "²": 2, "³": 3}
 def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
     """True where a plant has the port, geometry, coordinate, input or channel that an effect acts on."""
     match effect.enters:
-        case DryForce(loaded=True) if not plant.driven:
+        case DryForce(port=port, loaded=True) if port not in plant.driven_ports:
+            return False
+        case Force(port=port) | DryForce(port=port) | HysteresisForce(port=port) if (
+            effect.needs_motor and port not in plant.driven_ports
+        ):
             return False
         case Force(port=port) | DryForce(port=port) | HysteresisForce(port=port):
             return any(p.name == port for p in plant.ports)
@@ -49,8 +53,8 @@ def is_applicable(effect: Effect, plant: PlantSignature) -> bool:
             return plant.driven
         case SensorDelay(channels=channels):
             return {c.name for c in plant.channels} >= set(channels)
-        case SensorMap(channel=channel):
-            return any(c.name == channel for c in plant.channels)
+        case SensorMap(channel=channel, kind=kind):
+            return bool(plant.channel_of(channel, kind))
     raise TypeError(f"{effect.name} enters in a way that no plant knows: {effect.enters}")
 
 
@@ -67,11 +71,13 @@ def in_plant_units(effect: Effect, plant: PlantSignature) -> Effect:
 
 WORDS_OF_ROWS = ("robot", "pitch", "voltage")  # machine, what is controlled, input: words in which the rows are written
 ROWS_SLIP = "θw − θp"  # the motion of their drive
+ROWS_GYRO_READING = "θ̇p"  # what their gyro reads
 ROWS_COORDINATE, ROWS_SYMBOLS = "theta_w", ("Q_w", "θw")  # their first coordinate; its force and itself in equations
 
 
 def in_plant_words(effect: Effect, plant: PlantSignature) -> Effect:
     """The row in words that fit a plant: its machine, what is controlled, its input and its coordinate."""
+    effect = on_plant_channel(effect, plant)
     first, own = plant.coordinates[0].name, (plant.words.machine, plant.controlled_word, plant.input_word)
     words = dict(zip(WORDS_OF_ROWS, own, strict=True))
     words |= dict(zip(ROWS_SYMBOLS, ROWS_SYMBOLS if first == ROWS_COORDINATE else ("Q", first), strict=True))
@@ -83,6 +89,17 @@ def in_plant_words(effect: Effect, plant: PlantSignature) -> Effect:
         for text in (effect.sentence, effect.means, effect.equation.replace(ROWS_SLIP, port_motion_text(effect, plant)))
     )
     return replace(effect, sentence=sentence, means=means, equation=equation)
+
+
+def on_plant_channel(effect: Effect, plant: PlantSignature) -> Effect:
+    """The row of a sensor on the channel that it acts on, whose name then stands in its equation."""
+    if not isinstance(effect.enters, SensorMap):
+        return effect
+    channel = plant.channel_of(effect.enters.channel, effect.enters.kind)
+    if channel in ("", effect.enters.channel):
+        return effect
+    equation = effect.equation.replace(ROWS_GYRO_READING, channel)
+    return replace(effect, equation=equation, enters=effect.enters._replace(channel=channel))
 
 
 def port_motion_text(effect: Effect, plant: PlantSignature) -> str:

@@ -145,6 +145,7 @@ class SensorMap(NamedTuple):
 
     channel: str
     law: Callable[..., sp.Expr]
+    kind: str = ""  # of the sensor: on a plant without the channel it acts on the first of this kind
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,7 @@ class Effect:
     )  # fmt: skip
     dissipates: bool = False
     means: str = ""  # consequence for the machine, in a sentence
+    needs_motor: bool = False  # True where it is a motor's or its gearbox's, on a port that may be without
     needs: tuple[str, ...] = field(default=())  # constants without which it cannot be judged
     ordered: tuple[str, ...] = field(default=())  # parameters that physically never fall in this order
     approaches: str = ""  # a simpler effect that it becomes at an end of its range, with parameters of the same names

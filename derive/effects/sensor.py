@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from derive.effects.row import Effect, EffectParameter, SensorDelay, SensorMap
 from derive.lazy import sp
+from derive.plant_signature import GYRO
 
 EFFECT_ROWS = (
     Effect(
@@ -75,7 +76,7 @@ EFFECT_ROWS = (
         "The gyro's scale is off.",
         "measured θ̇p = (1 + k) true",
         (EffectParameter("scale", "1", letter="k", minimum=-0.9, typical=0.05),),
-        SensorMap("dtheta_p", lambda reading, scale: (1 + scale) * reading),
+        SensorMap("dtheta_p", lambda reading, scale: (1 + scale) * reading, GYRO),
         means="Every rate is reported too large or too small by the same factor.",
         resembles="`pitch_scale`; a wrong unit of the gyro column, for which `wheelpend inspect` looks.",
     ),
@@ -95,9 +96,28 @@ EFFECT_ROWS = (
         "The gyro's zero is off.",
         "measured θ̇p = true + b",
         (EffectParameter("bias", "rad/s", letter="b", scope="per log", typical=0.02),),
-        SensorMap("dtheta_p", lambda reading, bias: reading + bias),
+        SensorMap("dtheta_p", lambda reading, bias: reading + bias, GYRO),
         means="The gyro reports a turn while the body stands still; anything that integrates it drifts.",
         resembles="`imu_bias` on short segments.",
+    ),
+    Effect(
+        "second_gyro_scale",
+        "sensor",
+        "The scale of the second link's gyro is off.",
+        "measured θ̇2 = (1 + k) true",
+        (EffectParameter("scale", "1", letter="k", minimum=-0.9, typical=0.05),),
+        SensorMap("dtheta_2", lambda reading, scale: (1 + scale) * reading),
+        means="Every rate of the second link is reported too large or too small by the same factor.",
+        resembles="a wrong unit of the gyro column, for which `wheelpend inspect` looks.",
+    ),
+    Effect(
+        "second_gyro_bias",
+        "sensor",
+        "The zero of the second link's gyro is off.",
+        "measured θ̇2 = true + b",
+        (EffectParameter("bias", "rad/s", letter="b", scope="per log", typical=0.02),),
+        SensorMap("dtheta_2", lambda reading, bias: reading + bias),
+        means="The gyro reports a turn while the link stands still; anything that integrates it drifts.",
     ),
     Effect(
         "imu_lag",

@@ -8,6 +8,7 @@ CONTROLLER_GAINS of a PID that stabilises it, with a MODEL_TEMPLATE for texts of
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 from collections.abc import Mapping
 from functools import lru_cache
@@ -113,7 +114,10 @@ def implied_effects(name: str, assumptions: dict) -> tuple[str, ...]:
 
 
 def complete_assumptions(name: str, assumptions: Mapping) -> dict:
-    """Complete a plant's assumptions by their defaults; raises KeyError for unknown names and choices."""
+    """Complete a plant's assumptions by their defaults; raises KeyError for unknown names and choices.
+
+    So it does for choices that do not go together.
+    """
     known = {a.name: a for a in assumptions_of(name)}
     for key, value in assumptions.items():
         if key not in known:
@@ -121,4 +125,10 @@ def complete_assumptions(name: str, assumptions: Mapping) -> dict:
             raise KeyError(f"No assumption named '{key}' in {name}. Known assumptions: {others}")
         if not any(value is c or (type(value) is type(c) and value == c) for c in known[key].choices):
             raise KeyError(f"Assumption {key} must be one of {list(known[key].choices)}, not {value!r}")
-    return {a.name: assumptions.get(a.name, a.default) for a in known.values()}
+    complete = {a.name: assumptions.get(a.name, a.default) for a in known.values()}
+    for own in known.values():
+        for choice, other, needed in own.needs:
+            if complete[own.name] == choice and complete[other] != needed:
+                stated, there, must = (json.dumps(v) for v in (choice, complete[other], needed))
+                raise KeyError(f"{own.name} = {stated} needs {other} = {must}, but {other} is {there}")
+    return complete

@@ -7,10 +7,20 @@ when it leans that way.
 from __future__ import annotations
 
 from derive.lazy import sp
-from derive.plant_signature import PlantWords, Sensor
-from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
+from derive.plant_signature import GYRO, PlantWords, Sensor
+from derive.records import Assumption, Body, Channel, Coordinate, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "cart_pole"
+PLANT_ASSUMPTIONS = (
+    Assumption(
+        "range",
+        "upright",
+        ("upright", "any"),
+        "Whether the pole stays within ±π/2 of upright, beyond which it fell, or may be at any angle, as in a swing-up.",
+    ),
+    Assumption("gyro", False, (True, False), "Whether a gyro on the pole reads its rate, dtheta_p."),
+    Assumption("tachometer", False, (True, False), "Whether a sensor of its own reads the cart's speed, dx."),
+)
 REFERENCE_PARAMETERS = {
     "X1": 1.1,
     "X2": 0.05,
@@ -19,6 +29,14 @@ REFERENCE_PARAMETERS = {
     "X5": 4.0,
 }  # a cart of 1 kg, a pole of 0.1 kg and 1 m
 KNOWN_CONSTANTS = {"gain": 1.0}
+CART_SENSOR = Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))
+POLE_SENSOR = Sensor(aliases=("pitch", "tilt", "lean", "imu", "pole"))
+POLE_GYRO = Sensor(kind=GYRO, aliases=("gyro", "angular_velocity", "pole_rate", "rate"))
+CART_SPEED_SENSOR = Sensor(aliases=("speed", "velocity", "vel"))
+WORDS_ANYWHERE = PlantWords(machine="pole", controlled="pole's angle", travels="cart moves")
+WORDS_UPRIGHT = WORDS_ANYWHERE._replace(
+    stay="stay up", leaves="falls", left="fell over", failed="fell", strays="falls over", stands="stands"
+)
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
@@ -27,9 +45,10 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     x, theta = cart.q, pole.q
     M, m, l, J, g, gain, K_b = sp.symbols("M m l J g gain K_b", positive=True)
     V = sp.Symbol("v_in", real=True)
+    upright = assumptions["range"] == "upright"
     return Plant(
         name=PLANT_NAME,
-        sentence="A pole balanced on a cart that a motor drives along a rail.",
+        sentence=f"A pole {'balanced' if upright else 'hinged'} on a cart that a motor drives along a rail.",
         coordinates=(cart, pole),
         bodies=(
             Body("cart", M, sp.Matrix([x, 0, 0]), sp.Integer(0), sp.Integer(0)),
@@ -42,27 +61,22 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
             Port("outside", x, "between the cart and what pushes or pulls it from outside", length_per_radian=0.05),
             Port("joint", theta, "between cart and pole"),
         ),
-        channels=(
-            Channel("x", x, "m", Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))),
-            Channel("theta_p", theta, "rad", Sensor(aliases=("pitch", "tilt", "lean", "imu", "pole"))),
-        ),
+        channels=channels(assumptions, cart, pole),
         input=V,
         input_unit="V",
         scale=gain,
         substitutions={},
         constants=(Parameter("gain", "N/V", "force on the cart per volt"),),
-        controlled=("theta_p", ""),
+        controlled=("theta_p", "dtheta_p" if assumptions["gyro"] else ""),
         reference="theta_ref",
-        range_channel="theta_p",
-        words=PlantWords(
-            machine="pole",
-            stay="stay up",
-            leaves="falls",
-            left="fell over",
-            failed="fell",
-            strays="falls over",
-            stands="stands",
-            controlled="pole's angle",
-            travels="cart moves",
-        ),
+        range_channel="theta_p" if upright else "",
+        words=WORDS_UPRIGHT if upright else WORDS_ANYWHERE,
     )
+
+
+def channels(assumptions: dict, cart: Coordinate, pole: Coordinate) -> tuple[Channel, ...]:
+    """Readings of the sensors of place and angle, and of their rates where there are such sensors."""
+    found = [Channel("x", cart.q, "m", CART_SENSOR), Channel("theta_p", pole.q, "rad", POLE_SENSOR)]
+    found += [Channel("dtheta_p", pole.dq, "rad/s", POLE_GYRO)] if assumptions["gyro"] else []
+    found += [Channel("dx", cart.dq, "m/s", CART_SPEED_SENSOR)] if assumptions["tachometer"] else []
+    return tuple(found)

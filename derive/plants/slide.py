@@ -7,9 +7,12 @@ from __future__ import annotations
 
 from derive.lazy import sp
 from derive.plant_signature import PlantWords, Sensor
-from derive.records import Body, Channel, Load, Parameter, Plant, Port, coordinate
+from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Port, coordinate
 
 PLANT_NAME = "slide"
+PLANT_ASSUMPTIONS = (
+    Assumption("tachometer", False, (True, False), "Whether a sensor of its own reads the carriage's speed, dx."),
+)
 REFERENCE_PARAMETERS = {"X1": 2.7058}  # V s²/m: 95.11 kg at 35.15 N/V
 KNOWN_CONSTANTS = {"gain": 35.1507}
 CONTROLLER_GAINS = (38996.0, 0.0, 243.45)  # of the published loop: kp kv [V/m], none, kv [V s/m]
@@ -17,6 +20,7 @@ CONTROLLER_GAINS = (38996.0, 0.0, 243.45)  # of the published loop: kp kv [V/m],
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensor of the carriage."""
+    fast = assumptions["tachometer"]
     carriage = coordinate("x", "carriage", "m")
     M, gain = sp.symbols("M gain", positive=True)
     V = sp.Symbol("v_in", real=True)
@@ -36,13 +40,16 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
                 length_per_radian=0.01,
             ),
         ),
-        channels=(Channel("x", carriage.q, "m", Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))),),
+        channels=(
+            Channel("x", carriage.q, "m", Sensor(aliases=("pos", "position", "cart", "slide", "axis", "qm"))),
+            *([Channel("dx", carriage.dq, "m/s", Sensor(aliases=("speed", "velocity", "vel")))] if fast else []),
+        ),
         input=V,
         input_unit="V",
         scale=gain,
         substitutions={},
         constants=(Parameter("gain", "N/V", "force on the carriage per volt"),),
-        controlled=("x", ""),
+        controlled=("x", "dx" if fast else ""),
         reference="x_ref",
         words=PlantWords(machine="carriage", controlled="position"),
     )

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from derive.lazy import sp
-from derive.plant_signature import LEADS, PlantWords, Reversal, Sensor
+from derive.plant_signature import GYRO, LEADS, PlantWords, Reversal, Sensor
 from derive.records import (
     Assumption,
     Body,
@@ -70,6 +70,19 @@ PLANT_ASSUMPTIONS = (
         implies=(("dynamic", "winding_inductance"),),
     ),
     Assumption(
+        "range",
+        "upright",
+        ("upright", "any"),
+        "Whether the body stays within ±π/2 of upright, beyond which it fell over, or may be at any angle, as in a "
+        "swing-up.",
+    ),
+    Assumption(
+        "tachometer",
+        False,
+        (True, False),
+        "Whether a sensor of its own reads the wheel's speed, dtheta_w, as theta_w is counted.",
+    ),
+    Assumption(
         "encoder",
         "absolute",
         ("absolute", "relative"),
@@ -121,22 +134,20 @@ SENSORS = {
         noise=HALF_A_DEGREE,
         noise_key="rate_noise",
         aliases=("gyro", "pitch_rate", "dpitch", "angular_velocity.y", "angular_velocity", "rate"),
+        kind=GYRO,
         finer="a gyro with a tenth of the noise",
         truer="a second gyro whose zero and scale are known",
     ),
 }
-WORDS = PlantWords(
+WORDS_ANYWHERE = PlantWords(
     machine="robot",
-    stay="stay up",
-    leaves="falls",
-    left="fell over",
-    failed="fell",
-    strays="falls over",
-    stands="stands",
     works="the motors work",
     controlled="pitch",
     sensed="angle, pitch or rate",
     travels="wheels turn",
+)
+WORDS = WORDS_ANYWHERE._replace(
+    stay="stay up", leaves="falls", left="fell over", failed="fell", strays="falls over", stands="stands"
 )
 WIRING_CHECK = "wheels_and_body"
 USUAL_LIMITS = (0.4, 24.0)  # rad, V: of the paper's commands
@@ -211,7 +222,7 @@ class Motion(NamedTuple):
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensors of the robot; internal coordinates that are not in ``free`` are rigid."""
-    yaws = not assumptions["planar"]
+    yaws, upright = not assumptions["planar"], assumptions["range"] == "upright"
     wheel, pitch, yaw = coordinate("theta_w", "wheel"), coordinate("theta_p", "body"), coordinate("psi", "yaw")
     internal = internal_coordinates()
     moving = [(c.q, c.dq) if name in free else (sp.Integer(0), sp.Integer(0)) for name, c in internal.items()]
@@ -243,9 +254,9 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         free=free,
         controlled=("theta_p", "dtheta_p"),
         reference=REFERENCE,
-        range_channel=RANGE_CHANNEL,
-        words=WORDS,
-        usual_limits=USUAL_LIMITS,
+        range_channel=RANGE_CHANNEL if upright else "",
+        words=WORDS if upright else WORDS_ANYWHERE,
+        usual_limits=USUAL_LIMITS if upright else None,
         reversals=REVERSALS,
         wiring_check="" if yaws else WIRING_CHECK,
     )
@@ -353,11 +364,14 @@ def ports(motion: Motion, yaws: bool, sloshes: bool) -> tuple[Port, ...]:
 
 def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
     """Ideal readings of encoder and gyros."""
-    base = motion.theta_p if assumptions["encoder"] == "relative" else 0
+    relative = assumptions["encoder"] == "relative"
+    base, base_rate = (motion.theta_p, motion.dtheta_p) if relative else (0, 0)
+    speed = Channel("dtheta_w", motion.dtheta_w - base_rate, "rad/s", Sensor(aliases=("wheel_speed", "wheel_vel")))
     return (
         Channel("theta_w", motion.theta_w - base, "rad", SENSORS["theta_w"]),
         Channel("theta_p", motion.theta_p, "rad", SENSORS["theta_p"]),
         Channel("dtheta_p", motion.dtheta_p, "rad/s", SENSORS["dtheta_p"]),
+        *([speed] if assumptions["tachometer"] else []),
         *([] if assumptions["planar"] else [Channel("dpsi", motion.dpsi, "rad/s")]),
     )
 

@@ -172,8 +172,9 @@ def _sensor_plot(
     effect: Effect, problem: EstimationProblem, segments: Segments, values: EffectValues
 ) -> EffectPlot | None:
     """The reading of a sensor over the true value."""
-    channel, reading = effect.enters.channel, symbol("reading")  # type: ignore[union-attr]
-    law = effect.enters.law(reading, **effect.symbols)  # type: ignore[union-attr]
+    enters, reading = effect.enters, symbol("reading")
+    channel = problem.plant.channel_of(enters.channel, enters.kind)  # type: ignore[union-attr]
+    law = enters.law(reading, **effect.symbols)  # type: ignore[union-attr]
     unit, signal = (
         units_of(problem.plant)[channel],
         segments.log.measured[_window(segments), segments.log.channels.index(channel)],
