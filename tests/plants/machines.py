@@ -29,6 +29,8 @@ class Machine(NamedTuple):
 LINK = {"X1": 0.4, "X2": 1.5, "X3": 0.3}
 LINKS = {"X1": 0.09, "X2": 0.03, "X3": 0.03, "X4": 0.3}
 DRIVEN_LINKS = {"X1": 0.5, "X2": 0.1, "X3": 0.1, "X4": 2.0, "X5": 0.8, "X6": 0.5}
+SECOND_DRIVEN = {"X1": 0.5, "X2": 0.1, "X3": 0.1, "X4": 2.0, "X5": 0.8, "X6": 0.3}
+ARM = {**SECOND_DRIVEN, "X6": 0.8, "X7": 0.3}
 TURNING = {"X8": 0.4, "X9": 0.3, "X10": 0.5}
 MACHINES = {
     "wheel_pendulum": Machine("wheel_pendulum"),
@@ -42,6 +44,11 @@ MACHINES = {
     "two driven links": Machine(
         "pendulum", "links = 2\ndriven = true", DRIVEN_LINKS, (12.0, 4.0, 3.0), constants="alpha = 0.1"
     ),
+    "driven second link": Machine(
+        "pendulum", 'links = 2\ndriven = "second"\ngyro = "both"', SECOND_DRIVEN, (6.0, 2.0, 1.0),
+        constants="alpha = 0.1"
+    ),
+    "arm": Machine("pendulum", 'links = 2\ndriven = "both"', ARM, (3.0, 1.0, 0.5), constants="alpha = 0.1"),
     "cart_pole": Machine("cart_pole", gains=(-60.0, -30.0, -12.0)),
     LEVER: Machine(LEVER),
 }

@@ -64,6 +64,7 @@ def find_swapped_columns(log: Log, pair: RatePair, corrections: LogCorrections) 
     signals, own = uniform_signals(log, corrections.table.input, in_range=False), corrections.table.input
     if signals is None:
         return [], log
+    others = {(a, r) for r, a in corrections.table.rates.items()} - {tuple(pair)}  # they are each other's rightly
     for factor in SMOOTHING_FACTORS:
         coarser = signals._replace(smoothing_factor=factor)
         if factor > 1 and len(coarser.rows) < 4 * JACKKNIFE_BLOCKS:
@@ -71,7 +72,7 @@ def find_swapped_columns(log: Log, pair: RatePair, corrections: LogCorrections) 
         misfit = {
             p: rate_misfit(coarser, RatePair(*p), own=p == pair)
             for p in permutations((own, *log.channels), 2)
-            if p[1] != own
+            if p[1] != own and p not in others
         }
         best = min(misfit, key=lambda p: misfit[p])
         if misfit[best] < MAX_RATE_NOISE_SHARE:
@@ -121,6 +122,8 @@ def is_rate(size: float, slack: float) -> bool:
 def find_range_in_degrees(log: Log, corrections: LogCorrections) -> tuple[list[Finding], Log]:
     """Find an angle beyond ±π/2 again and again that must be within, so in degrees; the log returned has it in rad."""
     name = log.range_channel
+    if name not in log.channels:  # the machine may be at any angle
+        return [], log
     values = channel_values(log, name)
     state = np.where(np.abs(values) > 1.6, 1, np.where(np.abs(values) < 0.8, -1, 0))
     state = state[state != 0]  # far, near; what lies between belongs to what came before
