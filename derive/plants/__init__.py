@@ -98,8 +98,9 @@ def template_of(name: str) -> ModelTemplate:
 
 
 def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:
-    """The plant under complete assumptions, with the internal coordinates named in ``free`` released."""
-    return _built(name, fingerprint(name), tuple(sorted(assumptions.items())), free)
+    """The plant under assumptions, the others at their defaults, with the coordinates named in ``free`` released."""
+    complete = complete_assumptions(name, assumptions)
+    return _built(name, fingerprint(name), tuple(sorted(complete.items())), free)
 
 
 @lru_cache(maxsize=64)

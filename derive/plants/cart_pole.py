@@ -18,8 +18,12 @@ PLANT_ASSUMPTIONS = (
         ("upright", "any"),
         "Whether the pole stays within ±π/2 of upright, beyond which it fell, or may be at any angle, as in a swing-up.",
     ),
-    Assumption("gyro", False, (True, False), "Whether a gyro on the pole reads its rate, dtheta_p."),
-    Assumption("tachometer", False, (True, False), "Whether a sensor of its own reads the cart's speed, dx."),
+    Assumption(
+        "rate_sensor",
+        False,
+        (True, False, "cart", "both"),
+        "Whether a gyro on the pole reads its rate, dtheta_p, a sensor on the cart its speed, dx, or both.",
+    ),
 )
 REFERENCE_PARAMETERS = {
     "X1": 1.1,
@@ -67,7 +71,7 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
         scale=gain,
         substitutions={},
         constants=(Parameter("gain", "N/V", "force on the cart per volt"),),
-        controlled=("theta_p", "dtheta_p" if assumptions["gyro"] else ""),
+        controlled=("theta_p", "dtheta_p" if assumptions["rate_sensor"] in (True, "both") else ""),
         reference="theta_ref",
         range_channel="theta_p" if upright else "",
         words=WORDS_UPRIGHT if upright else WORDS_ANYWHERE,
@@ -76,7 +80,8 @@ def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
 
 def channels(assumptions: dict, cart: Coordinate, pole: Coordinate) -> tuple[Channel, ...]:
     """Readings of the sensors of place and angle, and of their rates where there are such sensors."""
+    fast = assumptions["rate_sensor"]
     found = [Channel("x", cart.q, "m", CART_SENSOR), Channel("theta_p", pole.q, "rad", POLE_SENSOR)]
-    found += [Channel("dtheta_p", pole.dq, "rad/s", POLE_GYRO)] if assumptions["gyro"] else []
-    found += [Channel("dx", cart.dq, "m/s", CART_SPEED_SENSOR)] if assumptions["tachometer"] else []
+    found += [Channel("dtheta_p", pole.dq, "rad/s", POLE_GYRO)] if fast in (True, "both") else []
+    found += [Channel("dx", cart.dq, "m/s", CART_SPEED_SENSOR)] if fast in ("cart", "both") else []
     return tuple(found)

@@ -30,7 +30,7 @@ PLANT_ASSUMPTIONS = (
         "Whether theta_2 is the second link's angle against the vertical or against the first link.",
     ),
     Assumption(
-        "gyro",
+        "rate_sensor",
         False,
         (True, False, "second", "both"),
         "Whether a gyro on the first link reads its rate, dtheta_1, on the second dtheta_2, or one on each; both "
@@ -122,7 +122,7 @@ def ports(first: Coordinate, second: Coordinate, two: bool) -> tuple[Port, ...]:
 
 def channels(assumptions: dict, first: Coordinate, second: Coordinate) -> tuple[Channel, ...]:
     """Readings of the encoders and of the gyros."""
-    two, gyro = assumptions["links"] == 2, assumptions["gyro"]
+    two, gyro = assumptions["links"] == 2, assumptions["rate_sensor"]
     bent = second.q - first.q if assumptions["second_encoder"] == "relative" else second.q
     found = [Channel("theta_1", first.q, "rad", FIRST_ENCODER)]
     found += [Channel("theta_2", bent, "rad", SECOND_ENCODER)] if two else []
@@ -133,7 +133,7 @@ def channels(assumptions: dict, first: Coordinate, second: Coordinate) -> tuple[
 
 def controlled_of(assumptions: dict) -> tuple[str, str]:
     """Channels of the angle that a controller holds, that of a link with a motor, and of its rate."""
-    driven, gyro = assumptions["driven"], assumptions["gyro"]
+    driven, gyro = assumptions["driven"], assumptions["rate_sensor"]
     if not driven:
         return "", ""
     if driven == "second":

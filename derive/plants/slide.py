@@ -11,7 +11,7 @@ from derive.records import Assumption, Body, Channel, Load, Parameter, Plant, Po
 
 PLANT_NAME = "slide"
 PLANT_ASSUMPTIONS = (
-    Assumption("tachometer", False, (True, False), "Whether a sensor of its own reads the carriage's speed, dx."),
+    Assumption("rate_sensor", False, (True, False), "Whether a sensor of its own reads the carriage's speed, dx."),
 )
 REFERENCE_PARAMETERS = {"X1": 2.7058}  # V s²/m: 95.11 kg at 35.15 N/V
 KNOWN_CONSTANTS = {"gain": 35.1507}
@@ -20,7 +20,7 @@ CONTROLLER_GAINS = (38996.0, 0.0, 243.45)  # of the published loop: kp kv [V/m],
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:
     """State geometry, actuator and sensor of the carriage."""
-    fast = assumptions["tachometer"]
+    fast = assumptions["rate_sensor"]
     carriage = coordinate("x", "carriage", "m")
     M, gain = sp.symbols("M gain", positive=True)
     V = sp.Symbol("v_in", real=True)

@@ -77,10 +77,10 @@ PLANT_ASSUMPTIONS = (
         "swing-up.",
     ),
     Assumption(
-        "tachometer",
+        "rate_sensor",
         False,
         (True, False),
-        "Whether a sensor of its own reads the wheel's speed, dtheta_w, as theta_w is counted.",
+        "Whether a sensor of its own reads the wheel's speed, dtheta_w, against what theta_w is measured against.",
     ),
     Assumption(
         "encoder",
@@ -371,7 +371,7 @@ def channels(assumptions: dict, motion: Motion) -> tuple[Channel, ...]:
         Channel("theta_w", motion.theta_w - base, "rad", SENSORS["theta_w"]),
         Channel("theta_p", motion.theta_p, "rad", SENSORS["theta_p"]),
         Channel("dtheta_p", motion.dtheta_p, "rad/s", SENSORS["dtheta_p"]),
-        *([speed] if assumptions["tachometer"] else []),
+        *([speed] if assumptions["rate_sensor"] else []),
         *([] if assumptions["planar"] else [Channel("dpsi", motion.dpsi, "rad/s")]),
     )
 

@@ -45,7 +45,7 @@ MACHINES = {
         "pendulum", "links = 2\ndriven = true", DRIVEN_LINKS, (12.0, 4.0, 3.0), constants="alpha = 0.1"
     ),
     "driven second link": Machine(
-        "pendulum", 'links = 2\ndriven = "second"\ngyro = "both"', SECOND_DRIVEN, (6.0, 2.0, 1.0),
+        "pendulum", 'links = 2\ndriven = "second"\nrate_sensor = "both"', SECOND_DRIVEN, (6.0, 2.0, 1.0),
         constants="alpha = 0.1"
     ),
     "arm": Machine("pendulum", 'links = 2\ndriven = "both"', ARM, (3.0, 1.0, 0.5), constants="alpha = 0.1"),
