@@ -12,7 +12,6 @@ from typing import NamedTuple
 from derive.effects import drive
 from derive.effects.row import DryForce, Effect, EffectParameter, Force, HysteresisForce, Quantiles, Ripple
 
-
 DRIVE_ANGLE, JOINT_ANGLE = "θw − θp", "q"  # motion of the port in equations
 
 

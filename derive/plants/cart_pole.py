@@ -16,7 +16,7 @@ PLANT_ASSUMPTIONS = (
         "range",
         "upright",
         ("upright", "any"),
-        "Whether the pole stays within ±π/2 of upright, beyond which it fell, or may be at any angle, as in a swing-up.",
+        "Whether the pole stays within ±π/2 of upright, beyond which it fell, or may be at any angle: a swing-up.",
     ),
     Assumption(
         "rate_sensor",

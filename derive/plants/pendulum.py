@@ -95,7 +95,9 @@ def links(first: Coordinate, second: Coordinate, two: bool) -> tuple[Body, ...]:
     m_1, m_2, a_1, a_2, l_1, J_1, J_2 = sp.symbols("m_1 m_2 a_1 a_2 l_1 J_1 J_2", positive=True)
     along_first, along_second = (sp.Matrix([sp.sin(c.q), 0, -sp.cos(c.q)]) for c in (first, second))
     upper = Body("first link", m_1, a_1 * along_first, J_1, first.dq)
-    return (upper, Body("second link", m_2, l_1 * along_first + a_2 * along_second, J_2, second.dq)) if two else (upper,)
+    return (
+        (upper, Body("second link", m_2, l_1 * along_first + a_2 * along_second, J_2, second.dq)) if two else (upper,)
+    )
 
 
 def held_by_gravity(two: bool) -> dict:

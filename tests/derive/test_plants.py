@@ -1,8 +1,10 @@
 """Plants of the library: what acts on their parts, and in which units."""
 
 import pytest
+import sympy as sp
 
 import derive
+from derive.algebra import are_proportional
 from derive.effects import in_plant_units
 
 EVERY = [
@@ -11,6 +13,9 @@ EVERY = [
     ("pendulum", {"driven": True}),
     ("pendulum", {"links": 2}),
     ("pendulum", {"links": 2, "driven": True, "second_encoder": "absolute"}),
+    ("pendulum", {"links": 2, "driven": "second", "rate_sensor": "second"}),
+    ("pendulum", {"links": 2, "driven": "both", "rate_sensor": "both"}),
+    ("cart_pole", {"range": "any", "rate_sensor": "both"}),
     ("cart_pole", {}),
     ("wheel_pendulum", {"encoder": "relative"}),
 ]
@@ -52,3 +57,36 @@ def test_without_ground_friction_the_two_dampings_are_one():
     assert len(lean.grouping.names) == 6
     damping = [p for p in lean.fitted if p.unit == "V s/rad"]
     assert len(damping) == 1
+
+
+def test_parameters_that_are_plain_symbols_are_compared_as_numbers_are():
+    K_1, K_2 = sp.symbols("K_1 K_2", positive=True)
+    assert not are_proportional(K_1, K_2) and are_proportional(3 * K_1, K_1)
+
+
+def test_a_joint_with_a_motor_has_the_friction_of_a_drive_and_one_without_that_of_a_bearing():
+    def at_joint(**assumptions):
+        plant = derive.plants.build("pendulum", {"links": 2, **assumptions}).plant_signature
+        return {e.name for e in derive.effects.applicable_to(plant) if "joint" in e.name}
+
+    bearing = {"viscous_joint", "coulomb_joint", "quadratic_joint"}
+    assert at_joint() == at_joint(driven=True) == bearing
+    assert at_joint(driven="second") == at_joint(driven="both") > bearing | {"stribeck_joint", "load_friction_joint"}
+
+
+def test_friction_with_the_load_is_where_a_motor_turns():
+    def fitting(driven):
+        plant = derive.plants.build("pendulum", {"links": 2, "driven": driven}).plant_signature
+        return {e.name for e in derive.effects.applicable_to(plant) if e.name.startswith("load_friction")}
+
+    assert fitting(False) == set() and fitting(True) == {"load_friction"}
+    assert fitting("second") == {"load_friction_joint"} and fitting("both") == {"load_friction", "load_friction_joint"}
+
+
+@pytest.mark.parametrize(("driven", "absorbed"), [
+    (True, {"viscous_drive.coefficient": {"X6": 1.0}}),
+    ("second", {"viscous_joint.coefficient": {"X6": 1.0}}),
+    ("both", {"viscous_drive.coefficient": {"X6": 1.0}, "viscous_joint.coefficient": {"X6": 1.0, "X7": 1.0}}),
+])  # fmt: skip
+def test_viscous_friction_of_a_joint_with_a_motor_is_part_of_its_damping(driven, absorbed):
+    assert derive.library_model("pendulum", {"links": 2, "driven": driven}).relations.absorbed == absorbed

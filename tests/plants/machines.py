@@ -45,8 +45,11 @@ MACHINES = {
         "pendulum", "links = 2\ndriven = true", DRIVEN_LINKS, (12.0, 4.0, 3.0), constants="alpha = 0.1"
     ),
     "driven second link": Machine(
-        "pendulum", 'links = 2\ndriven = "second"\nrate_sensor = "both"', SECOND_DRIVEN, (6.0, 2.0, 1.0),
-        constants="alpha = 0.1"
+        "pendulum",
+        'links = 2\ndriven = "second"\nrate_sensor = "both"',
+        SECOND_DRIVEN,
+        (6.0, 2.0, 1.0),
+        constants="alpha = 0.1",
     ),
     "arm": Machine("pendulum", 'links = 2\ndriven = "both"', ARM, (3.0, 1.0, 0.5), constants="alpha = 0.1"),
     "cart_pole": Machine("cart_pole", gains=(-60.0, -30.0, -12.0)),

@@ -1,4 +1,4 @@
-"""Machines at any angle, with sensors of rates: swing-ups are used whole, and rates have noise and faults of their own."""
+"""Machines at any angle, with sensors of rates: swing-ups are used whole, rates have noise and faults of their own."""
 
 from dataclasses import replace
 
@@ -18,7 +18,10 @@ CART = {"X1": 1.1, "X2": 0.05, "X3": 0.0333, "X4": 0.49, "X5": 4.0}
 ROBOT = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 SIGMA = {"rad": 1e-3, "m": 1e-4, "rad/s": 1e-2, "m/s": 1e-2}
 MACHINES = {
-    "cart_pole": ('plant = "cart_pole"\n[assumptions]\nrange = "{}"\nrate_sensor = "both"\n[constants]\ngain = 1.0\n', CART),
+    "cart_pole": (
+        'plant = "cart_pole"\n[assumptions]\nrange = "{}"\nrate_sensor = "both"\n[constants]\ngain = 1.0\n',
+        CART,
+    ),
     "wheel_pendulum": ('plant = "wheel_pendulum"\n[assumptions]\nrange = "{}"\nrate_sensor = true\n', ROBOT),
 }
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from wheelpend import Log, Model, explain, identify
 from wheelpend.kernels import load as kernels
 
 G = 9.81
@@ -62,6 +63,21 @@ def against_vertical(y):
     return np.array([y[0], y[0] + y[1], y[2], y[2] + y[3]])
 
 
+ARM_MODEL = Model.parse('plant = "pendulum"\n[assumptions]\nlinks = 2\ndriven = "both"\n[constants]\nalpha = 0.5\n')
+
+
+def arm_log(hidden, seed=5):
+    """A log of 20 s in which each motor has a voltage of its own."""
+    module = kernels.model_module("pendulum", {"links": 2, "driven": "both"}, ("coulomb_drive", "coulomb_joint"))
+    known, random = {**values("both"), **hidden}, np.random.default_rng(seed)
+    parameters = np.array([known.get(n, 0.0) for n in module.PARAMETERS])
+    t, steps = np.arange(0.0, 20.0, 0.005), np.arange(0.0, 20.3, 0.2)
+    volts = np.column_stack([np.interp(t, steps, random.normal(size=len(steps)) * s) for s in (4.0, 1.5)])
+    states = module.simulate(t, volts, np.zeros(4), parameters, 1e-3)
+    measured = states @ module.OUTPUT_MATRIX.T + random.normal(size=(len(t), 2)) * 5e-4
+    return Log("arm.csv", t, volts, measured, tuple(module.OUTPUTS), range_channel="")
+
+
 def in_joints(states):
     """States (4, N) in the joints' angles, of ours (N, 4)."""
     a, b, da, db = states.T
@@ -71,7 +87,7 @@ def in_joints(states):
 @pytest.mark.parametrize(("driven", "acting"), [(True, [1, 0]), ("second", [0, 1]), ("both", [1, 1])])
 def test_an_arm_accelerates_as_the_textbook_says_under_torques_at_its_joints(driven, acting):
     module, parameters = module_and_parameters(driven)
-    assert module.INPUTS == {True: ("v_in",), "second": ("v_in_2",), "both": ("v_in", "v_in_2")}[driven]
+    assert {True: ("v_in",), "second": ("v_in_2",), "both": ("v_in", "v_in_2")}[driven] == module.INPUTS
     for y in np.random.default_rng(3).normal(size=(20, 4)):
         torque = np.array([0.7, -0.4]) * acting
         expected = arm(0.0, y, lambda t: torque, np.array(DAMPING) * acting)[2:]  # noqa: B023
@@ -131,3 +147,18 @@ def test_dry_friction_at_either_joint_of_a_driven_arm_has_its_own_name():
         rubbing[module.PARAMETERS.index(name)] = 0.05
         more = module.acceleration(0.0, state, volts, rubbing) - module.acceleration(0.0, state, volts, plain)
         np.testing.assert_allclose(mass @ more, 0.05 * np.array(force), rtol=1e-8, atol=1e-12)
+
+
+def test_an_arm_is_identified_without_nominal_values():
+    found = identify(ARM_MODEL, [arm_log({})], method="inverse").parameters
+    for name, value in values("both").items():
+        assert found[name].value == pytest.approx(value, rel=0.05, abs=0.005), name
+
+
+@pytest.mark.slow
+def test_dry_friction_at_both_joints_of_an_arm_is_found_and_told_apart():
+    hidden = {"coulomb_drive.torque": 0.25, "coulomb_joint.torque": 0.12}
+    found = explain(ARM_MODEL, [arm_log(hidden)])
+    assert set(found.effects) == {"coulomb_drive", "coulomb_joint"} and found.verdict == "nothing_missing"
+    for name, value in {**values("both"), **hidden}.items():
+        assert found.parameters[name].value == pytest.approx(value, rel=0.01, abs=1e-3), name
