@@ -1,11 +1,13 @@
 """Faults of wiring on plants other than the first: what the equations of motion and pairs of channels show."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
 
 from tests.plants.machines import LEVER, log_of, model_of
+from wheelpend import Model, simulate
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnTable
@@ -44,6 +46,26 @@ def test_an_input_that_is_logged_late_is_found_on_a_slide():
 def test_a_rate_in_degrees_is_found_by_its_angle_whatever_their_names():
     in_degrees = findings(LEVER, lambda log: replace(log, measured=log.measured * [1.0, 180 / np.pi]))
     assert in_degrees == [("wrong_unit", "spin")]
+
+
+@lru_cache
+def robot_with_a_tachometer(at):
+    text = Model.default().dump().replace("rate_sensor = false", "rate_sensor = true")
+    model = Model.parse(text.replace('range = "upright"', f'range = "{at}"'))
+    return model, simulate(model, duration=10.0)
+
+
+@pytest.mark.parametrize("at", ["upright", "any"])
+@pytest.mark.parametrize(("order", "signs", "found"), [
+    ([0, 1, 2, 3], [1, 1, 1, 1], []),
+    ([0, 2, 1, 3], [1, 1, 1, 1], [("swapped_channels", "dtheta_p and theta_p")]),
+    ([0, 1, 2, 3], [1, 1, -1, 1], [("flipped_sign", "dtheta_p")]),
+])  # fmt: skip
+def test_a_robot_with_a_tachometer_is_inspected_as_one_without_at_any_angle_too(at, order, signs, found):
+    model, log = robot_with_a_tachometer(at)
+    assert log.channels == ("theta_w", "theta_p", "dtheta_p", "dtheta_w")
+    faulty = replace(log, measured=log.measured[:, order] * signs)
+    assert [(f.kind, f.channel) for f in inspect_for_model(model, faulty).findings] == found
 
 
 def test_the_table_of_logs_read_without_a_model_is_that_of_the_first_plant():

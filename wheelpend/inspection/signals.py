@@ -72,7 +72,7 @@ def uniform_signals(log: Log, input: str, *, in_range: bool) -> Signals | None:
 
     ``in_range`` leaves out samples beyond the plant's range; ``input`` is the column of its only input, if any.
     """
-    runs = gapless_ranges(log if in_range else replace(log, channels=("",) * len(log.channels)), 0, len(log))
+    runs = gapless_ranges(log if in_range else replace(log, range_channel=""), 0, len(log))
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
     spare = max(last - first - MAX_ANALYSED_SAMPLES, 0) // 2
     first, last = first + spare, last - spare
