@@ -39,7 +39,7 @@ PLANT_ASSUMPTIONS = (
     ),
 )
 FIRST_ENCODER = Sensor(aliases=("theta", "angle", "position", "encoder", "q1", "qm", "pos"))
-SECOND_ENCODER = Sensor(aliases=("theta2", "angle2", "encoder2", "elbow", "q2"))
+SECOND_ENCODER = Sensor(aliases=("theta2", "angle2", "encoder2", "elbow", "q2", "pos2"))
 FIRST_GYRO = Sensor(kind=GYRO, aliases=("gyro", "gyro1", "angular_velocity", "rate"))
 SECOND_GYRO = Sensor(aliases=("gyro2", "angular_velocity2", "rate2"))
 REFERENCE_PARAMETERS = {"X1": 0.068}  # s², of a rod a metre long that swings freely
