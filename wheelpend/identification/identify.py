@@ -60,6 +60,7 @@ class Identification:
     bias: BiasTest | None = None  # of least squares: the test for bias by noise in the regressor
     guide: TimeConstantChoice | None = None  # for --tau auto
     force_error: float | None = None  # of inverse: residual of the equations relative to the input [%]
+    cutoff_hz: float | None = None  # Hz, of inverse: up to which the motion was differentiated
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -78,6 +79,7 @@ class Identification:
             "bias": self.bias,
             "guide": self.guide,
             "force_error": self.force_error,
+            "cutoff_hz": self.cutoff_hz,
         }
 
     @cached_property
@@ -140,7 +142,8 @@ def _identify_by_regression(
         guide = choose_regression_time_constants(regression, settings)
         settings = settings._replace(tau=guide.chosen)
     regression.progress("regression")
-    fitted, track = regression_fit(regression, settings, regression.log)
+    found = regression_fit(regression, settings, regression.log)
+    fitted = found.fit
     if test_bias and settings.method in LEAST_SQUARES:
         bias, untested = bias_test_or_warning(regression, settings, fitted)
         warnings = (*warnings, *untested)
@@ -150,10 +153,11 @@ def _identify_by_regression(
         tau=settings.tau if np.isfinite(settings.tau).all() and settings.tau else None,
         hold=settings.hold,
         forgetting=settings.forgetting if settings.method == "recursive" else None,
-        track=track,
+        track=found.track,
         bias=bias,
         guide=guide,
         force_error=_force_error(regression, fitted) if settings.method == "inverse" else None,
+        cutoff_hz=found.cutoff,
     )  # fmt: skip
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,28 +55,35 @@ def regression_problem(model: Model, logs: Sequence, method: str, progress: Call
     return RegressionProblem(model, module, loaded[0], parameters, progress)
 
 
-def regression_fit(
-    regression: RegressionProblem, settings: RegressionOptions, log: Log
-) -> tuple[LinearFit, tuple[TrackPoint, ...]]:
-    """Estimate by the method of the settings from a log, and where it is recursive the estimates on the way."""
+class RegressionFit(NamedTuple):
+    """An estimate by regression, and what else its method tells."""
+
+    fit: LinearFit
+    track: tuple[TrackPoint, ...] = ()  # of recursive: the estimates on the way
+    cutoff: float | None = None  # Hz, of inverse: of the motion's filter
+
+
+def regression_fit(regression: RegressionProblem, settings: RegressionOptions, log: Log) -> RegressionFit:
+    """Estimate by the method of the settings from a log."""
     common, method = (regression.module, log, regression.parameters), settings.method
     if method == "differentiation":
-        return differentiation_least_squares(*common), ()
+        return RegressionFit(differentiation_least_squares(*common))
     if method == "energy":
-        return energy_least_squares(*common, settings.tau[0]), ()
+        return RegressionFit(energy_least_squares(*common, settings.tau[0]))
     if method == "inverse":
         from wheelpend.identification.inverse_dynamics import inverse_dynamics  # late: it needs scipy.signal
 
-        return inverse_dynamics(*common), ()
+        found = inverse_dynamics(*common)
+        return RegressionFit(found.fit, cutoff=found.cutoff)
     tau, first_order_hold = (settings.tau[0], settings.tau[1]), IS_FIRST_ORDER_HOLD[settings.hold or "first"]
     if method == "iv":
-        return instrumental.instrumental_estimate(regression.model, *common, tau).fit, ()
+        return RegressionFit(instrumental.instrumental_estimate(regression.model, *common, tau).fit)
     if method == "recursive":
-        found = recursive_least_squares(
+        recursive = recursive_least_squares(
             *common, tau, first_order_hold=first_order_hold, forgetting=settings.forgetting
         )  # fmt: skip
-        return found.fit, found.track
-    return filtered_least_squares(*common, tau, first_order_hold=first_order_hold), ()
+        return RegressionFit(recursive.fit, recursive.track)
+    return RegressionFit(filtered_least_squares(*common, tau, first_order_hold=first_order_hold))
 
 
 def choose_regression_time_constants(regression: RegressionProblem, settings: RegressionOptions) -> TimeConstantChoice:
@@ -89,7 +97,7 @@ def _replica_estimator(
 ) -> Callable[[Log], np.ndarray]:
     """Estimator of the linear parameters (n,) from a replica, with some time constants."""
     if settings.method != "iv":
-        return lambda log: regression_fit(regression, settings._replace(tau=tau), log)[0].estimate
+        return lambda log: regression_fit(regression, settings._replace(tau=tau), log).fit.estimate
     centre = regression.bootstrap.parameters
     loop = instrumental.LoggedLoop.of(regression.model, regression.module, regression.log)
     run = loop.run(centre)
@@ -116,10 +124,10 @@ def bias_test_or_warning(
     """The test of least squares for bias on the log, or a warning why it cannot be made; of a long log on its head."""
     if len(regression.log) > CHUNK_SAMPLES:
         regression = replace(regression, log=regression.log.part(0, CHUNK_SAMPLES))
-        fitted = regression_fit(regression, settings, regression.log)[0]
+        fitted = regression_fit(regression, settings, regression.log).fit
     try:
         bootstrap = regression.bootstrap
         regression.progress("rehearsing the log")
-        return hausman_test(bootstrap, fitted, lambda log: regression_fit(regression, settings, log)[0]), ()
+        return hausman_test(bootstrap, fitted, lambda log: regression_fit(regression, settings, log).fit), ()
     except Failure as failure:
         return None, (f"Least squares was not tested for bias: {failure}",)

@@ -14,8 +14,7 @@ from matplotlib.ticker import NullLocator
 from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
-from wheelpend.estimation.parameters import kernel_parameters
-from wheelpend.identification.inverse_dynamics import stretch_equations
+from wheelpend.identification.inverse_dynamics import equations_with_values
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -113,8 +112,7 @@ def unexplained_force(
     """Times [s], measured force and its residual [N], at the bandwidth of the differentiated motion."""
     module = model_module(model.plant, model.assumptions, model.effects)
     log = read_logs([log_path], model)[0]
-    raw = stretch_equations(module, log, kernel_parameters(module, values, log))
-    assert raw is not None, "the log is one long stretch"
+    (raw,) = equations_with_values(module, log, values)  # the log is one long stretch
     rest = raw.left - raw.regressor @ np.array([values[n] for n in module.LINEAR])
     return raw.t, FORCE_PER_VOLT_N * raw.left[:, 0], FORCE_PER_VOLT_N * rest[:, 0]
 

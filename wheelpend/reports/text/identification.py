@@ -21,6 +21,11 @@ def identification_text(result: Identification) -> TextBlocks:
     if result.force_error is not None:
         left = digits_text(result.force_error, 3)
         yield f"Inverse dynamics with these values leave {left} % of the input unexplained."
+    if result.cutoff_hz is not None:
+        yield (
+            f"Motion differentiated up to {digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that noise "
+            "would bend the parameters. Both sides compared up to half of it."
+        )
     if result.bias:
         yield from bias_text(result.bias)
     if result.guide:
