@@ -45,7 +45,7 @@ from wheelpend.reproduction.record import Reproduction
 
 KEYS = {
     Identification: "method parameters condition_number samples error noise_floor warnings tau hold forgetting track "
-    "bias guide force_error",
+    "bias guide force_error cutoff_hz",
     Estimate: "value sigma identifiable",
     LogValue: "log value sigma",
     TrackPoint: "t parameters",

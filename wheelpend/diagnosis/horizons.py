@@ -15,7 +15,7 @@ from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import ShootingLinearisation
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.kernels.kernel_module import KernelModule
-from wheelpend.logs.log import Log, segment_bounds
+from wheelpend.logs.log import MIN_SEGMENT_SAMPLES, Log, segment_bounds
 from wheelpend.simulation.closed_loop import RANGE_LIMIT_RAD
 
 PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  # s
@@ -40,8 +40,9 @@ class HorizonError:
 
 def horizons_of(log: Log) -> tuple[float, ...]:
     """Horizons that a log offers, from five samples to the whole of it [s]."""
-    inner = [h for h in PREDICTION_HORIZONS_S if 5 * log.dt < h < 0.8 * log.duration]
-    return (5 * log.dt, *inner, log.duration)
+    usual = [h for h in PREDICTION_HORIZONS_S if h < 0.8 * log.duration]
+    longer = [h for h in usual if round(h / log.dt) > MIN_SEGMENT_SAMPLES]  # another number of samples, not digits
+    return (MIN_SEGMENT_SAMPLES * log.dt, *longer, log.duration)
 
 
 def errors_at(

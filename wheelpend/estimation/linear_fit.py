@@ -10,6 +10,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 
 QR_BLOCK_ROWS = 8192  # rows of which a QR decomposition is taken at once
 MIN_SINGULAR_VALUE_RATIO = 1e-9  # of the scaled regressor, below which a direction is not identifiable
+MIN_SINGULAR_VALUE = 1e-16  # of the largest, the precision of numbers: a condition number is at most the square of 1e16
 MAX_UNIDENTIFIABLE_SHARE = 1e-3  # of a parameter's direction, from which its value means nothing
 
 
@@ -23,6 +24,7 @@ class LinearFit:
     condition: float  # of the column-scaled regressor, squared (of its Gram matrix)
     rows: int
     unidentifiable: tuple[str, ...]
+    undefined: tuple[str, ...] = ()  # of these, those whose columns are not finite: left out
 
     @property
     def values(self) -> dict[str, float]:
@@ -35,10 +37,11 @@ def solve_least_squares(
 ) -> LinearFit:
     """Least squares by SVD of the column-scaled regressor (paper eq. 17); zero along unidentifiable directions.
 
-    sides are (N, rows), regressors (N, rows, n); nuisance (N, rows, m) is projected out of both first.
+    A column that is not finite, such as that of a law whose speed scale is zero, is left out and named. sides are (N, rows), regressors (N, rows, n); nuisance (N, rows, m) is projected out of both first.
     """
     count = len(module.LINEAR)
-    matrix, right = regressors.reshape(-1, count), sides.ravel()
+    undefined = ~np.isfinite(regressors).reshape(-1, count).all(axis=0)
+    matrix, right = np.where(undefined, 0.0, regressors).reshape(-1, count), sides.ravel()
     if nuisance is not None:
         matrix, right = project_out(nuisance.reshape(len(right), -1), matrix, right)
     scale = np.linalg.norm(matrix, axis=0)
@@ -50,9 +53,11 @@ def solve_least_squares(
     residual = right - matrix @ estimate
     variance = residual @ residual / max(right.size - count, 1)
     sigma = np.sqrt(variance * ((v[kept] / s[kept, None]) ** 2).sum(axis=0)) / scale
-    condition = float((s[0] / max(s[-1], 1e-300)) ** 2)
+    smallest = s[: count - int(silent.sum())].min(initial=s[0])  # a column of zeros has a singular value of zero
+    condition = float((s[0] / max(smallest, MIN_SINGULAR_VALUE * s[0])) ** 2) if s[0] > 0.0 else 1.0
     unidentifiable = unidentifiable_names(module, silent, v[~kept])
-    return LinearFit(tuple(module.LINEAR), estimate, sigma, condition, right.size, unidentifiable)
+    named = tuple(n for n, lost in zip(module.LINEAR, undefined, strict=True) if lost)
+    return LinearFit(tuple(module.LINEAR), estimate, sigma, condition, right.size, unidentifiable, named)
 
 
 def unidentifiable_names(module: KernelModule, silent: np.ndarray, null_directions: np.ndarray) -> tuple[str, ...]:

@@ -57,6 +57,22 @@ class ScaledInverse:
         return (self.vectors[:, ~self.kept] ** 2).sum(axis=1)
 
 
+def positive_semidefinite(matrices: np.ndarray) -> np.ndarray:
+    """Symmetric matrices (..., n, n) without what rounding has put below zero; zeros where one is not finite.
+
+    Eliminating states from the equations of a very quiet sensor leaves differences of large numbers.
+    """
+    finite = np.isfinite(matrices).all(axis=(-2, -1))
+    clean = np.where(finite[..., None, None], matrices, 0.0)
+    scale = np.sqrt(np.maximum(np.einsum("...ii->...i", clean), 0.0))
+    inverse = np.divide(1.0, scale, out=np.zeros_like(scale), where=scale > 0.0)
+    eigenvalues, vectors = np.linalg.eigh(clean * inverse[..., :, None] * inverse[..., None, :])
+    lifted = (vectors * np.maximum(eigenvalues, 0.0)[..., None, :]) @ np.swapaxes(vectors, -1, -2)
+    lifted = lifted * scale[..., :, None] * scale[..., None, :]
+    negative = (eigenvalues < 0.0).any(axis=-1)
+    return np.where(negative[..., None, None], lifted, clean)
+
+
 def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float = 0.0) -> np.ndarray:
     """Solve many normal equations (..., n, n), scaled to a unit diagonal and damped.
 

@@ -65,7 +65,7 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
         _, residual = prediction_error(simulator, segments, values, lead)
         finite = np.isfinite(residual[np.isfinite(segments.log.measured)]).any()
         squares += float(np.nansum(residual**2)) if finite else np.inf
-        count += segments.values - 2 * problem.module.NQ * len(segments.bounds)
+        count += segments.values - problem.module.NX * len(segments.bounds)
         residuals.append(residual)
     if not problem.data.validation:
         return fitted.error, residuals

@@ -7,6 +7,7 @@ energy, inverse dynamics and shooting give, and how biased are they?
     method_options      the methods' names and settings, checked
     regression          a log's regression by each method
     energy              least squares on the energy balance
+    bandwidth           the cut-off that noise in the accelerations allows, `measured_motion` behind it
     inverse_dynamics    least squares on the measured motion (robotics), the force error, bursts
     instrumental        instrumental variables from the simulated closed loop
     recursive           recursive least squares

@@ -20,7 +20,7 @@ from wheelpend.estimation.linear_fit import LinearFit
 
 CUTOFFS_PER_OCTAVE = 2  # cut-offs that are tried, downwards from the highest
 LOWEST_CUTOFF_RATIO = 1e-3  # of the highest cut-off
-MAX_REMOVED_MOTION = 0.01  # of a position's standard deviation: more than that is motion, not noise
+MAX_REMOVED_MOTION = 0.003  # of a position's standard deviation: more than that is motion, not noise
 MAX_INERTIA_BIAS = 0.01  # relative, by noise in the accelerations, up to which a higher cut-off is as good
 
 
@@ -63,9 +63,17 @@ def cutoff_for(sides: Mapping[float, Sides], estimate: np.ndarray) -> float:
 
 
 def squares_left(sides: Mapping[float, Sides], estimate: np.ndarray) -> dict[float, float]:
-    """Sum of squares that parameters (n,) leave of the left side, by cut-off [Hz]."""
+    """Sum of squares that parameters (n,) leave of the left side, by cut-off [Hz]; where the model is defined."""
     left = sides[max(sides)].left  # the same for all, also where it is the pull of gravity
-    return {f: float(np.sum((left - s.regressor @ estimate) ** 2)) for f, s in sides.items()}
+    rests = {f: left - modelled(s.regressor, estimate) for f, s in sides.items()}
+    defined = np.all([np.isfinite(rest) for rest in rests.values()], axis=0)
+    return {f: float(np.sum(rest[defined] ** 2)) for f, rest in rests.items()}
+
+
+def modelled(regressor: np.ndarray, estimate: np.ndarray) -> np.ndarray:
+    """What parameters (n,) make of a regressor (..., n); a column whose parameter is zero need not be finite."""
+    used = estimate != 0.0
+    return regressor[..., used] @ estimate[used]
 
 
 def inertia_squares(sides: Sides, estimate: np.ndarray) -> float:
@@ -73,12 +81,14 @@ def inertia_squares(sides: Sides, estimate: np.ndarray) -> float:
 
     Noise in an acceleration adds its own squares to what is left, and shrinks the inertia by their ratio to these.
     """
-    matrix = sides.regressor.reshape(-1, len(estimate))
+    used = estimate != 0.0
+    matrix = sides.regressor[..., used].reshape(-1, int(used.sum()))
+    matrix = matrix[np.isfinite(matrix).all(axis=1)]
     scale = np.linalg.norm(matrix, axis=0)
-    used = scale > 0.0
-    if not (used & sides.accelerated).any():
+    inertias = sides.accelerated[used] & (scale > 0.0)
+    if not inertias.any():
         return 0.0
-    inverse = np.full(len(estimate), np.inf)
-    inverse[used] = np.diag(np.linalg.pinv((matrix[:, used] / scale[used]).T @ (matrix[:, used] / scale[used])))
-    alone = (estimate * scale) ** 2 / inverse
-    return float(alone[used & sides.accelerated].min())
+    scaled = matrix / np.where(scale > 0.0, scale, 1.0)
+    inverse = np.diag(np.linalg.pinv(scaled.T @ scaled, hermitian=True))
+    alone = (estimate[used] * scale)[inertias] ** 2 / inverse[inertias]
+    return float(alone.min())

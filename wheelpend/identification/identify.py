@@ -172,7 +172,10 @@ def _regression_warnings(regression: RegressionProblem, fitted: LinearFit) -> tu
     names = regression.module.PARAMETERS[: regression.module.FITTED]
     nonlinear = tuple(f"{n} enters nonlinearly; the regression takes it as it stands in the model."
                       for n in names if n not in fitted.names)  # fmt: skip
-    return (*regression.log.warnings, *_unexcited_warnings(fitted.unidentifiable), *nonlinear)
+    undefined = tuple(f"{n} was left out: with the model's other values its part of the equations is no finite number. "
+                      f"Give [effect.{n.partition('.')[0]}] values other than zero." for n in fitted.undefined)  # fmt: skip
+    unexcited = _unexcited_warnings(n for n in fitted.unidentifiable if n not in fitted.undefined)
+    return (*regression.log.warnings, *undefined, *unexcited, *nonlinear)
 
 
 def _force_error(regression: RegressionProblem, fitted: LinearFit) -> float | None:

@@ -18,7 +18,7 @@ from wheelpend.errors import Failure
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.regressor import acting_input, equations_at
-from wheelpend.identification.bandwidth import Sides, chosen_cutoff, cutoff_for
+from wheelpend.identification.bandwidth import Sides, chosen_cutoff, cutoff_for, modelled
 from wheelpend.identification.measured_motion import (
     MIN_STRETCH_S,
     low_passed,
@@ -96,7 +96,7 @@ def _force_error_percent(stretches: Sequence[StretchEquations], estimate: np.nda
     sides = stacked_equations(stretches)
     if sides is None:
         return None
-    residual = sides.left - sides.regressor @ estimate
+    residual = sides.left - modelled(sides.regressor, estimate)
     size = float(np.sum(sides.left**2))
     return float(100.0 * np.sqrt(np.sum(residual**2) / size)) if size > 0.0 else None
 
@@ -129,7 +129,7 @@ def force_error_and_bursts(
     error = _force_error_percent(stretches, estimate)
     if error is None or error > MAX_FORCE_ERROR_PERCENT:
         return error, []
-    residuals = [s.left - s.regressor @ estimate for s in stretches]
+    residuals = [s.left - modelled(s.regressor, estimate) for s in stretches]
     pairs = zip(stretches, residuals, strict=True)
     return error, sorted(b for s, residual in pairs for b in _bursts_of_stretch(module, s, residual))
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import log10
+from math import isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from wheelpend.reports.numbers import digits_text
+from wheelpend.reports.numbers import digits_text, prediction_error_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder
@@ -37,10 +37,13 @@ def ladder_rungs(explanation: Ladder, nominal: str = "nominal", refitted: str = 
 
 
 def bar_lengths(rungs: Sequence[Rung], noise_floor: float, longest: int, shortest: int = 0) -> list[int]:
-    """Lengths of bars that are logarithmic above the noise floor, from ``shortest`` to ``shortest + longest``."""
-    heights = [log10(max(r.error / noise_floor, 1.0)) for r in rungs]
-    highest = max(heights) or 1.0
-    return [round(shortest + longest * height / highest) for height in heights]
+    """Lengths of bars that are logarithmic above the noise floor, from ``shortest`` to ``shortest + longest``.
+
+    The bar of a prediction that diverged is the longest.
+    """
+    heights = [log10(max(r.error / noise_floor, 1.0)) if isfinite(r.error) else None for r in rungs]
+    highest = max((h for h in heights if h is not None), default=0.0) or 1.0
+    return [round(shortest + longest * (1.0 if h is None else h / highest)) for h in heights]
 
 
 def draw_ladder(explanation: Ladder, path: Path) -> Path:
@@ -55,7 +58,7 @@ def draw_ladder(explanation: Ladder, path: Path) -> Path:
     bars = [
         {
             "label": rung.label,
-            "error": digits_text(rung.error),
+            "error": prediction_error_text(rung.error),
             "colour": SVG_COLOURS[rung.kind],
             "y": TOP_MARGIN_PX + BAR_HEIGHT_PX * k,
             "length": length,

@@ -37,6 +37,21 @@ def number_text(value: float | None, digits: int = 4) -> str:
     return digits_text(value, digits) if value is not None and is_number(value) else "-"
 
 
+def prediction_error_text(error: float | None, digits: int = 4) -> str:
+    """A prediction error in significant digits, or that the prediction diverged where there is none."""
+    return digits_text(error, digits) if error is not None and is_number(error) else "diverged"
+
+
+def unexplained_input_text(percent: float) -> str:
+    """What equations leave of the input, in percent, in words from where they leave more than there was."""
+    if percent <= 100.0:
+        return f"leave {digits_text(percent, 3)} % of the input unexplained."
+    return (
+        f"need {digits_text(percent / 100.0, 2)} times the whole input besides it: with these values the equations do "
+        "not describe this log."
+    )
+
+
 def typeset_number_text(value: float | None, digits: int = 4) -> str:
     """A number in significant digits for the page: whole below 10⁶, else with a power of ten."""
     if value is None or not is_number(value):

@@ -6,6 +6,7 @@ likelihood. The segment's initial state is free, so only what the motion inside 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from wheelpend.estimation.free_parameters import free_parameters
 from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.parameters import ParameterLayout, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.scaled_inverse import positive_semidefinite
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.state_reconstruction import input_table, measured_states, port_motion
 
@@ -60,7 +62,9 @@ def estimate_missing_force(problem: EstimationProblem, fitted: Fit) -> MissingFo
     force, sigma = [], []
     for information, score in zip(equations.information, equations.score, strict=True):
         prior = np.tile(1.0 / sizes**2, PIECES_PER_SEGMENT)
-        covariance = np.linalg.inv(information + np.diag(prior))
+        scale = 1.0 / np.sqrt(prior)
+        within = np.linalg.inv(np.eye(len(scale)) + scale[:, None] * information * scale)  # never singular
+        covariance = scale[:, None] * within * scale
         force.append((covariance @ score).reshape(PIECES_PER_SEGMENT, -1))
         sigma.append(np.sqrt(np.diag(covariance)).reshape(PIECES_PER_SEGMENT, -1))
     variables = _variables(problem, segments, centres)
@@ -84,7 +88,9 @@ def _linearise(
     middle = (edges[:-1] + edges[1:]) // 2
     centres = np.minimum(segments.bounds[:, :1] + middle[None, :], segments.bounds[:, 1:] - 1).ravel()
     layout = ParameterLayout.of(free_parameters(problem, names * PIECES_PER_SEGMENT), 1)
-    return force_equations(linearisation.gram, problem.module.NX, layout), centres
+    equations = force_equations(linearisation.gram, problem.module.NX, layout)
+    return replace(equations, information=positive_semidefinite(equations.information),
+                   score=np.nan_to_num(equations.score, posinf=0.0, neginf=0.0)), centres  # fmt: skip
 
 
 def _prior_standard_deviations(equations: NormalEquations, rows: int) -> np.ndarray:
@@ -106,9 +112,10 @@ def _log_marginal_likelihood(information: np.ndarray, score: np.ndarray, sizes: 
     """Logarithm of the marginal likelihood of a segment with forces of these sizes, up to a constant."""
     scale = np.tile(sizes, PIECES_PER_SEGMENT)
     whitened = np.eye(len(scale)) + scale[:, None] * information * scale[None, :]
-    factor = np.linalg.cholesky(whitened)
-    half = np.linalg.solve(factor, scale * score)
-    return float(0.5 * half @ half - np.log(np.diag(factor)).sum())
+    size, turned = np.linalg.eigh(whitened)  # at least 1: a Cholesky factor fails where rounding makes it less
+    size = np.maximum(size, 1.0)
+    half = (turned.T @ (scale * score)) / np.sqrt(size)
+    return float(0.5 * half @ half - 0.5 * np.log(size).sum())
 
 
 def _variables(problem: EstimationProblem, segments: Segments, centres: np.ndarray) -> dict[str, np.ndarray]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from wheelpend.model.units import PlantUnits, plant_units_of
-from wheelpend.reports.numbers import digits_text, number_text, physical_text
+from wheelpend.reports.numbers import digits_text, number_text, physical_text, prediction_error_text, unexplained_input_text
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -32,7 +32,7 @@ def _error_text(result: Comparison) -> TextBlocks:
     if result.fitted_first:
         yield "The model has no parameter values yet: it was fitted to the log first."
     explained = result.error < MAX_NOISE_ERROR_RATIO * result.noise_floor
-    yield (f"Error {digits_text(result.error)} over {result.horizon_s:g} s "
+    yield (f"Error {prediction_error_text(result.error)} over {result.horizon_s:g} s "
            f"(noise floor {digits_text(result.noise_floor)}): "
            f"the model {'explains the log down to its noise.' if explained else 'misses something.'}")  # fmt: skip
     yield Table(
@@ -43,7 +43,7 @@ def _error_text(result: Comparison) -> TextBlocks:
     yield Table(
         "Error against horizon",
         ("seconds", "error"),
-        [(digits_text(h.seconds), "diverged" if h.diverged else number_text(h.error)) for h in result.horizons],
+        [(digits_text(h.seconds), "diverged" if h.diverged else prediction_error_text(h.error)) for h in result.horizons],
     )
 
 
@@ -66,7 +66,7 @@ def force_error_lines(result: Comparison, quantities: PlantUnits) -> Iterator[st
     """What inverse dynamics leave of the input, and the bursts in which they leave far more than usual."""
     known = {name: error for name, error in result.force_error.items() if error is not None}
     for name, error in known.items():
-        yield f"{name}: inverse dynamics leave {digits_text(error, 3)} % of the input unexplained."
+        yield f"{name}: inverse dynamics {unexplained_input_text(error)}"
     for name in known:
         own = [b for b in result.bursts if b["log"] == name]
         elsewhere = [b for b in own if not b["at_reversal"]]

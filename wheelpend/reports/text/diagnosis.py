@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.model.units import plant_units_of
-from wheelpend.reports.numbers import digits_text, number_text, p_value_text
+from wheelpend.reports.numbers import digits_text, number_text, p_value_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import detectable_rows, effect_size_text, log_size_lines
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.table import Table, TextBlocks
@@ -41,7 +41,7 @@ def _candidates_text(result: Diagnosis, model: Model) -> Iterator[str | Table]:
     rows = [_candidate_cells(candidate, model) for candidate in result.candidates]
     filled = [k for k in range(len(CANDIDATE_COLUMNS)) if any(row[k] for row in rows)]  # a column of blanks is left out
     yield Table(
-        f"Candidates (held-out error now {digits_text(result.error)})",
+        f"Candidates (held-out error now {prediction_error_text(result.error)})",
         [CANDIDATE_COLUMNS[k] for k in filled],
         [[row[k] for k in filled] for row in rows],
     )

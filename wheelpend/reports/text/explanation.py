@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.reports.ladder import bar_lengths, ladder_rungs
-from wheelpend.reports.numbers import digits_text
+from wheelpend.reports.numbers import digits_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
 from wheelpend.reports.text.table import TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
@@ -33,7 +33,7 @@ def ladder_lines(result: Ladder) -> Iterator[str]:
     lengths = bar_lengths(rungs, result.noise_floor, LONGEST_BAR)
     yield f"{'held-out error':>24}   (noise floor {digits_text(result.noise_floor)})"
     for rung, length in zip(rungs, lengths, strict=True):
-        yield f"{rung.label:>24} {digits_text(rung.error):>9} {'█' * length}{'▏' if length == 0 else ''}"
+        yield f"{rung.label:>24} {prediction_error_text(rung.error):>9} {'█' * length}{'▏' if length == 0 else ''}"
 
 
 def _step_lines(step: Step, result: Ladder) -> Iterator[str]:

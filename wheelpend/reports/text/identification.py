@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.numbers import digits_text, estimate_text, number_text
+from wheelpend.reports.numbers import digits_text, estimate_text, number_text, prediction_error_text, unexplained_input_text
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -19,8 +19,7 @@ def identification_text(result: Identification) -> TextBlocks:
     yield from _parameters_text(result)
     yield _quality_sentence(result)
     if result.force_error is not None:
-        left = digits_text(result.force_error, 3)
-        yield f"Inverse dynamics with these values leave {left} % of the input unexplained."
+        yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error)}"
     if result.cutoff_hz is not None:
         yield (
             f"Motion differentiated up to {digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that noise "
@@ -46,7 +45,7 @@ def _parameters_text(result: Identification) -> Iterator[str | Table]:
 def _quality_sentence(result: Identification) -> str:
     parts = [f"{result.samples} samples", f"condition number {digits_text(result.condition_number, 3)}"]
     if result.error:
-        parts.append(f"error {digits_text(result.error)} (noise floor {number_text(result.noise_floor)})")
+        parts.append(f"error {prediction_error_text(result.error)} (noise floor {number_text(result.noise_floor)})")
     if result.tau:
         parts.append(f"τ = {', '.join(f'{t:g}' for t in result.tau)} s")
     return "; ".join(parts) + "."

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from derive import effects as library
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model.units import PlantUnits
-from wheelpend.reports.numbers import digits_text, error_text, p_value_text
+from wheelpend.reports.numbers import digits_text, error_text, is_number, p_value_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ CLOSING_SENTENCES = {
 
 def verdict_text(result: Diagnosis, model: Model) -> str:
     """The verdict of a diagnosis in a sentence or two."""
-    error, floor = digits_text(result.error), digits_text(result.noise_floor)
+    error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
     if result.verdict == "nothing_missing":
         return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
                 "naming.")  # fmt: skip
@@ -43,7 +43,7 @@ def partial_explanation_text(result: Diagnosis) -> str:
     if not result.named:
         return ""
     best = result.named[0]
-    return (f" {best.effect} explains most: with it the held-out error falls to {digits_text(best.error_after)}. It "
+    return (f" {best.effect} explains most: with it the held-out error falls to {prediction_error_text(best.error_after)}. It "
             "may be a part of what is missing, or only resemble it.")  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> 
     certain = "is missing" if result.verdict == "effect_missing" else f"or {names_text(best.equivalent_to)} is missing"
     meaning = effect_meaning_text(best, model, rms_input(result.problem))
     return (f"{best.effect} {certain}: {meaning} "
-            f"With it the held-out error falls from {digits_text(result.error)} to {digits_text(best.error_after)} "
+            f"With it {fall_text(result.error, best.error_after)} "
             f"(noise floor {digits_text(result.noise_floor)}).{rest}")  # fmt: skip
 
 
@@ -65,12 +65,26 @@ def effect_meaning_text(found: CandidateFit | Step, model: Model, drive_v: float
     return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}"
 
 
+def fall_text(before: float, after: float) -> str:
+    """A held-out error before and after a change; one that was not finite diverged."""
+    if not is_number(before):
+        return f"the held-out prediction no longer diverges: its error is {prediction_error_text(after)}"
+    return f"the held-out error falls from {digits_text(before)} to {prediction_error_text(after)}"
+
+
+def relative_fall_text(before: float, after: float) -> str:
+    """The fall of a held-out error in percent, as far as both are finite."""
+    if not (is_number(before) and is_number(after)):
+        return fall_text(before, after)
+    return f"the held-out error falls by {digits_text(100 * (1 - after / before), 3)} %"
+
+
 # ---- a step of an explanation
 
 
 def evidence_text(step: Step) -> str:
     """Evidence for an effect: p-value, fall of the held-out error, blocks that agree."""
-    fall = f"the held-out error falls by {digits_text(100 * (1 - step.error_after / step.error_before), 3)} %"
+    fall = relative_fall_text(step.error_before, step.error_after)
     p_value = "" if step.p_value is None else f"p = {p_value_text(step.p_value)}"
     agreement = "" if step.blocks_agree is None else f"lower in {step.blocks_agree} blocks"
     return "; ".join(filter(None, (p_value, fall, agreement))) + "."
