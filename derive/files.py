@@ -6,7 +6,7 @@ import difflib
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from errno import EISDIR
+from errno import EINVAL, EISDIR
 from pathlib import Path
 
 DERIVE_FOLDER = Path(__file__).resolve().parent
@@ -36,12 +36,15 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     """Paths of partial files, to be written in the block and renamed onto ``paths`` when it ends without an error.
 
     A partial file lies beside the file that it replaces, the one that a symbolic link stands for, and is removed where
-    anything fails. Raises OSError, before the block, where a path is a folder.
+    anything fails. Raises OSError, before the block, where a path is a folder, a device or a pipe: root could replace
+    these by a file.
     """
     targets = [Path(os.path.realpath(path)) for path in paths]
     for path in targets:
         if path.is_dir():
             raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
+        if path.exists() and not path.is_file():
+            raise OSError(EINVAL, "a device, pipe or socket is no file to be replaced", str(path))
     partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
     try:
         yield partial

@@ -1,6 +1,7 @@
 """Files that are written complete or not at all."""
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -40,3 +41,12 @@ def test_a_folder_that_is_not_there_is_said_with_what_to_do(tmp_path):
         write_text(tmp_path / "absent" / "a.txt", "")
     with pytest.raises(Failure, match=r"b\.txt cannot be written: No such file"):
         rename(tmp_path / "a.txt", "b.txt")
+
+
+def test_a_pipe_or_a_device_is_not_replaced_by_a_file(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(Failure, match="cannot be written: a device, pipe or socket is no file"):
+        write_text(tmp_path / "pipe", "text")
+    assert (tmp_path / "pipe").is_fifo() and os.listdir(tmp_path) == ["pipe"]
+    with pytest.raises(Failure, match="/dev/null cannot be written"), replacing(Path(os.devnull)):
+        pytest.fail("a device must be refused before anything is written")

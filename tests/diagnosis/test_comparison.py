@@ -79,3 +79,11 @@ def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
     error, _ = prediction_error(prepare(model, [log]).simulator, segments, WRONG)
     assert found.error == pytest.approx(error, rel=1e-3)
     assert abs(found.error / compare(model, [log]).error - 1.0) > 0.1
+
+
+@pytest.mark.parametrize("interval", [0.001, 0.004, 0.01, 0.0100002, 0.0099998, 0.02])
+def test_no_horizon_is_listed_twice(interval):
+    log = replace(simulated(duration=1.0).part(0, 500), t=np.arange(500) * interval)
+    horizons = horizons_of(log)
+    assert len({f"{h:.4g}" for h in horizons}) == len(horizons) and list(horizons) == sorted(horizons)
+    assert horizons[0] == pytest.approx(5 * interval) and horizons[-1] == pytest.approx(499 * interval)

@@ -9,6 +9,7 @@ from derive import plants
 from tests.support import simulated
 from wheelpend import Failure, Model, simulate
 from wheelpend.diagnosis.evidence import ValidatedFit
+from wheelpend.diagnosis.missing_force.estimate import _log_marginal_likelihood
 from wheelpend.diagnosis.missing_force.law_search import find_law
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
 from wheelpend.diagnosis.missing_force.repeatability import explained_forces
@@ -17,6 +18,7 @@ from wheelpend.diagnosis.verdict import conclude, with_missing_force
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
+from wheelpend.estimation.scaled_inverse import positive_semidefinite
 from wheelpend.estimation.starts import best_start
 from wheelpend.kernels.load import free_force_module
 from wheelpend.model import model_kernels
@@ -149,3 +151,21 @@ def test_a_diagnosis_that_explains_nothing_says_where_and_what_repeats(dry):
     assert dry.verdict == "unexplained"
     assert dry.where
     assert to_json(dry)["missing"][0]["row"] == "drive"
+
+
+def test_rounding_below_zero_in_the_information_of_a_quiet_sensor_is_no_crash():
+    rng = np.random.default_rng(0)
+    rows = rng.normal(size=(3, 4, 10)) * 1e9
+    exact = np.swapaxes(rows, 1, 2) @ rows  # of rank 4: six directions are known to rounding alone
+    broken = exact - 1e-9 * np.einsum("sii->s", exact)[:, None, None] * np.eye(10)
+    assert (np.linalg.eigvalsh(broken) < -1.0).any()
+    mended = positive_semidefinite(np.concatenate([broken, np.full((1, 10, 10), np.nan)]))
+    assert np.allclose(mended[:3], exact, atol=1e-8 * exact.max()) and not mended[3].any()
+    for information in mended:
+        assert np.isfinite(_log_marginal_likelihood(information, np.ones(10), np.ones(1)))
+
+
+def test_information_without_rounding_stays_as_it_is():
+    rows = np.random.default_rng(1).normal(size=(2, 20, 5))
+    information = np.swapaxes(rows, 1, 2) @ rows
+    assert np.array_equal(positive_semidefinite(information), information)

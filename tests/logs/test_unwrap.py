@@ -81,3 +81,13 @@ def test_what_happened_in_a_gap_is_no_wrap():
     values = np.where(np.arange(4000) < 2000, 0.1, 0.1 + 2 * np.pi) + 0.01 * np.sin(9 * T)
     found, remarks = make_continuous("theta_1", values, t, "rad", can_reset=False)
     assert found is values and remarks == []
+
+
+def test_a_turn_that_is_taken_across_a_gap_is_said_to_be_the_nearest():
+    wrapped = (TURNING + np.pi) % (2 * np.pi) - np.pi
+    jump = int(np.flatnonzero(np.abs(np.diff(wrapped)) > 5.0)[3])
+    wrapped[jump - 1 : jump + 1] = np.nan
+    found, remarks = make_continuous("theta_1", wrapped, T, "rad")
+    assert "made continuous, over 1 gap by the nearest turn." in remarks[0]
+    known = np.isfinite(found)
+    np.testing.assert_allclose(np.diff(found[known]), np.diff(TURNING[known]), atol=1e-9)

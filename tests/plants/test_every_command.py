@@ -116,7 +116,6 @@ def test_an_effect_is_added_and_removed_on_every_plant(machine, workspaces, tmp_
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of numbers: a candidate may run away on the turning robot
 @pytest.mark.parametrize("machine", tuple(MACHINES))
 def test_every_plant_is_diagnosed_explained_and_reported(machine, workspaces, tmp_path):
     folder = workspaces(machine)

@@ -28,6 +28,7 @@ class Fit:
     converged: bool
     blocks: int = 0  # number of the jackknife's blocks
     coloured: bool = False  # True where the residual is correlated from sample to sample
+    promised_decrease: float = 0.0  # σ², by which the gradient at the end still promises to lower the cost
 
     @classmethod
     def at(

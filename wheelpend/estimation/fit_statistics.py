@@ -8,7 +8,7 @@ import numpy as np
 
 from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.normal_equations import covariance_of
+from wheelpend.estimation.normal_equations import NormalEquations, covariance_of
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting_problem import LinearisedPoint, ShootingProblem
 
@@ -39,7 +39,16 @@ def fit_at(problem: ShootingProblem, point: LinearisedPoint, converged: bool) ->
         converged=converged,
         blocks=int(block.max(initial=-1)) + 1,
         coloured=has_coloured_residual(problem, point),
+        promised_decrease=promised_decrease(problem, theta, reduced.total.finite()),
     )
+
+
+def promised_decrease(problem: ShootingProblem, theta: np.ndarray, equations: NormalEquations) -> float:
+    """Decrease of the sum of squares in the best step within the bounds, were the residual linear; 0 at an optimum."""
+    if not len(theta):
+        return 0.0
+    step = problem.space.after_step(theta, equations, 0.0) - theta
+    return max(float(2.0 * equations.score @ step - step @ equations.information @ step), 0.0)
 
 
 def has_coloured_residual(problem: ShootingProblem, point: LinearisedPoint) -> bool:

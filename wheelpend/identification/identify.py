@@ -10,9 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.errors import Failure
 from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import free_names, known_values
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.parameter_table import parameter_table
+from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.bootstrap import shooting_fit
 from wheelpend.identification.method_options import (
@@ -38,6 +42,7 @@ from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
 
 Progress = Callable[[str], None]
+MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmoved start promises: it is no optimum
 
 
 @dataclass(frozen=True)
@@ -126,12 +131,28 @@ def identify(
 
 def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
     problem, fitted = shooting_fit(model, logs, progress)
+    _require_moved(problem, fitted)
     table = parameter_table(problem, fitted)
     unidentifiable = {n for n, e in table.items() if not e.identifiable}
     return Identification(
         "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor,
         (*problem.warnings, *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
     )  # fmt: skip
+
+
+def _require_moved(problem: EstimationProblem, fitted: Fit) -> None:
+    """Raise Failure where a fit ends at the model's values to the last digit although better ones must be near."""
+    known, names = known_values(problem.model), free_names(problem, problem.model.effects)
+    moved = [n for n in names if fitted.of_log(0)[n] != known.get(n)]
+    if moved or fitted.promised_decrease < MIN_PROMISED_SHARE * fitted.cost:
+        return
+    share = np.sqrt(max(1.0 - fitted.promised_decrease / fitted.cost, 0.0))
+    raise Failure(
+        f"{problem.logs[0].name}: a fit must move from its start or begin at the optimum, but it came back with the "
+        f"model's own values to the last digit: every step made the prediction worse, at an error of "
+        f"{fitted.error:.4g} of which the gradient promises to leave {share:.0%}. Remove the values from model.toml, so "
+        "that a start is found from the log, or give other nominal ones."
+    )
 
 
 def _identify_by_regression(

@@ -28,9 +28,12 @@ def make_continuous(
     adjacent = (np.diff(known) == 1) & (np.diff(t[known]) < MAX_NEIGHBOUR_INTERVAL_RATIO * np.median(np.diff(t)))
     remarks = []
     if unit == "rad" and (jumps := count_wraps(values[known], adjacent)):
-        values = values.copy()
-        values[known] = np.unwrap(values[known])
-        remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous.")
+        unwrapped = values.copy()
+        unwrapped[known] = np.unwrap(values[known])
+        across = int(np.sum(~adjacent & (np.abs(np.diff((unwrapped - values)[known])) > 0.5 * TURN_RAD)))
+        over = "" if not across else f", over {across} gap{'s' * (across > 1)} by the nearest turn"
+        remarks.append(f"{name} jumps by a turn in {jumps} places: it was wrapped, and is made continuous{over}.")
+        values = unwrapped
     resets = find_counter_resets(values[known], adjacent) if can_reset else np.zeros(0, dtype=int)
     if len(resets):
         steps = np.diff(values[known], prepend=values[known][0])

@@ -47,7 +47,7 @@ def unexplained_input_text(percent: float) -> str:
     if percent <= 100.0:
         return f"leave {digits_text(percent, 3)} % of the input unexplained."
     return (
-        f"need {digits_text(percent / 100.0, 2)} times the whole input besides it: with these values the equations do "
+        f"leave {whole_digits_text(percent / 100.0, 2)} times as much force as was put in: with these values the equations do "
         "not describe this log."
     )
 
