@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.plants.machines import log_of, model_of
 from tests.support import X, simulated
 from wheelpend import Model
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare, shortened_segments, with_interleaved_validation
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameters import kernel_parameters
-from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS, prediction_error, sum_of_squares
 from wheelpend.estimation.segments import DataSplit
 from wheelpend.estimation.validation import calibrated_values, fit_percent, validation_residuals, with_amplitude
 
@@ -123,3 +126,21 @@ def test_parameters_of_a_log_hold_its_values_and_absence_where_there_is_none(lib
     found = dict(zip(library.PARAMETERS, kernel_parameters(library, {"X3": 0.5}, log), strict=True))
     absent = dict(zip(library.PARAMETERS, library.ABSENT, strict=True))
     assert found == {**absent, "X3": 0.5, "origin": log.measured[0, 0]}
+
+
+def test_a_prediction_that_runs_away_is_no_number_and_no_warning(problem, known):
+    wild = replace(known, values={**known.values, "X6": -50.0, "X7": -50.0})
+    error, residuals = validation_residuals(problem, wild)
+    assert error > 10.0 and all(np.nanmax(np.abs(r)) <= RUNAWAY_RESIDUAL_SIGMAS for r in residuals)
+    assert sum_of_squares(np.array([[1.0, np.nan], [2.0, 3.0]])) == pytest.approx(14.0)
+    assert sum_of_squares(np.array([[RUNAWAY_RESIDUAL_SIGMAS, 1.0]])) == np.inf
+    assert sum_of_squares(np.full((2, 2), np.nan)) == np.inf
+
+
+def test_as_many_states_are_discounted_from_held_out_segments_as_a_prediction_discounts():
+    for machine in ("slide", "turning"):
+        model = model_of(machine)
+        problem, values = prepare(model, [log_of(machine)], lean=True), known_values(model)
+        error, _ = validation_residuals(problem, Fit.at(values))
+        predicted, _ = prediction_error(problem.simulator, problem.data.validation[0].part, values)
+        assert error == pytest.approx(predicted, rel=1e-6), machine

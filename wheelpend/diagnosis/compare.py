@@ -25,7 +25,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values, per_log_names
 from wheelpend.estimation.parameters import kernel_parameters
-from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.prediction import prediction_error, sum_of_squares
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments, ValidationData
 from wheelpend.estimation.starts import best_start
@@ -155,7 +155,7 @@ def predict_segments(compared: ComparedModel) -> tuple[float, list[np.ndarray]]:
     for segments, values in zip(compared.log_segments, compared.log_values, strict=True):
         _, residual = prediction_error(problem.simulator, segments, values)
         residuals.append(residual)
-        squares += float(np.nansum(residual**2))
+        squares += sum_of_squares(residual)
         count += segments.values - problem.module.NX * len(segments.bounds)
     return float(np.sqrt(squares / max(count, 1))), residuals
 

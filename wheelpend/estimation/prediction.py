@@ -13,21 +13,31 @@ from wheelpend.estimation.shooting import ShootingLinearisation, Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.logs.log import segment_bounds
 
+RUNAWAY_RESIDUAL_SIGMAS = 1e30  # σ, at which a prediction has run away; squares of its sum of squares are still numbers
+
 
 def prediction_error(
     simulator: Simulator, segments: Segments, values: Mapping[str, float], lead: int = 0
 ) -> tuple[float, np.ndarray]:
     """Error of a model on segments [σ] and its residual (N, channels) [σ]; only the initial states are fitted.
 
+    The residual of a prediction that runs away ends at RUNAWAY_RESIDUAL_SIGMAS.
     A coupled model is simulated from up to ``lead`` segments before the first.
     """
     longer, before = with_lead_in(segments, lead)
     states = initial_states(simulator.module, longer)
     parameters = kernel_parameters(simulator.module, values, segments.log)
     states, linearisation = fit_states(simulator, longer, states, parameters)
-    residual = linearisation.residual.copy()
+    residual = np.clip(linearisation.residual, -RUNAWAY_RESIDUAL_SIGMAS, RUNAWAY_RESIDUAL_SIGMAS)
     residual[: segments.bounds[0, 0]] = np.nan
     return segments_rms_error(segments, ShootingLinearisation(linearisation.gram[before:], residual)), residual
+
+
+def sum_of_squares(residual: np.ndarray) -> float:
+    """Sum of the squares of a residual (N, channels) [σ]; infinite of a prediction that ran away, or gave nothing."""
+    if not np.isfinite(residual).any() or (np.abs(residual) >= RUNAWAY_RESIDUAL_SIGMAS).any():
+        return float("inf")
+    return float(np.nansum(residual**2))
 
 
 def with_lead_in(segments: Segments, lead: int) -> tuple[Segments, int]:

@@ -12,7 +12,7 @@ from wheelpend.estimation.continuation import kernels_for, shooting_problem
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, per_log_names, tied_pairs
 from wheelpend.estimation.gauss_newton import fit
-from wheelpend.estimation.prediction import prediction_error
+from wheelpend.estimation.prediction import prediction_error, sum_of_squares
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments, ValidationData
 from wheelpend.estimation.shooting import Simulator
@@ -63,14 +63,12 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
         segments, values = validation.part, _validation_values(problem, fitted, validation)
         simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
         _, residual = prediction_error(simulator, segments, values, lead)
-        finite = np.isfinite(residual[np.isfinite(segments.log.measured)]).any()
-        squares += float(np.nansum(residual**2)) if finite else np.inf
+        squares += sum_of_squares(residual)
         count += segments.values - problem.module.NX * len(segments.bounds)
         residuals.append(residual)
     if not problem.data.validation:
         return fitted.error, residuals
-    error = float(np.sqrt(squares / max(count, 1)))
-    return (error if np.isfinite(error) else float("inf")), residuals
+    return float(np.sqrt(squares / max(count, 1))), residuals
 
 
 def _validation_values(problem: EstimationProblem, fitted: Fit, validation: ValidationData) -> dict[str, float]:
