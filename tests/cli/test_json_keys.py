@@ -62,8 +62,8 @@ COMMANDS = {
         predicted_bias_percent predicted_spread_percent replicas)""",
     "identify log.csv --method recursive --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
-        forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent sigma_percent
-        predicted_bias_percent predicted_spread_percent replicas)""",
+        forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent
+        sigma_percent predicted_bias_percent predicted_spread_percent replicas)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log""",

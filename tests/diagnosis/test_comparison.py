@@ -7,8 +7,9 @@ import pytest
 
 from tests.support import X, simulated
 from wheelpend import Model, compare, simulate
+from wheelpend.diagnosis import horizons
 from wheelpend.diagnosis.compare import rmse_of
-from wheelpend.diagnosis.horizons import errors_at, horizons_of
+from wheelpend.diagnosis.horizons import errors_at, errors_over, horizons_of
 from wheelpend.diagnosis.replay import replay_closed_loop
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.prediction import prediction_error
@@ -84,6 +85,25 @@ def test_a_held_out_log_is_compared_in_place_of_the_logs(wrong):
 @pytest.mark.parametrize("interval", [0.001, 0.004, 0.01, 0.0100002, 0.0099998, 0.02])
 def test_no_horizon_is_listed_twice(interval):
     log = replace(simulated(duration=1.0).part(0, 500), t=np.arange(500) * interval)
-    horizons = horizons_of(log)
-    assert len({f"{h:.4g}" for h in horizons}) == len(horizons) and list(horizons) == sorted(horizons)
-    assert horizons[0] == pytest.approx(5 * interval) and horizons[-1] == pytest.approx(499 * interval)
+    listed = horizons_of(log)
+    assert len({f"{h:.4g}" for h in listed}) == len(listed) and list(listed) == sorted(listed)
+    assert listed[0] == pytest.approx(5 * interval) and listed[-1] == pytest.approx(499 * interval)
+
+
+def test_a_short_prediction_whose_states_were_not_found_begins_where_a_longer_one_passes(wrong, compared, monkeypatch):
+    problem = prepare(wrong[0], [wrong[1]], use_all=True)
+    usual = horizons.initial_states
+
+    def lost(module, segments):
+        """States of which one is not found, in segments of a fifth of a second."""
+        states = usual(module, segments)
+        if np.diff(segments.bounds[0]) == 200:
+            states[3] = np.nan
+        return states
+
+    monkeypatch.setattr(horizons, "initial_states", lost)
+    rows = problem.data.estimation, [WRONG], (0.1, 0.2, 0.5)
+    assert errors_at(problem, *rows[:2], 0.2).diverged
+    found = errors_over(problem, *rows)
+    assert [h.diverged for h in found] == [False] * 3
+    assert found[1].error == pytest.approx({h.seconds: h.error for h in compared.horizons}[0.2], rel=1e-2)

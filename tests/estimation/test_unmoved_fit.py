@@ -18,7 +18,9 @@ def log():
 
 def unmoved_fit(log, inertia: float):
     """A problem and its fit of no rounds from an inertia."""
-    problem = prepare(Model.parse(f'plant = "slide"\n[parameters]\nX1 = {{ nominal = {inertia} }}\n'), [log], use_all=True)
+    problem = prepare(
+        Model.parse(f'plant = "slide"\n[parameters]\nX1 = {{ nominal = {inertia} }}\n'), [log], use_all=True
+    )
     return problem, fit_segments(problem, problem.data.estimation, {"X1": inertia}, ["X1"], rounds=0)
 
 
@@ -32,7 +34,7 @@ def test_the_gradient_promises_much_at_a_wrong_start_and_nothing_at_the_optimum(
 
 def test_a_fit_that_returns_its_start_to_the_last_digit_is_a_failure(log, monkeypatch):
     monkeypatch.setattr(identification, "shooting_fit", lambda model, logs, progress: unmoved_fit(log, 1.0))
-    with pytest.raises(Failure, match="must move from its start.*own values to the last digit.*Remove the values"):
+    with pytest.raises(Failure, match=r"must move from its start.*own values to the last digit.*Remove the values"):
         identify(Model.default("slide"), [log])
 
 

@@ -76,7 +76,9 @@ def test_the_cutoff_is_said():
 
 
 def test_cutoffs_go_down_by_half_octaves_until_motion_would_be_removed():
-    assert cutoffs_below(100.0, lambda f: 0.0 if f > 24.0 else 1.0) == pytest.approx([100.0, 70.71, 50.0, 35.36, 25.0], rel=1e-3)
+    assert cutoffs_below(100.0, lambda f: 0.0 if f > 24.0 else 1.0) == pytest.approx(
+        [100.0, 70.71, 50.0, 35.36, 25.0], rel=1e-3
+    )
 
 
 def sides_of(noise: float, rng: np.random.Generator) -> Sides:
@@ -99,7 +101,7 @@ def test_inertias_are_the_columns_with_accelerations():
 
 
 def test_a_log_too_short_to_differentiate_is_refused():
-    with pytest.raises(Failure, match="uninterrupted stretch of at least 0.2 s"):
+    with pytest.raises(Failure, match=r"uninterrupted stretch of at least 0\.2 s"):
         identify(AXIS, [controlled_axis(100, 1e-3, 3.0, seconds=0.3)], method="inverse")
 
 

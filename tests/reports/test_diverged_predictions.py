@@ -37,7 +37,9 @@ def test_an_error_that_is_not_finite_is_said_to_have_diverged(error, text):
 
 def test_equations_that_leave_more_than_the_input_are_said_not_to_describe_the_log():
     assert unexplained_input_text(5.98) == "leave 5.98 % of the input unexplained."
-    assert "119 times" in unexplained_input_text(11900.0) and "do not describe this log" in unexplained_input_text(11900.0)
+    assert "119 times" in unexplained_input_text(11900.0) and "they do not describe this log" in unexplained_input_text(
+        11900.0
+    )
 
 
 def test_a_fall_from_a_prediction_that_diverged_has_no_percentage():

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import derive
-from wheelpend.diagnosis.horizons import HorizonError, errors_at, horizons_of
+from wheelpend.diagnosis.horizons import HorizonError, errors_over, horizons_of
 from wheelpend.diagnosis.missing_force.estimate import (
     ForceConcentration,
     MissingForce,
@@ -164,7 +164,7 @@ def horizon_errors(compared: ComparedModel) -> tuple[HorizonError, ...]:
     """Errors of predictions over growing horizons, as far as the shortest log reaches."""
     problem, log_segments, log_values, _ = compared
     shortest = min((s.log for s in log_segments), key=lambda log: log.duration)
-    return tuple(errors_at(problem, log_segments, log_values, h) for h in horizons_of(shortest))
+    return errors_over(problem, log_segments, log_values, horizons_of(shortest))
 
 
 def force_errors(compared: ComparedModel) -> tuple[dict[str, float | None], list[dict[str, Any]]]:

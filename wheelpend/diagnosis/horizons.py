@@ -50,43 +50,103 @@ def errors_at(
     log_segments: Sequence[Segments],
     log_values: Sequence[dict[str, float]],
     horizon: float,
+    motion: Sequence[np.ndarray | None] | None = None,
 ) -> HorizonError:
     """Error of predictions over a horizon [s] in the segments of all logs, each with values of its own."""
-    pairs = zip(log_segments, log_values, strict=True)
-    found = [(error_at(problem, s, v, horizon), s.values) for s, v in pairs]
+    rows = zip(log_segments, log_values, motion or [None] * len(log_segments), strict=True)
+    found = [(error_at(problem, s, v, horizon, m), s.values) for s, v, m in rows]
     if any(h.error is None for h, _ in found):
         return HorizonError(horizon, None, True)
     squares = np.average([(h.error or 0.0) ** 2 for h, _ in found], weights=[float(count) for _, count in found])
     return HorizonError(horizon, float(np.sqrt(squares)), False)
 
 
-def error_at(problem: EstimationProblem, segments: Segments, values: dict[str, float], horizon: float) -> HorizonError:
-    """Error of predictions over a horizon [s] in the span of a log's segments."""
+def errors_over(
+    problem: EstimationProblem,
+    log_segments: Sequence[Segments],
+    log_values: Sequence[dict[str, float]],
+    horizons: Sequence[float],
+) -> tuple[HorizonError, ...]:
+    """Errors over growing horizons [s]; none diverges where predictions over a longer one do not.
+
+    Where it seems to, initial states were not found: they are then sought from the motion over the longer horizon.
+    """
+    found = [errors_at(problem, log_segments, log_values, h) for h in horizons]
+    for k, short in enumerate(found):
+        fitted = (h for h in found[k + 1 :] if not h.diverged and h.seconds <= MAX_FITTED_START_HORIZON_S)
+        longer = next(fitted, None) if short.diverged else None
+        if longer is not None:
+            motion = [_motion_over(problem, *row, longer.seconds) for row in zip(log_segments, log_values, strict=True)]
+            found[k] = errors_at(problem, log_segments, log_values, short.seconds, motion)
+    return tuple(found)
+
+
+def _motion_over(
+    problem: EstimationProblem, segments: Segments, values: dict[str, float], horizon: float
+) -> np.ndarray:
+    """States (N, NX) as predictions over a horizon [s] have them; NaN where there is none."""
+    module, log, parameters = problem.module, segments.log, kernel_parameters(problem.module, values, segments.log)
+    cut = _cut_at(segments, horizon)
+    states, _ = fit_states(problem.simulator, cut, initial_states(module, cut), parameters)
+    motion = np.full((len(log), module.NX), np.nan)
+    for (a, b), start in zip(cut.bounds, states, strict=True):
+        run = module.simulate(log.t[a:b], log.voltage[a:b], start, parameters, problem.max_step)
+        motion[a:b] = run[:, : module.NX]
+    return motion
+
+
+def _cut_at(segments: Segments, horizon: float) -> Segments:
+    """The span of a log's segments, cut into segments of a horizon [s]."""
     first, last = int(segments.bounds[0, 0]), int(segments.bounds[-1, 1])
-    bounds = np.ascontiguousarray(segment_bounds(segments.log, horizon, first, last))
-    if not len(bounds):
+    return replace(segments, bounds=np.ascontiguousarray(segment_bounds(segments.log, horizon, first, last)))
+
+
+def error_at(
+    problem: EstimationProblem,
+    segments: Segments,
+    values: dict[str, float],
+    horizon: float,
+    motion: np.ndarray | None = None,
+) -> HorizonError:
+    """Error of predictions over a horizon [s] in the span of a log's segments, states sought from a motion (N, NX)."""
+    cut = _cut_at(segments, horizon)
+    if not len(cut.bounds):
         return HorizonError(horizon, None, True)
-    cut = replace(segments, bounds=bounds)
-    predicted = _predict(problem, cut, kernel_parameters(problem.module, values, segments.log), horizon)
+    predicted = _predict(problem, cut, kernel_parameters(problem.module, values, segments.log), horizon, motion)
     error = segments_rms_error(cut, predicted)
     diverged = not np.isfinite(error) or is_out_of_range(problem.module, cut, predicted.residual)
     return HorizonError(horizon, None if diverged else error, diverged)
 
 
 def _predict(
-    problem: EstimationProblem, segments: Segments, parameters: np.ndarray, horizon: float
+    problem: EstimationProblem,
+    segments: Segments,
+    parameters: np.ndarray,
+    horizon: float,
+    motion: np.ndarray | None = None,
 ) -> ShootingLinearisation:
     """Predict segments from fitted initial states: over a long horizon fitted to the beginnings alone.
 
     The plant is unstable, so a fit of the state to a long segment would be one of its end.
     """
     states = initial_states(problem.module, segments)
+    if motion is not None:
+        states = _found_states(problem, segments, states, parameters, motion[segments.bounds[:, 0]])
     if not horizon > MAX_FITTED_START_HORIZON_S:
         return fit_states(problem.simulator, segments, states, parameters)[1]
     length = max(MIN_START_SAMPLES, round(START_DURATION_S / segments.log.dt))
     bounds = np.ascontiguousarray([[a, min(b, a + length)] for a, b in segments.bounds])
     states, _ = fit_states(problem.simulator, replace(segments, bounds=bounds), states, parameters)
     return problem.simulator.shoot(segments, states, parameters)
+
+
+def _found_states(
+    problem: EstimationProblem, segments: Segments, states: np.ndarray, parameters: np.ndarray, moving: np.ndarray
+) -> np.ndarray:
+    """States (segments, NX), those of a motion where a fit from the given ones fails; of all where none fails."""
+    cost = fit_states(problem.simulator, segments, states, parameters)[1].gram[:, -1, -1]
+    failed = ~np.isfinite(cost) if not np.isfinite(cost).all() else np.ones(len(cost), dtype=bool)
+    return np.where((failed & np.isfinite(moving).all(axis=1))[:, None], moving, states)
 
 
 def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarray) -> bool:

@@ -37,7 +37,8 @@ def solve_least_squares(
 ) -> LinearFit:
     """Least squares by SVD of the column-scaled regressor (paper eq. 17); zero along unidentifiable directions.
 
-    A column that is not finite, such as that of a law whose speed scale is zero, is left out and named. sides are (N, rows), regressors (N, rows, n); nuisance (N, rows, m) is projected out of both first.
+    A column that is not finite, such as that of a law whose speed scale is zero, is left out and named. sides are
+    (N, rows), regressors (N, rows, n); nuisance (N, rows, m) is projected out of both first.
     """
     count = len(module.LINEAR)
     undefined = ~np.isfinite(regressors).reshape(-1, count).all(axis=0)

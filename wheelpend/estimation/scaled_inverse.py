@@ -69,8 +69,8 @@ def positive_semidefinite(matrices: np.ndarray) -> np.ndarray:
     eigenvalues, vectors = np.linalg.eigh(clean * inverse[..., :, None] * inverse[..., None, :])
     lifted = (vectors * np.maximum(eigenvalues, 0.0)[..., None, :]) @ np.swapaxes(vectors, -1, -2)
     lifted = lifted * scale[..., :, None] * scale[..., None, :]
-    negative = (eigenvalues < 0.0).any(axis=-1)
-    return np.where(negative[..., None, None], lifted, clean)
+    negative = np.any(eigenvalues < 0.0, axis=-1, keepdims=True)
+    return np.where(negative[..., None], lifted, clean)
 
 
 def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | float = 0.0) -> np.ndarray:

@@ -150,8 +150,8 @@ def _require_moved(problem: EstimationProblem, fitted: Fit) -> None:
     raise Failure(
         f"{problem.logs[0].name}: a fit must move from its start or begin at the optimum, but it came back with the "
         f"model's own values to the last digit: every step made the prediction worse, at an error of "
-        f"{fitted.error:.4g} of which the gradient promises to leave {share:.0%}. Remove the values from model.toml, so "
-        "that a start is found from the log, or give other nominal ones."
+        f"{fitted.error:.4g} of which the gradient promises to leave {share:.0%}. Remove the values from model.toml, "
+        "so that a start is found from the log, or give other nominal ones."
     )
 
 
@@ -193,8 +193,11 @@ def _regression_warnings(regression: RegressionProblem, fitted: LinearFit) -> tu
     names = regression.module.PARAMETERS[: regression.module.FITTED]
     nonlinear = tuple(f"{n} enters nonlinearly; the regression takes it as it stands in the model."
                       for n in names if n not in fitted.names)  # fmt: skip
-    undefined = tuple(f"{n} was left out: with the model's other values its part of the equations is no finite number. "
-                      f"Give [effect.{n.partition('.')[0]}] values other than zero." for n in fitted.undefined)  # fmt: skip
+    undefined = tuple(
+        f"{n} was left out: with the model's other values its part of the equations is no finite number. "
+        f"Give [effect.{n.partition('.')[0]}] values other than zero."
+        for n in fitted.undefined
+    )
     unexcited = _unexcited_warnings(n for n in fitted.unidentifiable if n not in fitted.undefined)
     return (*regression.log.warnings, *undefined, *unexcited, *nonlinear)
 

@@ -2,13 +2,13 @@
 
 Identification as in robotics (Gautier 1997; Janot, Vandanjon, Gautier 2014): positions are filtered with zero phase and
 differentiated, put into the regressor, and both sides are filtered in parallel and decimated before least squares. The
-input is taken as it stands at the sample, as there. The cut-off of the filter is chosen for the log (``bandwidth``), and
-the decimation follows from it. The force error is the residual relative to the input.
+input is taken as it stands at the sample, as there. The cut-off of the filter is chosen for the log (``bandwidth``),
+and the decimation follows from it. The force error is the residual relative to the input.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +37,9 @@ MAX_FORCE_ERROR_PERCENT = 50.0  # residual in % of the input above which bursts 
 REVERSAL_MARGIN_S = 0.02  # s, within which a reversal is at a burst
 SAMPLE_DELAY_TOLERANCE = 0.3  # of an interval: by so much a sample may be late and still count as on time
 MIN_FILTER_EDGE_S = 0.05  # s at either end of a stretch, where the filters are not settled
-FILTER_EDGE_PERIODS = 0.3  # the same in periods of the cut-off, the longer of both: by then a step at the end has decayed
+FILTER_EDGE_PERIODS = (
+    0.3  # the same in periods of the cut-off, the longer of both: by then a step at the end has decayed
+)
 MAX_JUDGED_SAMPLES = 20_000  # samples of a log at which cut-offs are compared
 
 
@@ -140,7 +142,9 @@ def _bursts_of_stretch(module: KernelModule, stretch: StretchEquations, residual
     port_speeds = stretch.states[:, module.NQ :] @ np.array([*module.PORTS.values()]).T
     reversals = stretch.t[np.flatnonzero((np.diff(np.sign(port_speeds), axis=0) != 0).any(axis=1))]
     for row, name in enumerate(module.ROWS):
-        force = low_passed(residual[:, row], stretch.dt, stretch.cutoff)  # the measured side has more bandwidth than the motion
+        force = low_passed(
+            residual[:, row], stretch.dt, stretch.cutoff
+        )  # the measured side has more bandwidth than the motion
         for group in _outlier_groups(force, stretch):
             first, last = stretch.t[group[0]], stretch.t[group[-1]]
             beside = (reversals > first - REVERSAL_MARGIN_S) & (reversals < last + REVERSAL_MARGIN_S)
@@ -179,7 +183,9 @@ def accelerated_columns(module: KernelModule, parameters: np.ndarray) -> np.ndar
     states, rates = np.linspace(0.3, 0.7, module.NX), np.linspace(1.0, 2.0, module.NQ)  # nowhere special
     voltage = np.zeros(max(len(module.INPUTS), 1))
     still, moving = (
-        equations_at(module, np.zeros(1), states[None], r[None], voltage[None, :] if len(voltage) > 1 else voltage, parameters)[1]
+        equations_at(
+            module, np.zeros(1), states[None], r[None], voltage[None, :] if len(voltage) > 1 else voltage, parameters
+        )[1]
         for r in (0.0 * rates, rates)
     )
     return (still != moving).any(axis=(0, 1))

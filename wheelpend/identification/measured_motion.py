@@ -66,7 +66,7 @@ def possible_cutoffs(module: KernelModule, log: Log, stretches: Sequence[Log]) -
 
 
 def _removed_motion(module: KernelModule, stretches: Sequence[Log], sigma: np.ndarray, cutoff: float) -> float:
-    """Largest share of a position's standard deviation that a cut-off [Hz] takes away, beside noise of σ (channels,)."""
+    """Largest share of a position's standard deviation that a cut-off [Hz] takes away beside noise (channels,)."""
     positions = np.asarray(module.OUTPUT_MATRIX)[:, : module.NQ].any(axis=1)
     removed, size = np.zeros(len(sigma)), np.zeros(len(sigma))
     for part in stretches:

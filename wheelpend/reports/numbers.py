@@ -46,10 +46,8 @@ def unexplained_input_text(percent: float) -> str:
     """What equations leave of the input, in percent, in words from where they leave more than there was."""
     if percent <= 100.0:
         return f"leave {digits_text(percent, 3)} % of the input unexplained."
-    return (
-        f"leave {whole_digits_text(percent / 100.0, 2)} times as much force as was put in: with these values the equations do "
-        "not describe this log."
-    )
+    times = whole_digits_text(percent / 100.0, 2)
+    return f"leave {times} times as much force as was put in: with these values they do not describe this log."
 
 
 def typeset_number_text(value: float | None, digits: int = 4) -> str:

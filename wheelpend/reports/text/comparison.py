@@ -6,7 +6,13 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from wheelpend.model.units import PlantUnits, plant_units_of
-from wheelpend.reports.numbers import digits_text, number_text, physical_text, prediction_error_text, unexplained_input_text
+from wheelpend.reports.numbers import (
+    digits_text,
+    number_text,
+    physical_text,
+    prediction_error_text,
+    unexplained_input_text,
+)
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -43,7 +49,10 @@ def _error_text(result: Comparison) -> TextBlocks:
     yield Table(
         "Error against horizon",
         ("seconds", "error"),
-        [(digits_text(h.seconds), "diverged" if h.diverged else prediction_error_text(h.error)) for h in result.horizons],
+        [
+            (digits_text(h.seconds), "diverged" if h.diverged else prediction_error_text(h.error))
+            for h in result.horizons
+        ],
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.model.units import plant_units_of
-from wheelpend.reports.numbers import digits_text, number_text, p_value_text, prediction_error_text
+from wheelpend.reports.numbers import number_text, p_value_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import detectable_rows, effect_size_text, log_size_lines
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.table import Table, TextBlocks

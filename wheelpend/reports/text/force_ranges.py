@@ -37,7 +37,8 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
     """Ranges in which the model fails, then the rms of the missing force on each row with its standard error."""
     if not result.where:
         return
-    yield "Where it fails:"
+    several = result.problem is not None and len(result.problem.logs) > 1
+    yield f"Where it fails, in {result.missing.log}:" if several and result.missing else "Where it fails:"
     for concentration in result.where:
         yield f"  {force_range_text(concentration, quantities)}"
     if result.missing is not None and result.problem is not None:

@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.numbers import digits_text, estimate_text, number_text, prediction_error_text, unexplained_input_text
+from wheelpend.reports.numbers import (
+    digits_text,
+    estimate_text,
+    number_text,
+    prediction_error_text,
+    unexplained_input_text,
+)
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:

@@ -43,7 +43,8 @@ def partial_explanation_text(result: Diagnosis) -> str:
     if not result.named:
         return ""
     best = result.named[0]
-    return (f" {best.effect} explains most: with it the held-out error falls to {prediction_error_text(best.error_after)}. It "
+    error = prediction_error_text(best.error_after)
+    return (f" {best.effect} explains most: with it the held-out error falls to {error}. It "
             "may be a part of what is missing, or only resemble it.")  # fmt: skip
 
 
