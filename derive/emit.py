@@ -29,6 +29,7 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
         assumptions=", ".join(f"{k}={v}" for k, v in model.assumptions.items()),
         effects=", ".join(e.name for e in model.effects) or "none",
         title=title or model.plant.name,
+        inputs_phrase=model.plant.plant_signature.inputs_phrase if model.plant.driven else "forces as in PARAMETERS",
         equations=equations_text(model),
         **code._asdict(),
         **argument_lists(code),

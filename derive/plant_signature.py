@@ -177,6 +177,12 @@ class PlantSignature:
         return self.words.input or INPUT_WORDS.get(self.input_unit, self.input)
 
     @property
+    def inputs_phrase(self) -> str:
+        """Inputs with their unit, in words: voltages in V."""
+        word = INPUT_WORDS.get(self.input_unit)
+        return f"{f'{word}s' if word else self.input} in {self.input_unit}"
+
+    @property
     def controlled_word(self) -> str:
         """What is controlled, in a word: pitch."""
         return self.words.controlled or self.controlled[0] or self.range_channel

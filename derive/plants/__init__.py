@@ -17,6 +17,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
 
+from derive.input_units import INPUT_UNIT, INPUT_UNIT_CHOICE, with_input_unit
 from derive.plants import wheel_pendulum
 from derive.records import Assumption, ModelTemplate, Plant
 
@@ -105,7 +106,10 @@ def build(name: str, assumptions: Mapping, free: tuple[str, ...] = ()) -> Plant:
 
 @lru_cache(maxsize=64)
 def _built(name: str, fingerprint: str, assumptions: tuple, free: tuple[str, ...]) -> Plant:
-    return find(name).build(dict(assumptions), free)
+    choices = dict(assumptions)
+    unit = choices.pop(INPUT_UNIT, "")
+    plant = find(name).build(choices, free)
+    return with_input_unit(plant, unit) if unit else plant
 
 
 def implied_effects(name: str, assumptions: dict) -> tuple[str, ...]:
@@ -117,9 +121,11 @@ def implied_effects(name: str, assumptions: dict) -> tuple[str, ...]:
 def complete_assumptions(name: str, assumptions: Mapping) -> dict:
     """Complete a plant's assumptions by their defaults; raises KeyError for unknown names and choices.
 
-    So it does for choices that do not go together.
+    So it does for choices that do not go together. The unit of the input is among them where it was given, as another
+    than the plant's file states.
     """
     known = {a.name: a for a in assumptions_of(name)}
+    known |= {INPUT_UNIT: INPUT_UNIT_CHOICE} if INPUT_UNIT in assumptions else {}
     for key, value in assumptions.items():
         if key not in known:
             others = ", ".join(sorted(known)) or "none"

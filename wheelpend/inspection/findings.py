@@ -63,10 +63,12 @@ class LogCorrections:
         known = self.known.get(source, ColumnMap(source))
         unit = self.unit.get(name, known.unit if source == name else "")
         sign = known.sign * self.sign.get(name, 1)
+        offset = known.offset * self.sign.get(name, 1)
         parts = [
             f'column = "{known.column}"',
             *([f'unit = "{unit}"'] if unit else []),
             *([f"scale = {known.scale!r}"] if known.scale != 1.0 else []),
             *(["sign = -1"] if sign < 0 else []),
+            *([f"offset = {offset!r}"] if offset else []),
         ]
         return "{ " + ", ".join(parts) + " }"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from derive.plant_signature import WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
+from derive.plant_signature import INPUT_WORDS, WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure, did_you_mean
 
@@ -31,6 +31,12 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
     "ns": ("s", 1e-9),
     "V": ("V", 1.0),
     "mV": ("V", 1e-3),
+    "A": ("A", 1.0),
+    "mA": ("A", 1e-3),
+    "N m": ("N m", 1.0),
+    "mN m": ("N m", 1e-3),
+    "N": ("N", 1.0),
+    "kN": ("N", 1e3),
 }
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
 INPUT_ALIASES = (
@@ -40,12 +46,16 @@ INPUT_ALIASES = (
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """The column of a log that holds a quantity, with its unit, its sign against ours and its scale."""
+    """The column of a log that holds a quantity, with its unit, its sign against ours, its scale and its zero.
+
+    measured = sign · scale · (value in SI units) + offset.
+    """
 
     column: str
     unit: str = ""  # one of UNIT_CONVERSIONS; empty means the quantity's own
     sign: int = 1  # -1 where the log counts the other way
     scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
+    offset: float = 0.0  # what is measured where the column reads zero, in the quantity's own unit
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNIT_CONVERSIONS:
@@ -55,6 +65,8 @@ class ColumnMap:
             raise Failure(f"sign must be 1 or -1, not {self.sign}.")
         if not (math.isfinite(self.scale) and self.scale > 0):
             raise Failure(f"scale must be a positive number, not {self.scale}; sign = -1 turns a column round.")
+        if not math.isfinite(self.offset):
+            raise Failure(f"offset must be a finite number, in the unit of the quantity, not {self.offset}.")
 
 
 @dataclass(frozen=True)
@@ -131,10 +143,11 @@ DEFAULT_TABLE = ColumnTable(
 
 
 class ColumnSource(NamedTuple):
-    """A column of a file and the factor that brings it to our unit and sign."""
+    """A column of a file, the factor that brings it to our unit and sign, and what is added then."""
 
     column: str
     factor: float
+    offset: float = 0.0  # in the quantity's unit
 
 
 def find_sources(
@@ -145,8 +158,10 @@ def find_sources(
     for name in table.names:
         mapped = columns.get(name)
         if mapped and mapped.column in names:
-            known = unit_factor(name, mapped.unit, table.units[name])
-            sources[name] = ColumnSource(mapped.column, mapped.sign * mapped.scale * known)
+            known = unit_factor(name, mapped.unit, table.units[name], table.inputs)
+            if name == "t" and mapped.offset:
+                raise Failure("[columns] t must have no offset: times count from the first sample. Remove it.")
+            sources[name] = ColumnSource(mapped.column, mapped.sign * mapped.scale * known, mapped.offset)
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
             if mapped:
@@ -157,12 +172,14 @@ def find_sources(
     return sources, notes
 
 
-def unit_factor(name: str, unit: str, own: str) -> float:
+def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> float:
     """Factor from a unit to a quantity's own; raises Failure when the quantity cannot have that unit."""
     becomes, value = UNIT_CONVERSIONS[unit] if unit else (own, 1.0)
     if own != becomes:
         fitting = ", ".join(u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own)
-        raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.")
+        other = becomes if name in inputs and becomes in INPUT_WORDS else ""
+        cure = f' If the machine is commanded a {INPUT_WORDS[other]}, say so: [input] unit = "{other}".' if other else ""
+        raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.{cure}")
     return value
 
 

@@ -42,6 +42,9 @@ def load_log(
     for name in table.inputs:
         check_input_varies(path.name, name, columns_by_name[name], table)
     notes += unwrap_positions(columns_by_name, raw_t, table)
+    for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
+        if source.offset:
+            columns_by_name[name] = columns_by_name[name] + source.offset
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
     log = log_of_columns(path.name, t, columns_by_name, table)
     return replace(log, warnings=(*notes, *log_warnings(log, table, sources)))

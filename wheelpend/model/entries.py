@@ -54,12 +54,20 @@ class Controller:
 
 @dataclass(frozen=True)
 class Column:
-    """The column of a log that holds a quantity, with its unit, sign and scale."""
+    """The column of a log that holds a quantity, with its unit, sign, scale and offset."""
 
     column: str
     unit: str = ""
     sign: int = 1  # or -1
     scale: float = 1.0
+    offset: float = 0.0  # in the quantity's unit, added after sign and scale
+
+
+@dataclass(frozen=True)
+class Input:
+    """The input as the actuator is commanded, where that is not as the plant's file has it."""
+
+    unit: str  # V, A, N m or N
 
 
 @dataclass(frozen=True)
@@ -76,3 +84,4 @@ class ModelFile:
     controller: Controller | None = None
     columns: dict[str, Column] = field(default_factory=dict)
     simulation: dict[str, float] | None = None
+    input: Input | None = None

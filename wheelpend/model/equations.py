@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from wheelpend.errors import Failure, did_you_mean
 from wheelpend.model.record import Model
 
 Writer = Callable[[sp.Expr], str]
+UNIT_PATTERN = re.compile(r" \[.*?\]")  # behind the zero of an equation of motion
 REGRESSOR_TITLE = "Regressor: tau = phi X, phi = d²/dt² phi2 + d/dt phi1 + phi0"
 
 
@@ -41,7 +43,8 @@ def equation_sections(derived: derive.Model, write: Writer) -> dict[str, list[st
         "Equivalent parameters": [f"{n} = {write(sp.together(d))}" for n, d in names],
     }
     for coordinate, row in zip(derived.plant.coordinates, derived.residual, strict=True):
-        found[f"Equation of motion, {coordinate.row} row: 0 [V] ="] = [
+        unit = derived.plant.plant_signature.force_unit(coordinate.unit)
+        found[f"Equation of motion, {coordinate.row} row: 0{'' if unit == '1' else f' [{unit}]'} ="] = [
             signed_term_text(t, write) for t in sp.Add.make_args(sp.expand(row))
         ]
     for surface in derived.surfaces:
@@ -61,7 +64,7 @@ def signed_term_text(term: sp.Expr, write: Writer) -> str:
 
 
 def input_lines(derived: derive.Model, write: Writer) -> list[str]:
-    """Delay and lag between the command and the voltage, which the equations of motion do not show."""
+    """Delay and lag between the command and what reaches the motor, which the equations of motion do not show."""
     lines = [f"the command acts {derived.delay} later"] if derived.delay else []
     if derived.lag:
         lines.append(f"U instead of {derived.plant.input} above: {derived.lag} dU/dt = {write(derived.drive)} - U")
@@ -104,7 +107,7 @@ def other_model(model: Model, other: str) -> Model:
 def difference_text(one: Model, other: Model, latex: bool = False) -> str:
     """Difference of two models: definitions from and to, terms that go (-) and come (+)."""
     write: Writer = sp.latex if latex else str
-    before, after = (equation_sections(derived_model(m), write) for m in (one, other))
+    before, after = (without_units(equation_sections(derived_model(m), write)) for m in (one, other))
     lines = changed_lines(*([f"effects = {', '.join(m.effects) or 'none'}"] for m in (one, other)))
     touched = set()
     for title in dict.fromkeys([*before, *after]):
@@ -116,6 +119,11 @@ def difference_text(one: Model, other: Model, latex: bool = False) -> str:
     elif touched <= {"Assumptions", "Equivalent parameters"}:
         lines += ["", "The equations of motion stay as they are: only what the parameters stand for changes."]
     return "\n".join(lines).strip()
+
+
+def without_units(sections: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Sections whose titles are the same whatever the unit of the input."""
+    return {UNIT_PATTERN.sub("", title): lines for title, lines in sections.items()}
 
 
 def changed_lines(before: list[str], after: list[str]) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from derive import effects as library
 from derive import plants
+from derive.input_units import INPUT_UNIT
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
 from wheelpend.kernels.plant_signature import plant_signature
@@ -57,7 +58,27 @@ def settled_assumptions(file: ModelFile) -> dict[str, Any]:
     )
     given = file.sensors.of_plant
     stated = {n: checked(check, given[n], f"sensors.{n}") for n, check in of_sensors.items() if n in given}
-    return call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **stated})
+    settled = call_look_up(plants.complete_assumptions, file.plant, {**file.assumptions, **stated})
+    return settled if file.input is None else with_input_unit_of(file.input.unit, file.plant, settled)
+
+
+def with_input_unit_of(unit: str, plant: str, assumptions: dict[str, Any]) -> dict[str, Any]:
+    """The assumptions with the unit that [input] states, where that differs from the one of the plant's file.
+
+    Raises Failure where nothing drives the plant, or where its equations have no constant for that unit.
+    """
+    own = plant_signature(plant, assumptions)
+    if not own.driven:
+        raise Failure(f"[input] states the unit of an input, but nothing drives this {own.words.machine}. Remove it, "
+                      "or choose assumptions under which a motor does.")  # fmt: skip
+    if unit == own.input_unit:
+        return assumptions
+    stated = {**assumptions, INPUT_UNIT: unit}
+    try:
+        plant_signature(plant, stated)
+    except ValueError as error:
+        raise Failure(f"[input] must fit the plant, but {error}. Change the unit, or the plant's file.") from error
+    return stated
 
 
 def user_effect_names(workspace: Path, plant: PlantSignature) -> tuple[str, ...]:
@@ -82,7 +103,7 @@ def check_effects(names: tuple[str, ...], plant: PlantSignature, user_effects: t
 
 def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable) -> None:
     """Raise Failure unless every key is known in constants, columns, sensors, parameters, simulation and effects."""
-    check_known("constant", file.constants, [c.name for c in plant.constants], " in [constants]")
+    check_known("constant", file.constants, constants_of_file(file, plant), " in [constants]")
     check_known("quantity", file.columns, table.names, " in [columns]")
     check_sensor_keys(file.sensors.of_plant, plant, file.plant)
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
@@ -94,6 +115,15 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
     for name, values in file.effect.items():
         known = [p.name for p in call_look_up(library.find, name).parameters]
         check_known("parameter", values, known, f" in [effect.{name}]")
+
+
+def constants_of_file(file: ModelFile, plant: PlantSignature) -> list[str]:
+    """Names of the plant's constants; raises Failure where the file states one that is 1 in the unit of its input."""
+    known = [c.name for c in plant.constants]
+    for name in file.constants:
+        if file.input and name not in known and name in plants.constants_of(file.plant):
+            raise Failure(f"[constants] must not hold {name}: with an input in {file.input.unit} it is 1. Remove it.")
+    return known
 
 
 def check_sensor_keys(stated: Mapping[str, Any], plant: PlantSignature, name: str) -> None:

@@ -157,7 +157,7 @@ def model_from_tables(file: ModelFile, text: str, path: Path | None) -> Model:
         effect_values={full_name(e, p): v for e in names.effects for p, v in file.effect.get(e, {}).items()},
         sensors=file.sensors,
         controller=file.controller,
-        columns={name: ColumnMap(c.column, c.unit, c.sign, c.scale) for name, c in file.columns.items()},
+        columns={name: ColumnMap(**vars(c)) for name, c in file.columns.items()},
         simulation=file.simulation,
         own=names.user_effects,
         text=text,

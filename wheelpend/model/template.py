@@ -44,8 +44,7 @@ def units_sentence(built: PlantSignature) -> str:
     units = {c.unit for c in built.coordinates}
     found = [*(["angles are in rad"] if "rad" in units else []), *(["lengths are in m"] if "m" in units else [])]
     found = [found[0], *(f.replace(" are", "") for f in found[1:]), "times in s"]
-    what = {"V": "voltages", "A": "currents"}.get(built.input_unit, built.input)
-    text = ", ".join([*found, *([f"{what} in {built.input_unit}"] if built.driven else [])])
+    text = ", ".join([*found, *([built.inputs_phrase] if built.driven else [])])
     return f"{text[0].upper()}{text[1:]}."
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import tomllib
 
+from derive.input_units import UNIT_WORDS
 from wheelpend.errors import Failure
-from wheelpend.model.entries import Column, Controller, ModelFile, ParameterValue, Sensors
+from wheelpend.model.entries import Column, Controller, Input, ModelFile, ParameterValue, Sensors
 from wheelpend.model.toml_checks import (
     any_value,
     checked,
@@ -36,8 +37,9 @@ MODEL_FILE_CHECK = table(
     effect=mapping(mapping(number_or_table("identified", VALUE_CHECK))),
     sensors=table_with_rest(Sensors, "of_plant", noise=mapping(NOISE_CHECK), step=mapping(nonnegative)),
     controller=table(Controller, kind=one_of("pid"), gains=list_of(number, count=3)),
-    columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive)),
+    columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive, offset=number)),
     simulation=mapping(number),
+    input=table(Input, unit=one_of(*UNIT_WORDS)),
 )
 
 

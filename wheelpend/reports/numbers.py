@@ -165,7 +165,7 @@ def percent_range_text(interval: tuple[float, float], dash: str = "-") -> str:
 
 def unit_text(unit: str) -> str:
     """A unit for the page; nothing for a plain number."""
-    return "" if unit == "1" else unit.replace(" s", "·s")
+    return "" if unit == "1" else unit.replace(" ", "·")
 
 
 def physical_text(value: float, unit: str, quantities: PlantUnits, digits: int) -> str:

@@ -23,13 +23,14 @@ class LawTable(NamedTuple):
     sentence: str
     laws: list[tuple[str, str, str]]  # effect, port, law
     numbers: list[tuple[str, str, str]]  # effect.parameter, value with standard error, unit
+    force: str  # unit of the input, in which the laws are
 
 
 def law_table(law: FreeLaw) -> LawTable:
     """Texts of a free-form law."""
     laws = [(part.effect, part.port, term_text(part.text.replace("^", "**"))) for part in law_parts(law)]
     numbers = [(n, small_estimate_text(v, law.sigma[n]), unit_text(law.unit[n])) for n, v in law.coefficients.items()]
-    return LawTable(law_summary_text(law), laws, numbers)
+    return LawTable(law_summary_text(law), laws, numbers, unit_text(law.problem.plant.input_unit))
 
 
 class CandidateRow(NamedTuple):
