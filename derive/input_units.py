@@ -29,7 +29,9 @@ def with_input_unit(plant: Plant, unit: str) -> Plant:
     physical = FORCE_UNITS[plant.coordinates[0].unit]
     direct = unit == physical
     if not (direct or isinstance(plant.scale, sp.Symbol)):
-        raise ValueError(f"the input of {plant.name} is in {plant.input_unit}: its equations have no constant per {unit}")
+        raise ValueError(
+            f"the input of {plant.name} is in {plant.input_unit}: its equations have no constant per {unit}"
+        )
     scale = sp.Integer(1) if direct else plant.scale
     values = {plant.scale: scale} if direct else {}
     if plant.input_unit == "V":

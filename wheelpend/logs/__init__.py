@@ -12,7 +12,7 @@ the noise of its channels. Question: what was measured, when, and how well?
 - unwrap: wrapped angles and reset counters, made continuous
 - noise: standard deviation and quantisation of every channel
 - tables: files as named columns of numbers, by what is in them
-- csv_text: separator and header of a CSV file
+- csv_text: encoding, separator, comments, names and units of a text table
 - polars_files: CSV and Parquet files through Polars
 - bags: ROS 2 bags and MCAP files, resampled onto one clock
 """

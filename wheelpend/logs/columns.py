@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from derive.plant_signature import INPUT_WORDS, WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
@@ -151,12 +151,20 @@ class ColumnSource(NamedTuple):
 
 
 def find_sources(
-    log: str, names: Sequence[str], table: ColumnTable, columns: Mapping[str, ColumnMap]
+    log: str,
+    names: Sequence[str],
+    table: ColumnTable,
+    columns: Mapping[str, ColumnMap],
+    file_units: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, ColumnSource], list[str]]:
-    """The column and factor of each quantity in a file, with remarks; raises Failure when one is missing."""
+    """The column and factor of each quantity in a file, with remarks; raises Failure when one is missing.
+
+    ``file_units`` are those that the file itself states, by its columns; a unit in ``columns`` goes before.
+    """
     sources, notes = {}, []
     for name in table.names:
-        mapped = columns.get(name)
+        mapped, stated = with_file_unit(name, columns.get(name), names, table, file_units or {})
+        notes += stated
         if mapped and mapped.column in names:
             known = unit_factor(name, mapped.unit, table.units[name], table.inputs)
             if name == "t" and mapped.offset:
@@ -164,12 +172,26 @@ def find_sources(
             sources[name] = ColumnSource(mapped.column, mapped.sign * mapped.scale * known, mapped.offset)
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
-            if mapped:
+            if mapped and name in columns:
                 notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
     absent = [n for n in table.required if n not in sources]
     if absent:
         raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table))
     return sources, notes
+
+
+def with_file_unit(
+    name: str, mapped: ColumnMap | None, names: Sequence[str], table: ColumnTable, file_units: Mapping[str, str]
+) -> tuple[ColumnMap | None, list[str]]:
+    """The map of a quantity with the unit that the file states for its column, and a remark on what that changes."""
+    column = mapped.column if mapped and mapped.column in names else name
+    unit = file_units.get(column, "")
+    if not unit or unit == table.units[name] or (mapped and (mapped.unit or mapped.scale != 1.0)):
+        return mapped, []
+    if UNIT_CONVERSIONS.get(unit, ("", 1.0))[0] != table.units[name]:
+        return mapped, [f"{column} is in '{unit}' by the file's row of units; it is read as {table.units[name]}."]
+    note = f"{column} is in {unit} by the file's row of units, and is converted to {table.units[name]}."
+    return replace(mapped or ColumnMap(column), column=column, unit=unit), [note]
 
 
 def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> float:
@@ -178,7 +200,9 @@ def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> f
     if own != becomes:
         fitting = ", ".join(u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own)
         other = becomes if name in inputs and becomes in INPUT_WORDS else ""
-        cure = f' If the machine is commanded a {INPUT_WORDS[other]}, say so: [input] unit = "{other}".' if other else ""
+        cure = (
+            f' If the machine is commanded a {INPUT_WORDS[other]}, say so: [input] unit = "{other}".' if other else ""
+        )
         raise Failure(f"[columns] {name} must have a unit that turns into {own} ({fitting}), not '{unit}'.{cure}")
     return value
 
@@ -190,9 +214,10 @@ def missing_columns_text(log: str, names: Sequence[str], absent: list[str], used
         f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(table.units[name], guesses[name])} }}'
         for name in guesses
     ]
+    nameless = all(n == f"column {k}" for k, n in enumerate(names, 1))
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
-        f"{log}: {what} missing. The file has: {', '.join(names)}. "
+        f"{log}: {what} missing. The file has{', without a header' if nameless else ''}: {', '.join(names)}. "
         "If they are there under another name, say so in model.toml:\n\n[columns]\n" + "\n".join(lines)
     )
 

@@ -1,32 +1,218 @@
-"""Separator and column names of a CSV file, from its header row."""
+"""Layout of a text table, from its first kilobytes: encoding, separator, decimal mark, comments, names and units."""
 
 from __future__ import annotations
 
 import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from wheelpend.errors import Failure
 
 MISSING_CELLS = ("", "nan", "NaN", "NAN", "NA", "N/A", "null", "None", "-nan")
+SNIFFED_BYTES, SNIFFED_LINES = 65_536, 200  # bytes of a file, and lines of its table in them, that tell its layout
+COMMENT_PREFIXES = ("#", "%", "//")
+WHITESPACE = " "  # any number of spaces and tabs between two cells
+SEPARATORS = (";", "\t", ",", WHITESPACE)  # the first of those that fit equally well
+DECIMAL_COMMA_PATTERN = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+BRACKETED_PATTERN = re.compile(r"\[.*\]|\(.*\)")
+UNIT_SPELLINGS = {"°": "deg", "°/s": "deg/s", "dps": "deg/s", "Nm": "N m", "N·m": "N m", "µs": "us", "µm": "um"}
+UNIT_WORDS = re.compile(
+    r"(rad|deg|°|rev|rpm|dps|[mµun]?s|[mµuk]?m|m?V|m?A|[mk]?N( ?·?m)?|-|1|%|count|counts|raw)(/s²?|/s\^2)?"
+)
 
 
-def header_line(path: Path) -> str:
-    """First line of a text file."""
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return file.readline()
+class CsvLayout(NamedTuple):
+    """How a text table is written."""
+
+    names: list[str]
+    units: Mapping[str, str] = {}  # by name, where a row of units stands under the header
+    separator: str = ","
+    decimal_comma: bool = False
+    comment: str = ""  # what comment lines begin with
+    skipped: int = 1  # lines before the first row
+    encoding: str = "utf-8"
+
+    @property
+    def is_plain(self) -> bool:
+        """True of cells between commas, with decimal points, under a header in the first line."""
+        return self == CsvLayout(self.names)
 
 
-def find_separator(path: Path) -> str:
-    """The separator that the header uses: comma, semicolon or tab."""
-    line = header_line(path)
-    return max(",;\t", key=line.count)
+class Line(NamedTuple):
+    """A line of a table that is no comment, in cells."""
+
+    number: int  # from 0
+    cells: list[str]
+
+    @property
+    def numbers(self) -> int:
+        """How many of its cells are numbers."""
+        return sum(map(is_number, self.cells))
+
+    @property
+    def texts(self) -> int:
+        """How many of its cells are neither numbers nor missing."""
+        return sum(c not in MISSING_CELLS and not is_number(c) for c in self.cells)
 
 
-def csv_names(path: Path, separator: str) -> list[str]:
-    """Column names in a header row, without the spaces around them; unnamed ones are numbered."""
-    row = next(csv.reader([header_line(path)], delimiter=separator, skipinitialspace=True), [])
-    names = [name.strip() or f"column {k}" for k, name in enumerate(row, 1)]
-    return check_unique(path.name, names)
+def csv_layout(path: Path) -> CsvLayout:
+    """The layout of a text table; raises Failure where two columns have one name."""
+    with path.open("rb") as file:
+        head = file.read(SNIFFED_BYTES)
+    encoding = find_encoding(head)
+    lines = head_lines(head, encoding)
+    comment = next((p for p in COMMENT_PREFIXES if any(line.lstrip().startswith(p) for line in lines)), "")
+    texts = [(k, line) for k, line in enumerate(lines) if line.strip() and not is_comment(line)][:SNIFFED_LINES]
+    separator = find_separator([line for _, line in texts])
+    table = [Line(k, split_cells(line, separator)) for k, line in texts]
+    titles, first = find_titles(table)
+    header = titles[0].cells if titles else header_in_comment(lines, table[first : first + 1], separator)
+    width = len(table[first].cells) if first < len(table) else 0
+    names = [name or f"column {k}" for k, name in enumerate(header or [""] * width, 1)]
+    units = dict(zip(names, map(plain_unit, titles[1].cells), strict=False)) if len(titles) > 1 else {}
+    commas = any(DECIMAL_COMMA_PATTERN.fullmatch(c) for line in table[first:] for c in line.cells)
+    skipped = table[first].number if first < len(table) else len(lines)
+    return CsvLayout(check_unique(path.name, names), units, separator, commas, comment, skipped, encoding)
+
+
+def find_encoding(head: bytes) -> str:
+    """UTF-16 by its mark, or by the zeros in every second byte; else UTF-8."""
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    zeros = head[0::2].count(0), head[1::2].count(0)
+    if max(zeros) > len(head) // 4 and min(zeros) == 0:  # most characters of a table are ASCII
+        return "utf-16-be" if zeros[0] else "utf-16-le"
+    return "utf-8"
+
+
+def head_lines(head: bytes, encoding: str) -> list[str]:
+    """Whole lines of a file's head; where it is no UTF-8 its letters are taken for Latin-1."""
+    text = head.decode(encoding if encoding != "utf-8" else "utf-8-sig", errors="replace")
+    if encoding == "utf-8" and "\ufffd" in text[:-1]:
+        text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    lines = [line.rstrip("\r") for line in text.removeprefix("\ufeff").split("\n")]
+    return lines[:-1] if len(head) == SNIFFED_BYTES and len(lines) > 1 else lines
+
+
+def is_comment(line: str) -> bool:
+    """True of a line that begins as comments do."""
+    return line.lstrip().startswith(COMMENT_PREFIXES)
+
+
+def split_cells(line: str, separator: str) -> list[str]:
+    """Cells of a line without the spaces around them."""
+    if separator == WHITESPACE:
+        return line.split()
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
+
+
+def is_number(cell: str) -> bool:
+    """True of a number with a decimal point or comma."""
+    try:
+        float(cell.replace(",", ".") if DECIMAL_COMMA_PATTERN.fullmatch(cell) else cell)
+    except ValueError:
+        return False
+    return cell not in MISSING_CELLS
+
+
+def find_separator(lines: Sequence[str]) -> str:
+    """The separator between which most cells are numbers; without numbers, the one that the first line has most of."""
+    scores = {}
+    for separator in SEPARATORS:
+        table = [Line(k, split_cells(line, separator)) for k, line in enumerate(lines)]
+        usual = usual_width(table)
+        fitting = [line for line in table if len(line.cells) == usual > 1]
+        if any(line.numbers for line in fitting):
+            scores[separator] = sum(line.numbers - line.texts for line in fitting)
+    if scores:
+        return max(scores, key=lambda s: scores[s])
+    return max(",;\t", key=lines[0].count) if lines else ","
+
+
+def usual_width(table: Sequence[Line]) -> int:
+    """How many cells most lines have."""
+    return Counter(len(line.cells) for line in table).most_common(1)[0][0] if table else 0
+
+
+def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
+    """The header, with a row of units under it where there is one, and the index of the first row.
+
+    No header is found where numbers stand before all text; without any row of numbers the first line is one.
+    """
+    usual = usual_width(table)
+    for k, line in enumerate(table):
+        if line.texts == 0 and line.numbers and len(line.cells) == usual:
+            return [], k
+        follows = table[k + 1] if k + 1 < len(table) else None
+        if not is_title(line, usual) or follows is None or usual not in (len(line.cells), len(follows.cells)):
+            continue
+        if is_row(follows) or not is_title(follows, len(line.cells)):
+            return [line], k + 1
+        if len(follows.cells) == len(line.cells):
+            has_units = all(is_unit(c) for c in follows.cells)
+            return ([line, follows], k + 2) if has_units else ([line], k + 1)
+    return list(table[:1]), min(1, len(table))
+
+
+def is_title(line: Line, width: int) -> bool:
+    """True of names without any number among them, as many as a table's lines have cells, or at least two."""
+    return line.numbers == 0 and line.texts > 0 and len(line.cells) >= min(2, width)
+
+
+def is_row(line: Line) -> bool:
+    """True of a line in which at least half of the cells are numbers or missing."""
+    return line.numbers > 0 and 2 * line.texts <= len(line.cells)
+
+
+def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator: str) -> list[str]:
+    """Names in the last comment above the first row, as numpy.savetxt writes them; none where they do not fit it."""
+    above = [line.strip() for line in lines[: first_row[0].number] if is_comment(line)] if first_row else []
+    if not above:
+        return []
+    prefix = next(p for p in COMMENT_PREFIXES if above[-1].startswith(p))
+    found = Line(0, split_cells(above[-1].lstrip(prefix).strip(), separator))
+    return found.cells if len(found.cells) == len(first_row[0].cells) and is_title(found, 1) else []
+
+
+def is_unit(cell: str) -> bool:
+    """True of what may stand in a row of units: a unit, something in brackets, nothing."""
+    return not cell or bool(BRACKETED_PATTERN.fullmatch(cell) or UNIT_WORDS.fullmatch(cell))
+
+
+def plain_unit(cell: str) -> str:
+    """A unit without brackets, in our spelling; nothing for a plain number."""
+    unit = (cell[1:-1] if BRACKETED_PATTERN.fullmatch(cell) else cell).strip()
+    return UNIT_SPELLINGS.get(unit, "" if unit in ("-", "1") else unit)
+
+
+def table_lines(path: Path, layout: CsvLayout) -> Iterator[str]:
+    """Lines of a file from its first row on, as they are."""
+    with path.open(encoding=layout.encoding, errors="replace", newline="") as file:
+        yield from (line for k, line in enumerate(file) if k >= layout.skipped)
+
+
+def comment_among_rows(path: Path, layout: CsvLayout) -> str:
+    """What the first comment line among the rows begins with; nothing where there is none."""
+    lines = (line for line in table_lines(path, layout) if is_comment(line))
+    return next((p for line in lines for p in COMMENT_PREFIXES if line.startswith(p)), "")
+
+
+def uneven_row(path: Path, layout: CsvLayout) -> str:
+    """Describe the first row that does not have as many cells as the header, if there is one."""
+    width, number = len(layout.names), 0
+    kept = (line for line in table_lines(path, layout) if not (layout.comment and line.startswith(layout.comment)))
+    try:
+        for number, row in enumerate(csv.reader(kept, delimiter=layout.separator), 1):
+            if row and len(row) != width:
+                decimals = "; if these are decimal commas, export with points, or with semicolons between the cells"
+                twice = layout.separator == "," and len(row) == 2 * width
+                return f"row {number} has {len(row)}, the header {width}{decimals if twice else ''}"
+    except csv.Error:  # a quotation mark that never closes, for instance
+        pass
+    return ""
 
 
 def check_unique(log: str, names: list[str]) -> list[str]:

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-import csv
+import io
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
 
 from wheelpend.errors import Failure
-from wheelpend.logs.csv_text import MISSING_CELLS, check_unique, first_line
+from wheelpend.logs.csv_text import (
+    MISSING_CELLS,
+    WHITESPACE,
+    CsvLayout,
+    check_unique,
+    comment_among_rows,
+    first_line,
+    uneven_row,
+)
+
+NO_SEPARATOR = "\x1f"  # stands in no table
+MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, as UTF-8, to be read
 
 
-def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
-    """Columns (N,) of a CSV file, NaN for missing cells; raises Failure naming a cell that is no number."""
-    return numeric_columns(path.name, read_csv(path, names, wanted, separator), wanted)
+def csv_columns(path: Path, layout: CsvLayout, wanted: list[str]) -> dict[str, np.ndarray]:
+    """Columns (N,) of a text table, NaN for missing cells; raises Failure naming a cell that is no number."""
+    table = read_spaced(path, layout, wanted) if layout.separator == WHITESPACE else read_csv(path, layout, wanted)
+    return numeric_columns(path.name, table, wanted, layout.decimal_comma)
 
 
 def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
@@ -23,9 +36,11 @@ def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
     return numeric_columns(path.name, read_parquet(path, wanted), wanted)
 
 
-def numeric_columns(log: str, table: pl.DataFrame, wanted: list[str]) -> dict[str, np.ndarray]:
+def numeric_columns(
+    log: str, table: pl.DataFrame, wanted: list[str], decimal_comma: bool = False
+) -> dict[str, np.ndarray]:
     """Columns (N,) as float64; each is dropped from the table once it is converted, to save memory."""
-    return {name: numeric_column(log, table.drop_in_place(name)) for name in wanted}
+    return {name: numeric_column(log, table.drop_in_place(name), decimal_comma) for name in wanted}
 
 
 def parquet_names(path: Path) -> list[str]:
@@ -36,21 +51,20 @@ def parquet_names(path: Path) -> list[str]:
         raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
 
 
-def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) -> pl.DataFrame:
+def read_csv(path: Path, layout: CsvLayout, wanted: list[str]) -> pl.DataFrame:
     """Read the wanted columns as numbers, or all as text where a cell is not a plain number."""
-    numeric = {n: pl.Float64() if n in wanted else pl.String() for n in names}
-    for schema in (numeric, dict.fromkeys(names, pl.String())):
+    numeric = {n: pl.Float64() if n in wanted else pl.String() for n in layout.names}
+    for schema in (numeric, dict.fromkeys(layout.names, pl.String())):
         try:
             table = pl.read_csv(
-                path,
-                has_header=False,
-                skip_rows=1,  # the header, whose names may have spaces around them
-                separator=separator,
-                columns=[names.index(w) for w in wanted],
+                text_source(path, layout),
+                columns=[layout.names.index(w) for w in wanted],
+                separator=layout.separator,
                 schema=schema,
                 null_values=list(MISSING_CELLS),
-                encoding="utf8-lossy",
+                decimal_comma=layout.decimal_comma and layout.separator != ",",
                 low_memory=True,
+                **common_options(layout),
             )
         except pl.exceptions.NoDataError:
             return pl.DataFrame(schema=dict.fromkeys(wanted, pl.Float64()))
@@ -58,20 +72,53 @@ def read_csv(path: Path, names: list[str], wanted: list[str], separator: str) ->
             failure = error
         else:
             return without_trailing_blank_rows(table)
-    reason = uneven_row(path, len(names), separator) or f"the CSV is malformed ({first_line(failure)})"
+        if not layout.comment and (comment := comment_among_rows(path, layout)):
+            return read_csv(path, layout._replace(comment=comment), wanted)
+    reason = uneven_row(path, layout) or f"the CSV is malformed ({first_line(failure)})"
     raise Failure(f"{path.name}: every row must have as many cells as the header; {reason}.") from failure
 
 
-def uneven_row(path: Path, width: int, separator: str) -> str:
-    """Describe the first row that does not have as many cells as the header, if there is one."""
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-        try:
-            for number, row in enumerate(csv.reader(file, delimiter=separator)):
-                if row and len(row) != width:
-                    return f"row {number} has {len(row)}, the header {width}"
-        except csv.Error:  # a quotation mark that never closes, for instance
-            pass
-    return ""
+def read_spaced(path: Path, layout: CsvLayout, wanted: list[str]) -> pl.DataFrame:
+    """Read the wanted columns, as text, of a table with any number of spaces and tabs between its cells."""
+    lines = pl.scan_csv(
+        text_source(path, layout), separator=NO_SEPARATOR, quote_char=None, schema={"line": pl.String()},
+        **common_options(layout),
+    ).filter(pl.col("line").str.strip_chars() != "")  # fmt: skip
+    if not layout.comment and (comment := comment_among_rows(path, layout)):
+        lines = lines.filter(~pl.col("line").str.starts_with(comment))
+    cells = lines.select(pl.col("line").str.extract_all(r"\S+").alias("cells"))
+    columns = [pl.col("cells").list.get(layout.names.index(w), null_on_oob=True).alias(w) for w in wanted]
+    table = cells.select(*columns, pl.col("cells").list.len().alias(NO_SEPARATOR)).collect()
+    uneven = (table[NO_SEPARATOR] != len(layout.names)).arg_true()
+    if len(uneven):
+        row, width = int(uneven[0]), len(layout.names)
+        raise Failure(
+            f"{path.name}: every row must have as many cells as the header; row {row + 1} has "
+            f"{table[NO_SEPARATOR][row]}, the header {width}. Write nan where a sensor gave no value."
+        )
+    return table.drop(NO_SEPARATOR)
+
+
+def common_options(layout: CsvLayout) -> dict[str, Any]:
+    """What Polars is told of every text table."""
+    return {
+        "has_header": False,  # its names may have spaces around them
+        "skip_lines": layout.skipped,
+        "comment_prefix": layout.comment or None,
+        "encoding": "utf8-lossy",
+    }
+
+
+def text_source(path: Path, layout: CsvLayout) -> Path | io.BytesIO:
+    """The file itself where Polars can read it, else its text as UTF-8; raises Failure where that is too large."""
+    if layout.encoding == "utf-8":
+        return path
+    if path.stat().st_size > MAX_RECODED_BYTES:
+        raise Failure(
+            f"{path.name} must be UTF-8 text to be read at this size, but it is UTF-16. "
+            f"Convert it: iconv -f UTF-16 -t UTF-8 {path.name} > utf8.csv"
+        )
+    return io.BytesIO(path.read_bytes().decode(layout.encoding, errors="replace").encode())
 
 
 def without_trailing_blank_rows(table: pl.DataFrame) -> pl.DataFrame:
@@ -90,12 +137,13 @@ def read_parquet(path: Path, wanted: list[str]) -> pl.DataFrame:
         raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
 
 
-def numeric_column(log: str, column: pl.Series) -> np.ndarray:
+def numeric_column(log: str, column: pl.Series, decimal_comma: bool = False) -> np.ndarray:
     """Column as (N,) float64 with NaN for missing cells; raises Failure naming a cell that is no number."""
     if column.dtype == pl.String:
         text = column.str.strip_chars()
         text = pl.select(pl.when(text.is_in(list(MISSING_CELLS))).then(None).otherwise(text)).to_series()
-        numbers = text.cast(pl.Float64, strict=False)
+        decimal = text.str.replace(",", ".", literal=True) if decimal_comma else text
+        numbers = decimal.cast(pl.Float64, strict=False)
         bad = (text.is_not_null() & numbers.is_null()).arg_true()
         if len(bad):
             row = int(bad[0])

@@ -35,7 +35,7 @@ def load_log(
     """
     path = Path(path)
     file = open_file(path)
-    sources, notes = find_sources(path.name, file.names, table, columns or {})
+    sources, notes = find_sources(path.name, file.names, table, columns or {}, file.units)
     raw_t, columns_by_name = read_scaled_columns(path.name, file, sources, table)
     for name in table.required[1:]:
         check_values(path.name, name, columns_by_name[name])

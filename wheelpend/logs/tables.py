@@ -6,7 +6,7 @@ Rows are counted from 1, the header not included.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -14,14 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.csv_text import csv_names, find_separator, first_line
+from wheelpend.logs.csv_text import SNIFFED_BYTES, CsvLayout, csv_layout, find_encoding, first_line
 
 MIN_LOG_SAMPLES = 20  # rows
 MAX_PLAIN_CSV_BYTES = 8_000_000  # bytes up to which a CSV file of plain numbers is read without Polars
 PLAIN_CSV_CHARACTERS = b"0123456789+-.eE,\n"
 MAX_MATRIX_COLUMNS = 64  # columns of a matrix that is taken for as many quantities
 MATLAB_FILE_HEADS = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
-FILE_KINDS = "CSV (UTF-8 text), Parquet, MATLAB (.mat) or MCAP"
+FILE_KINDS = "CSV (text), Parquet, MATLAB (.mat) or MCAP"
 
 
 class Table(NamedTuple):
@@ -31,6 +31,7 @@ class Table(NamedTuple):
     read: Callable[[list[str]], dict[str, np.ndarray]]  # columns by name, (N,) each; NaN where a cell is missing
     # The same of a file with several clocks; the second list names columns with zero-order hold.
     read_on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
+    units: Mapping[str, str] = {}  # by name, where the file has a row of units
 
 
 def open_table(path: Path) -> Table:
@@ -42,18 +43,17 @@ def open_table(path: Path) -> Table:
         return Table(polars_files.parquet_names(path), partial(polars_files.parquet_columns, path))
     if head.startswith(MATLAB_FILE_HEADS):
         return matlab_table(path)
-    if b"\0" in head:
+    if b"\0" in head and find_encoding(head) == "utf-8":
         raise Failure(f"{path.name} is neither {FILE_KINDS}. Export it as one of them.")
-    separator = find_separator(path)
-    names = csv_names(path, separator)
-    return Table(names, partial(csv_columns, path, names, separator))
+    layout = csv_layout(path)
+    return Table(layout.names, partial(csv_columns, path, layout), units=layout.units)
 
 
 def read_file_head(path: Path) -> bytes:
     """The first bytes of a file; raises Failure when there are none."""
     try:
         with path.open("rb") as file:
-            head = file.read(4096)
+            head = file.read(SNIFFED_BYTES)
     except FileNotFoundError:
         raise Failure(f"A measurement file must exist; there is none at {path}.") from None
     except IsADirectoryError:
@@ -73,14 +73,14 @@ def check_length(log: str, samples: int) -> None:
         )
 
 
-def csv_columns(path: Path, names: list[str], separator: str, wanted: list[str]) -> dict[str, np.ndarray]:
+def csv_columns(path: Path, layout: CsvLayout, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns of a CSV file."""
-    columns = plain_columns(path, names) if separator == "," else None
+    columns = plain_columns(path, layout.names) if layout.is_plain else None
     if columns is not None:
-        return {name: columns[names.index(name)] for name in wanted}
+        return {name: columns[layout.names.index(name)] for name in wanted}
     from wheelpend.logs import polars_files  # imported late: loading Polars takes longer than reading a short log
 
-    return polars_files.csv_columns(path, names, separator, wanted)
+    return polars_files.csv_columns(path, layout, wanted)
 
 
 def plain_columns(path: Path, names: list[str]) -> np.ndarray | None:

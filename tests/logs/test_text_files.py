@@ -1,0 +1,156 @@
+"""Text files as people have them: comments, decimal commas, separators, encodings, units, no header."""
+
+import numpy as np
+import pytest
+
+from wheelpend.errors import Failure
+from wheelpend.logs.columns import ColumnMap
+from wheelpend.logs.csv_text import csv_layout
+from wheelpend.logs.read import load_log
+
+NAMES = ["t", "v_in", "theta_w", "theta_p", "dtheta_p"]
+
+
+def values(n=40):
+    """Numbers (n, 5) of a plausible log, with signs and exponents."""
+    k = np.arange(n)
+    return np.column_stack([0.01 * k, (-1.5) ** (k % 2), 0.1 * k, 1e-5 * k - 0.02, 0.02 * np.sin(k)])
+
+
+def text(separator=",", header=True, decimal="."):
+    """The log as text."""
+    rows = [separator.join(f"{v:.9g}".replace(".", decimal) for v in row) for row in values()]
+    return "\n".join([*([separator.join(NAMES)] if header else []), *rows]) + "\n"
+
+
+def read(folder, content, columns=None, encoding="utf-8"):
+    """The log of a text file."""
+    path = folder / "log.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode(encoding))
+    return load_log(path, columns)
+
+
+def assert_same(log, warnings=()):
+    """The log holds the numbers, and nothing odd is said of it."""
+    np.testing.assert_allclose(np.column_stack([log.t, log.voltage, log.measured]), values(), rtol=1e-8, atol=1e-12)
+    assert log.warnings == warnings
+
+
+@pytest.mark.parametrize("prefix", ["#", "%", "//"])
+def test_comments_before_the_header_and_among_the_rows_are_passed_over(tmp_path, prefix):
+    lines = text().splitlines()
+    lines[20:20] = [f"{prefix} the motor was warm, 3, 4"]
+    assert_same(read(tmp_path, "\n".join([f"{prefix} bench 3, run 7", prefix, "", *lines])))
+
+
+@pytest.mark.parametrize("separator", [",", "  "])
+def test_a_comment_that_comes_late_is_passed_over(tmp_path, monkeypatch, separator):
+    monkeypatch.setattr("wheelpend.logs.csv_text.SNIFFED_BYTES", 200)
+    lines = text(separator).splitlines()
+    lines[35:35] = ["# restarted"]
+    assert_same(read(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize("separator", [";", "\t", " ", "   ", " \t"])
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize("header", [True, False])
+def test_separators_and_decimal_commas_are_recognised(tmp_path, separator, decimal, header):
+    columns = None if header else {name: ColumnMap(f"column {k}") for k, name in enumerate(NAMES, 1)}
+    assert_same(read(tmp_path, text(separator, header, decimal), columns))
+
+
+def test_quoted_decimal_commas_between_commas_are_read(tmp_path):
+    rows = [",".join(f'"{v:.9g}"'.replace(".", ",") for v in row) for row in values()]
+    assert_same(read(tmp_path, "\n".join([",".join(NAMES), *rows])))
+
+
+def test_decimal_commas_between_commas_are_named_with_the_cure(tmp_path):
+    with pytest.raises(Failure, match=r"row 1 has 10, the header 5; if these are decimal commas, export with points"):
+        rows = [",".join(f"{v:.3f}".replace(".", ",") for v in row) for row in values()]
+        read(tmp_path, "\n".join([",".join(NAMES), *rows]))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_every_encoding_of_unicode_is_read(tmp_path, encoding):
+    assert_same(read(tmp_path, "# Prüfstand\n" + text(";", decimal=","), encoding=encoding))
+
+
+def test_utf_16_with_a_mark_in_the_other_order_is_read(tmp_path):
+    assert_same(read(tmp_path, b"\xfe\xff" + text().encode("utf-16-be")))
+
+
+def test_a_large_file_in_utf_16_is_refused_with_the_command_that_converts_it(tmp_path, monkeypatch):
+    monkeypatch.setattr("wheelpend.logs.polars_files.MAX_RECODED_BYTES", 100)
+    with pytest.raises(Failure, match=r"iconv -f UTF-16 -t UTF-8 log\.csv"):
+        read(tmp_path, text(), encoding="utf-16")
+
+
+def test_latin_1_in_comments_and_names_is_read(tmp_path):
+    content = "# Prüfstand 3, 20 °C\n" + text().replace("theta_p,", "Winkel [°],", 1)
+    assert_same(read(tmp_path, content, {"theta_p": ColumnMap("Winkel [°]")}, encoding="latin-1"))
+
+
+def test_the_header_that_numpy_writes_into_a_comment_is_read(tmp_path):
+    np.savetxt(tmp_path / "saved.csv", values(), delimiter=",", header=",".join(NAMES))
+    assert_same(load_log(tmp_path / "saved.csv"))
+    np.savetxt(tmp_path / "spaced.txt", values(), header=" ".join(NAMES))
+    assert_same(load_log(tmp_path / "spaced.txt"))
+
+
+def test_lines_of_a_logger_before_the_header_are_passed_over(tmp_path):
+    assert_same(read(tmp_path, "Logger v1.2\nDate;2024-05-01\nChannels;5\n\n" + text(";")))
+
+
+def test_a_row_of_units_converts_what_is_in_other_units(tmp_path):
+    scaled = values() * [1e3, 1e3, 1, 180 / np.pi, 1]
+    rows = [";".join(f"{v:.12g}" for v in row) for row in scaled]
+    log = read(tmp_path, "\n".join([";".join(NAMES), "[ms];[mV];[rad];[°];[foo]", *rows]))
+    remarks = [f"{c} is in {u} by the file's row of units, and is converted to {o}."
+               for c, u, o in (("t", "ms", "s"), ("v_in", "mV", "V"), ("theta_p", "deg", "rad"))]  # fmt: skip
+    assert_same(log, (*remarks, "dtheta_p is in 'foo' by the file's row of units; it is read as rad/s."))
+
+
+def test_a_unit_in_the_model_goes_before_the_row_of_units(tmp_path):
+    lines = text(";").splitlines()
+    content = "\n".join([lines[0], "s;V;rad;deg;rad/s", *lines[1:]])
+    assert_same(read(tmp_path, content, {"theta_p": ColumnMap("theta_p", "rad")}))
+
+
+def test_a_file_without_a_header_is_refused_with_its_columns_by_number(tmp_path):
+    with pytest.raises(Failure, match="The file has, without a header: column 1, column 2, column 3, column 4, col"):
+        read(tmp_path, text(header=False))
+
+
+def test_uneven_rows_between_spaces_are_refused(tmp_path):
+    lines = text(" ").splitlines()
+    lines[12] = " ".join(lines[12].split()[:4])
+    with pytest.raises(Failure, match=r"row 12 has 4, the header 5\. Write nan where a sensor gave no value"):
+        read(tmp_path, "\n".join(lines))
+
+
+def test_a_first_row_that_is_uneven_is_named(tmp_path):
+    lines = text().splitlines()
+    lines[1] += ",7"
+    with pytest.raises(Failure, match="row 1 has 6, the header 5"):
+        read(tmp_path, "\n".join(lines))
+
+
+def test_a_header_that_is_written_again_is_named(tmp_path):
+    lines = text().splitlines()
+    with pytest.raises(Failure, match="row 31 of column t has 't'"):
+        read(tmp_path, "\n".join([*lines[:31], lines[0], *lines[31:]]))
+
+
+def test_formulas_and_text_in_further_columns_are_never_looked_at(tmp_path):
+    lines = text().splitlines()
+    remarked = [lines[0] + ",remark", *(f'{line},"=SYSTEM(1); a, b"' for line in lines[1:])]
+    assert_same(read(tmp_path, "\n".join(remarked)))
+
+
+def test_only_the_head_of_a_file_is_read_for_its_layout(tmp_path, monkeypatch):
+    path = tmp_path / "log.csv"
+    path.write_text(text())
+    layout = csv_layout(path)
+    monkeypatch.setattr("wheelpend.logs.csv_text.SNIFFED_BYTES", 150)
+    assert csv_layout(path) == layout
+    assert layout.is_plain
