@@ -67,7 +67,7 @@ class Simulator(NamedTuple):
         def shoot_range(a: int, b: int) -> None:
             """Simulate segments a to b; no two threads write to the same segment or sample."""
             self.module.shoot(
-                log.t, log.voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
+                log.t, log.known_voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
                 chosen, window, self.max_step, gram[a:b], residual,
             )  # fmt: skip
 

@@ -23,6 +23,7 @@ from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.kernels.load import model_module
+from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
 
 MAX_START_SAMPLES = 200_000  # samples of a log that give a start
@@ -42,7 +43,7 @@ def start_candidates(problem: EstimationProblem) -> list[dict[str, float]]:
     """
     complete = _complete_initial_values(problem)
     known = complete or _initial_values(problem)
-    log = problem.logs[0]
+    log, _ = longest_known_part(problem.logs[0])
     log = log.part(0, min(len(log), MAX_START_SAMPLES))
     found = [*([complete] if complete else []), *_regressed_starts(problem, log, known)]
     if not found:

@@ -90,8 +90,8 @@ def sequential_states(
     weight, two_starts = 1.0 / segments.sigma, rounds > MAX_STATE_UPDATE_ROUNDS
     try:
         simulator.module.fit_initial_states(
-            log.t, log.voltage, log.measured, weight, segments.bounds, found, parameters, simulator.max_step, rounds,
-            two_starts,
+            log.t, log.known_voltage, log.measured, weight, segments.bounds, found, parameters,
+            simulator.max_step, rounds, two_starts,
         )  # fmt: skip
     except ZeroDivisionError:  # as in shoot
         return states

@@ -25,6 +25,7 @@ from wheelpend.identification.recursive import TrackPoint, recursive_least_squar
 from wheelpend.identification.time_constants import Tau, TimeConstantChoice, choose_time_constants
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
+from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
@@ -52,7 +53,9 @@ def regression_problem(model: Model, logs: Sequence, method: str, progress: Call
         raise Failure(f"The method '{method}' takes one log, but {len(loaded)} were given. Use `--method shooting`.")
     module = model_module(model.plant, model.assumptions, model.effects)
     parameters = kernel_parameters(module, known_values(model), loaded[0])
-    return RegressionProblem(model, module, loaded[0], parameters, progress)
+    log, remark = (loaded[0], "") if method == "inverse" else longest_known_part(loaded[0])  # inverse takes all parts
+    log = replace(log, warnings=(*log.warnings, remark)) if remark else log
+    return RegressionProblem(model, module, log, parameters, progress)
 
 
 class RegressionFit(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
 
 
 class Finding(NamedTuple):
@@ -55,13 +55,25 @@ class LogCorrections:
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)
         lines += ["[sensors]", f'encoder = "{self.encoder}"'] if self.encoder else []
+        unit = self.other_input_unit
+        lines += [*([""] if lines else []), "[input]", f'unit = "{unit}"'] if unit else []
         return "".join(f"{line}\n" for line in lines)
+
+    @property
+    def other_input_unit(self) -> str:
+        """The unit of the input by the name of its guessed column, where that is another than the plant's."""
+        name = self.table.input
+        found = guess_input_unit(self.known[name].column) if name in self.guessed and name in self.known else ""
+        return found if found != self.table.units.get(name) else ""
 
     def column(self, name: str) -> str:
         """Entry of [columns] for a quantity, on top of how it was read."""
         source = self.source.get(name, name)
         known = self.known.get(source, ColumnMap(source))
         unit = self.unit.get(name, known.unit if source == name else "")
+        if name == self.table.input and self.other_input_unit:
+            ending = unit_ending(self.other_input_unit, known.column)
+            unit = ending if ending != self.other_input_unit else ""
         sign = known.sign * self.sign.get(name, 1)
         offset = known.offset * self.sign.get(name, 1)
         parts = [

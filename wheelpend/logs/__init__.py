@@ -7,6 +7,7 @@ the noise of its channels. Question: what was measured, when, and how well?
 - columns: the columns that a plant needs, their units, and how a file's columns are mapped onto them
 - read: files to logs and back
 - guess: column maps guessed from names, units and clock
+- commands: an input without values for a while, or logged only when it changes
 - checks: errors and warnings of a log that was read
 - shipped: the logs that come with the package
 - unwrap: wrapped angles and reset counters, made continuous

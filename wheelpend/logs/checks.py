@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnSource, ColumnTable
+from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 
 
@@ -50,7 +51,9 @@ def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnT
 
 def log_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:
     """Sentences on gaps, ranges, missing values and constant channels of a log that can be used."""
-    return [*time_warnings(log), *range_warnings(log, table, sources), *channel_warnings(log, table.inputs)]
+    inputs = zip(table.inputs, log.inputs, strict=False)
+    unknown = [text for name, values in inputs if (text := unknown_input_text(name, log.t, values))]
+    return [*time_warnings(log), *range_warnings(log, table, sources), *unknown, *channel_warnings(log)]
 
 
 def time_warnings(log: Log) -> list[str]:
@@ -90,11 +93,10 @@ def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSou
     return found
 
 
-def channel_warnings(log: Log, inputs: Sequence[str]) -> list[str]:
+def channel_warnings(log: Log) -> list[str]:
     """Missing cells and channels that never change."""
     found = []
-    driven = zip(inputs, log.inputs, strict=False)
-    for name, values in (*driven, *zip(log.channels, log.measured.T, strict=True)):
+    for name, values in zip(log.channels, log.measured.T, strict=True):
         missing = int(np.isnan(values).sum())
         if missing:
             share = 100 * missing / len(values)

@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import NamedTuple
 
 from derive.plant_signature import INPUT_WORDS, WORDS_FOR_ANY, PlantSignature, PlantWords, Sensor
@@ -40,8 +41,9 @@ UNIT_CONVERSIONS = {  # unit: (the unit it becomes, factor)
 }
 TIME_ALIASES = ("time", "timestamp", "stamp", "sec")  # other names of columns; only used to propose a mapping
 INPUT_ALIASES = (
-    "volt", "input", "motor", "command", "u", "vir", "effort", "torque", "force", "current", "pwm", "duty",
+    "volt", "input", "motor", "command", "u", "vir", "effort", "torque", "tau", "force", "current", "pwm", "duty",
 )  # fmt: skip
+INPUT_NAME_UNITS = {"volt": "V", "current": "A", "torque": "N m", "tau": "N m", "force": "N"}  # what a name suggests
 
 
 @dataclass(frozen=True)
@@ -248,7 +250,24 @@ def guess_columns(free: Sequence[str], wanted: Sequence[str], table: ColumnTable
 
 def guess_unit(own: str, column: str) -> str:
     """The unit that a column's name ends with, or else the quantity's own."""
+    return unit_ending(own, column) or (own if own in UNIT_CONVERSIONS else "")
+
+
+def guess_input_unit(column: str) -> str:
+    """V, A, N m or N as an input's column ends with it or is called after it; nothing where its name tells nothing."""
+    stated = (base for base in INPUT_WORDS if unit_ending(base, column))
+    suggested = (unit for name, unit in INPUT_NAME_UNITS.items() if name in column.lower())
+    return next(chain(stated, suggested), "")
+
+
+def unit_ending(own: str, column: str) -> str:
+    """The unit that a column's name ends with, of those that turn into a quantity's own; nothing without one."""
     ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
-    endings = {u: (f"_{u.lower()}", f"({u.lower()}") for u, (base, _) in UNIT_CONVERSIONS.items() if base == own}
-    fitting = [u for u, known in endings.items() if ending.endswith(known)]
-    return max(fitting, key=len, default=own if own in UNIT_CONVERSIONS else "")
+    fitting = [u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own and ending.endswith(name_endings(u))]
+    return max(fitting, key=len, default="")
+
+
+def name_endings(unit: str) -> tuple[str, ...]:
+    """Ways in which the name of a column ends with a unit, in small letters."""
+    spellings = {unit.lower(), unit.lower().replace(" ", "")}
+    return tuple(f"{before}{s}" for s in sorted(spellings) for before in "_(")

@@ -48,6 +48,19 @@ class Log:
         return self.voltage.reshape(len(self), -1).T
 
     @cached_property
+    def known_voltage(self) -> np.ndarray:
+        """The input, a missing command counted as the next one that is known, as it is before the first sample."""
+        missing = np.isnan(self.voltage)
+        if not missing.any():
+            return self.voltage
+        places = np.where(missing, len(self), np.arange(len(self)).reshape(-1, *[1] * (self.voltage.ndim - 1)))
+        following = np.minimum.accumulate(places[::-1], axis=0)[::-1]
+        padded = np.concatenate(
+            [self.voltage, np.zeros_like(self.voltage[:1])]
+        )  # after the last known one nothing acts
+        return np.take_along_axis(padded, following, axis=0)
+
+    @cached_property
     def dt(self) -> float:
         """Median sample interval [s]."""
         return float(np.median(np.diff(self.t[:EXCERPT_SAMPLES])))

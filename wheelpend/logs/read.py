@@ -18,6 +18,7 @@ from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
 from wheelpend.logs.columns import DEFAULT_TABLE, UNIT_CONVERSIONS, ColumnMap, ColumnSource, ColumnTable, find_sources
+from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
@@ -40,6 +41,8 @@ def load_log(
     for name in table.required[1:]:
         check_values(path.name, name, columns_by_name[name])
     for name in table.inputs:
+        columns_by_name[name], remarks = held_commands(path.name, name, columns_by_name[name])
+        notes += remarks
         check_input_varies(path.name, name, columns_by_name[name], table)
     notes += unwrap_positions(columns_by_name, raw_t, table)
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
