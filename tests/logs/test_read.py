@@ -258,3 +258,35 @@ def test_missing_samples_are_counted(tmp_path):
     for k in (3, 7, 9, 20):
         cells[k][3] = ""
     assert load_log(write(tmp_path, cells)).warnings == ("theta_p is missing in 4 of 40 samples (10 %).",)
+
+
+def test_an_offset_is_added_after_unit_sign_and_scale(tmp_path):
+    path = write(tmp_path, rows(), header="t,v_in,theta_w,pitch_deg,dtheta_p")
+    pitch = ColumnMap("pitch_deg", "deg", sign=-1, scale=2.0, offset=0.5)
+    log = load_log(path, {"theta_p": pitch, "v_in": ColumnMap("v_in", offset=1.0)})
+    assert log.measured[10, 1] == pytest.approx(-2.0 * np.radians(0.1) + 0.5)
+    assert log.voltage[:2].tolist() == [2.0, 0.0]
+
+
+def test_an_encoder_with_an_offset_still_starts_again_at_its_own_zero(tmp_path):
+    cells = rows(200)
+    for k in range(120, 200):
+        cells[k][2] = f"{0.1 * (k - 120):.3f}"
+    log = load_log(write(tmp_path, cells), {"theta_w": ColumnMap("theta_w", offset=-3.0)})
+    assert "jumps to zero once" in log.warnings[0]
+    assert np.max(np.abs(np.diff(log.measured[:, 0]))) < 0.11
+    assert log.measured[0, 0] == pytest.approx(-3.0)
+
+
+def test_an_offset_of_the_times_and_one_that_is_no_number_are_refused(tmp_path):
+    with pytest.raises(Failure, match="offset must be a finite number"):
+        ColumnMap("pitch", offset=float("nan"))
+    message = failure(write(tmp_path, rows()), columns={"t": ColumnMap("t", offset=1.0)})
+    assert "t must have no offset" in message
+
+
+def test_a_torque_for_a_voltage_is_refused_with_the_entry_that_cures_it(tmp_path):
+    with pytest.raises(Failure, match="Did you mean 'N m'"):
+        ColumnMap("tau", "Nm")
+    message = failure(write(tmp_path, rows()), columns={"v_in": ColumnMap("v_in", "mN m")})
+    assert 'If the machine is commanded a torque, say so: [input] unit = "N m".' in message
