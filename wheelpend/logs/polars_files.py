@@ -83,9 +83,7 @@ def read_spaced(path: Path, layout: CsvLayout, wanted: list[str]) -> pl.DataFram
     lines = pl.scan_csv(
         text_source(path, layout), separator=NO_SEPARATOR, quote_char=None, schema={"line": pl.String()},
         **common_options(layout),
-    ).filter(pl.col("line").str.strip_chars() != "")  # fmt: skip
-    if not layout.comment and (comment := comment_among_rows(path, layout)):
-        lines = lines.filter(~pl.col("line").str.starts_with(comment))
+    ).filter(pl.col("line").str.contains(r"\S") & ~pl.col("line").str.contains(r"^\s*(#|%|//)"))  # fmt: skip
     cells = lines.select(pl.col("line").str.extract_all(r"\S+").alias("cells"))
     columns = [pl.col("cells").list.get(layout.names.index(w), null_on_oob=True).alias(w) for w in wanted]
     table = cells.select(*columns, pl.col("cells").list.len().alias(NO_SEPARATOR)).collect()
