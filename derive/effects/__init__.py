@@ -42,6 +42,7 @@ EFFECT_LIBRARY: dict[str, Effect] = {
 }
 
 
+INPUT_MEMORY_S = max(row.input_memory for row in EFFECT_LIBRARY.values())  # s, the longest that any of them has
 USER_EFFECTS: dict[str, Effect] = {}  # effects that users wrote; of one name the latest
 
 

@@ -17,6 +17,7 @@ from derive.parameter_name import full_name
 
 DIRECTION_ARGUMENT = "direction"  # in laws: −1 or 1 while a port slips; a law in it may also stick at rest
 INPUT_SIGNAL = "input"  # in Quantiles: the commanded input
+LAG_MEMORY_TIME_CONSTANTS = 10.0  # after which e⁻¹⁰ = 5e-5 of an old command is left, below the steps of any driver
 
 
 class Quantiles(NamedTuple):
@@ -210,6 +211,14 @@ class Effect:
     def carries(self) -> bool:
         """True where it adds states, which carry over from one fitted segment to the next."""
         return isinstance(self.enters, HysteresisForce | InternalForce | InternalPlay)
+
+    @property
+    def input_memory(self) -> float:
+        """Time [s] for which a command is remembered, at the largest value from which a fit starts; 0 without memory."""
+        if not isinstance(self.enters, InputDelay | InputLag):
+            return 0.0
+        constants = LAG_MEMORY_TIME_CONSTANTS if isinstance(self.enters, InputLag) else 1.0
+        return constants * max(self.parameters[0].grid)
 
     @property
     def event(self) -> bool:

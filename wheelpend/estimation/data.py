@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import derive
+from derive.effects import INPUT_MEMORY_S
 from derive.plant_signature import PlantWords
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
@@ -66,13 +67,24 @@ def prepare(
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
     split = replace(split, validation=(*split.validation, *given))
-    warnings = tuple(f"{log.name}: {w}" for log in (*loaded, *validation_logs) for w in log.warnings)
+    warnings = tuple(w for log in (*loaded, *validation_logs) for w in _warnings_of(log))
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip
     if any(derive.effects.find(e).event for e in model.effects):
         problem = with_interleaved_validation(problem, _known_event_times(model))
     return replace(problem, carries=carries_over(module, model.effects))
+
+
+def _warnings_of(log: Log) -> list[str]:
+    """Warnings about a log, which its estimates inherit."""
+    found = [f"{log.name}: {w}" for w in log.warnings]
+    if log.lacks_warm_up:
+        found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator may "
+                     f"remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave those out after each, so the "
+                     "first command counts as held before. Believe no delay or lag from it; record several seconds "
+                     "without a gap.")  # fmt: skip
+    return found
 
 
 def _require_known_effects(model: Model, names: Sequence[str]) -> None:

@@ -9,9 +9,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from derive.effects import INPUT_MEMORY_S
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure
 
@@ -22,6 +24,18 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 )  # samples, and pieces, that represent a long log in noise and interval
 MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
+MAX_WARM_UP_SHARE = 0.5  # of a log's usable samples, and of those in the third on which its own parameters are estimated
+
+
+class Stretch(NamedTuple):
+    """A range of usable samples without a gap, and the sample in it from which on it may be judged.
+
+    What was commanded before ``begin`` is not in the log. A delay or a lag still remembers it until ``settled``.
+    """
+
+    begin: int
+    settled: int
+    end: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +84,27 @@ class Log:
         """Time from the first sample to the last [s]."""
         return float(self.t[-1] - self.t[0])
 
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The ranges of samples without a gap; each is judged from the end of its warm-up on, unless that is too long.
+
+        The warm-up lasts as long as any effect of the library remembers the input, whichever is in the model: errors of
+        models with and without it are then taken over the same samples.
+        """
+        ranges = gapless_ranges(self, 0, len(self))
+        return tuple(Stretch(a, a if self.lacks_warm_up else _settled(self, a, b), b) for a, b in ranges)
+
+    @cached_property
+    def lacks_warm_up(self) -> bool:
+        """True where the warm-up of its stretches would take more than a half of it, or of its first third."""
+        ranges = np.array(gapless_ranges(self, 0, len(self)), dtype=np.int64).reshape(-1, 2)
+        ends = np.array([_settled(self, a, b) for a, b in ranges.tolist()], dtype=np.int64)
+        for until in (len(self) // 3, len(self)):
+            begin, settled, end = (np.minimum(x, until) for x in (ranges[:, 0], ends, ranges[:, 1]))
+            if (settled - begin).sum() > MAX_WARM_UP_SHARE * (end - begin).sum():
+                return True
+        return False
+
     def excerpt(self) -> Log:
         """Equally long pieces spread over a long log, a missing sample between them; a short log as it is."""
         if len(self) <= EXCERPT_SAMPLES:
@@ -102,12 +137,20 @@ def stack_inputs(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:
 
 
 def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None = None) -> np.ndarray:
-    """Cut a log into consecutive segments that can each be simulated: (n, 2) int, half-open sample ranges.
+    """Cut a log into consecutive segments that can be judged: (n, 2) int, half-open sample ranges.
 
     A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
-    last. None contains a gap, a sample without input, or one beyond the plant's range of ±π/2. What is left over at
-    the end of a stretch becomes a segment of its own, unless it is shorter than 5 samples or a fifth of the horizon.
+    last. None contains a gap, a sample without input, one beyond the plant's range of ±π/2, or one of the warm-up of
+    the log or after a gap. What is left over at the end of a stretch becomes a segment of its own, unless it is shorter
+    than 5 samples or a fifth of the horizon.
     """
+    last = len(log) if stop is None else stop
+    ranges = [(max(s.settled, start), min(s.end, last)) for s in log.stretches]
+    return segments_of_ranges(log, horizon_s, ranges)
+
+
+def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, int]]) -> np.ndarray:
+    """Ranges of samples cut into consecutive segments, by the same rule, whatever is known of the input before them."""
     if not (math.isfinite(horizon_s) and horizon_s > 0):
         raise Failure(f"The horizon must be a positive time in s, not {horizon_s}.")
     dt = log.dt
@@ -115,7 +158,7 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
     length = horizon_s - 0.49 * dt
     shortest = max(MIN_SEGMENT_SAMPLES, math.ceil(horizon_s / (5 * dt) - 1e-6))
     bounds = []
-    for begin, end in gapless_ranges(log, start, len(log) if stop is None else stop):
+    for begin, end in ranges:
         first = begin
         while end - first >= shortest:
             following = int(np.searchsorted(log.t, log.t[first] + length))
@@ -123,6 +166,12 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
             bounds.append((first, last))
             first = last
     return np.array(bounds, dtype=np.int64).reshape(-1, 2)
+
+
+def _settled(log: Log, begin: int, end: int) -> int:
+    """First sample of a range at which nothing remembers what was commanded before the range; its end if none is."""
+    after = log.t[begin] + INPUT_MEMORY_S - 0.5 * log.dt  # the sample nearest to it
+    return begin + int(np.searchsorted(log.t[begin:end], after))
 
 
 def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:

@@ -104,20 +104,21 @@ class Drive:
         lag = self.hide.get("winding_inductance.time_constant", 0.0)
         if lag <= 0.0:
             return driven
-        before = driven if self.acting is None else self.acting
+        before = 0.0 if self.acting is None else self.acting  # the robot rests before its first command
         fade = np.exp(-self.step / lag)
         self.acting = driven + (before - driven) * fade
         return float(driven + (before - driven) * (1 - fade) * lag / self.step)
 
     def driven(self, t: float, commands: np.ndarray) -> float:
-        """Driver output [V]: the mean over a step inside which a delayed command may change."""
+        """Driver output [V]: the mean over a step inside which a delayed command may change; before the first, 0 V came."""
         begin = t - self.hide.get("actuator_delay.delay", 0.0)
-        first = max(int(np.floor(begin / SAMPLE_INTERVAL_S + 1e-6)), 0)
-        last = max(int(np.floor((begin + self.step) / SAMPLE_INTERVAL_S - 1e-6)), 0)
+        first = int(np.floor(begin / SAMPLE_INTERVAL_S + 1e-6))
+        last = int(np.floor((begin + self.step) / SAMPLE_INTERVAL_S - 1e-6))
+        before, after = (self.driver(t, commands[k] if k >= 0 else 0.0) for k in (first, last))
         if first == last:
-            return self.driver(t, commands[first])
+            return before
         share = (last * SAMPLE_INTERVAL_S - begin) / self.step
-        return share * self.driver(t, commands[first]) + (1 - share) * self.driver(t, commands[last])
+        return share * before + (1 - share) * after
 
     def driver(self, t: float, command: float) -> float:
         """Driver output [V] for a command: saturation, dead zone, sag, asymmetry and offset in turn."""
