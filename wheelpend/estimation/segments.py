@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import Log, segments_of_ranges
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,20 @@ class Segments:
     def values(self) -> int:
         """Number of measured values in the segments."""
         return int(sum(np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds))
+
+    @cached_property
+    def warm_up(self) -> np.ndarray:
+        """The log's warm-ups before those segments that begin where one ends, cut as long as these: (n, 2).
+
+        They have no weight. What carries over from segment to segment is simulated through them.
+        """
+        if not len(self.bounds):
+            return self.bounds
+        first, last = self.bounds[0, 0], self.bounds[0, 1] - 1
+        length = float(self.log.t[last] - self.log.t[first]) + self.log.dt
+        begun = set(self.bounds[:, 0].tolist())
+        ranges = [(s.begin, s.settled) for s in self.log.stretches if s.settled in begun]
+        return segments_of_ranges(self.log, length, ranges)
 
 
 @dataclass(frozen=True)

@@ -7,18 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.estimation.first_guess import initial_states
 from wheelpend.estimation.segments import Segments
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.parallel import thread_budget, threads
 
 NO_WINDOW_END = np.iinfo(np.int64).max
 DEFAULT_MAX_STEP_S = 0.002  # s
+WARM_UP_STATE_ROUNDS = 3  # rounds in which the initial states of the segments of a warm-up are fitted
 MIN_PARALLEL_SEGMENTS = 8  # segments below which one thread simulates all
 
 
@@ -59,25 +61,62 @@ class Simulator(NamedTuple):
         chosen = np.array(columns, dtype=np.int64)
         if window is None:
             window = np.tile(np.array([0, NO_WINDOW_END], dtype=np.int64), (chosen.size, 1))
+        longer, states, judged = self.with_warm_up(segments, states, parameters)
         log, size = segments.log, self.module.NX + chosen.size + 1
-        gram = np.zeros((len(segments.bounds), size, size))
+        gram = np.zeros((len(longer.bounds), size, size))
         residual = np.full(log.measured.shape if keep_residual else (0, self.module.NY), np.nan)
         weight = 1.0 / segments.sigma
 
         def shoot_range(a: int, b: int) -> None:
             """Simulate segments a to b; no two threads write to the same segment or sample."""
             self.module.shoot(
-                log.t, log.known_voltage, log.measured, weight, segments.bounds[a:b], states[a:b], parameters,
+                log.t, log.known_voltage, log.measured, weight, longer.bounds[a:b], states[a:b], parameters,
                 chosen, window, self.max_step, gram[a:b], residual,
             )  # fmt: skip
 
         try:
-            _run_in_threads(shoot_range, len(segments.bounds), _worker_count(self.module, segments, parameters))
+            _run_in_threads(shoot_range, len(longer.bounds), _worker_count(self.module, longer, parameters))
         except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
             gram[:] = np.nan
+        for first, last in longer.bounds[~judged] if keep_residual else ():
+            residual[first:last] = np.nan
+        gram = gram[judged]
         if segments.weights is not None:
             gram *= segments.weights[:, None, None]
         return ShootingLinearisation(gram, residual)
+
+    def with_warm_up(
+        self, segments: Segments, states: np.ndarray, parameters: np.ndarray
+    ) -> tuple[Segments, np.ndarray, np.ndarray]:
+        """Segments and states with those of the warm-ups, and a mask of the segments that are judged.
+
+        Only a coupled model goes through a warm-up: there it finds the states that it carries into the first segment.
+        """
+        warm_up = segments.warm_up if has_coupled_segments(self.module, parameters) else segments.bounds[:0]
+        if not len(warm_up):
+            return segments, states, np.ones(len(segments.bounds), dtype=bool)
+        lead = replace(segments, bounds=warm_up, weights=None)
+        guess = initial_states(self.module, lead)
+        found = self.follow(lead, guess, parameters, WARM_UP_STATE_ROUNDS, two_starts=False)
+        bounds = np.concatenate([warm_up, segments.bounds])
+        order = np.argsort(bounds[:, 0], kind="stable")
+        longer = replace(segments, bounds=np.ascontiguousarray(bounds[order]), weights=None)
+        both = np.ascontiguousarray(np.concatenate([found, states])[order])
+        return longer, both, order >= len(warm_up)
+
+    def follow(
+        self, segments: Segments, states: np.ndarray, parameters: np.ndarray, rounds: int, two_starts: bool
+    ) -> np.ndarray:
+        """Initial states (segments, NX) fitted one after the other, with what each segment hands on to the next."""
+        log, found = segments.log, states.copy()
+        try:
+            self.module.fit_initial_states(
+                log.t, log.voltage, log.measured, 1.0 / segments.sigma, segments.bounds, found, parameters,
+                self.max_step, rounds, two_starts,
+            )  # fmt: skip
+        except ZeroDivisionError:  # as in shoot
+            return states
+        return found
 
 
 def _run_in_threads(job: Callable[[int, int], None], count: int, workers: int) -> None:
