@@ -21,7 +21,7 @@ def test_a_part_keeps_the_time_of_the_whole_log():
 
 def test_segments_follow_each_other_and_share_no_sample():
     bounds = segment_bounds(synthetic(1000), 0.5)
-    np.testing.assert_array_equal(bounds, np.column_stack((np.arange(0, 1000, 50), np.arange(50, 1001, 50))))
+    np.testing.assert_array_equal(bounds, np.column_stack((np.arange(50, 1000, 50), np.arange(100, 1001, 50))))
 
 
 def test_segments_of_a_jittered_log_are_as_long_as_the_horizon():
@@ -42,8 +42,8 @@ def test_segments_stay_within_start_and_stop():
 
 
 def test_a_leftover_under_a_fifth_of_the_horizon_is_dropped():
-    assert segment_bounds(synthetic(109), 0.5).tolist() == [[0, 50], [50, 100]]
-    assert segment_bounds(synthetic(110), 0.5).tolist() == [[0, 50], [50, 100], [100, 110]]
+    assert segment_bounds(synthetic(600), 0.5, 100, 209).tolist() == [[100, 150], [150, 200]]
+    assert segment_bounds(synthetic(600), 0.5, 100, 210).tolist() == [[100, 150], [150, 200], [200, 210]]
 
 
 def test_no_segment_contains_a_gap_a_missing_input_or_a_fallen_body():
@@ -56,7 +56,8 @@ def test_no_segment_contains_a_gap_a_missing_input_or_a_fallen_body():
     inside = {int(k) for first, last in bounds for k in range(first, last)}
     assert not inside & {210, *range(300, 320)}
     assert not any(first < 130 < last for first, last in bounds)
-    assert len(inside) == 400 - 21
+    assert [(s.begin, s.end) for s in log.stretches] == [(0, 130), (130, 210), (211, 300), (320, 400)]
+    assert len(inside) == 264  # without warm-ups of a quarter second, and what they leave over
 
 
 def test_a_log_without_usable_samples_has_no_segments():
@@ -76,4 +77,40 @@ def test_no_segment_goes_on_across_a_gap_shorter_than_the_horizon():
     t[130:] += 0.06
     bounds = segment_bounds(synthetic(t=t), 0.5)
     assert not any(first < 130 < last for first, last in bounds)
-    assert sum(last - first for first, last in bounds) == 400
+    assert sum(last - first for first, last in bounds) == 400 - 2 * 25 - 5  # two warm-ups, and a leftover
+
+
+def test_what_was_commanded_before_the_first_sample_or_in_a_gap_has_no_weight():
+    t = np.arange(2000) * 0.01
+    t[1000:] += 1.0
+    log = synthetic(t=t)
+    log.voltage[1500] = np.nan
+    bounds = segment_bounds(log, 0.5)
+    judged = {int(k) for first, last in bounds for k in range(first, last)}
+    unknown = {*range(50), *range(1000, 1050), *range(1500, 1551)}
+    assert not judged & unknown and judged == set(range(2000)) - unknown
+
+
+def test_a_range_that_begins_in_the_middle_of_a_log_needs_no_warm_up():
+    assert segment_bounds(synthetic(1000), 0.5, start=400)[0].tolist() == [400, 450]
+    assert segment_bounds(synthetic(1000).part(400, 1000), 0.5)[0].tolist() == [50, 100]
+
+
+@pytest.mark.parametrize(("samples", "warm_up"), [(450, 0.5), (440, 0.25), (100, 0.0625), (12, 0.0)])
+def test_a_short_log_has_a_shorter_warm_up(samples, warm_up):
+    assert synthetic(samples).warm_up_s == warm_up
+
+
+def test_a_missing_command_counts_as_the_next_one_that_is_known():
+    log = synthetic(6)
+    log.voltage[:] = [np.nan, 1.0, np.nan, np.nan, 4.0, np.nan]
+    assert log.known_voltage.tolist() == [1.0, 1.0, 4.0, 4.0, 4.0, 0.0]
+    two = Log("two", log.t, np.column_stack([log.voltage, np.arange(6.0)]), log.measured, CHANNELS)
+    assert two.known_voltage.tolist() == np.column_stack([[1.0, 1.0, 4.0, 4.0, 4.0, 0.0], np.arange(6.0)]).tolist()
+
+
+def test_a_part_knows_the_commands_before_it():
+    log = synthetic(1000)
+    times, commands = log.part(400, 1000).earlier
+    assert times.tolist() == log.t[350:400].tolist() and commands.tolist() == log.voltage[350:400].tolist()
+    assert log.part(0, 500).earlier is None

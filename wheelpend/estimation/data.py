@@ -17,7 +17,7 @@ from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
-from wheelpend.logs.log import Log, segment_bounds
+from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.read import load_log
 from wheelpend.model.model_kernels import library_module_of
@@ -25,6 +25,7 @@ from wheelpend.model.record import Model
 
 EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segment may have happened in it
 COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
+SHORTEST_FULL_LOG_S = 3.0 * INPUT_MEMORY_S / MAX_WARM_UP_SHARE  # s, a log whose warm-up need not be shortened
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
@@ -79,11 +80,11 @@ def prepare(
 def _warnings_of(log: Log) -> list[str]:
     """Warnings about a log, which its estimates inherit."""
     found = [f"{log.name}: {w}" for w in log.warnings]
-    if log.lacks_warm_up:
+    if log.warm_up_s < INPUT_MEMORY_S:
         found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator may "
-                     f"remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave those out after each, so the "
-                     "first command counts as held before. Believe no delay or lag from it; record several seconds "
-                     "without a gap.")  # fmt: skip
+                     f"remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave out more than "
+                     f"{log.warm_up_s:.2g} s after each: believe no delay or lag that lasts longer, and record "
+                     f"{SHORTEST_FULL_LOG_S:g} s without a gap.")  # fmt: skip
     return found
 
 

@@ -17,8 +17,17 @@ def acting_input(module: KernelModule, log: Log, parameters: np.ndarray) -> np.n
     voltage = inputs[0] if log.voltage.ndim == 1 else np.column_stack(inputs)
     if module.LAG < 0:
         return voltage
-    acting = module.acting_voltage(log.t, voltage, parameters)
+    acting = _lagging_input(module, log, voltage, parameters)
     return np.append(0.5 * (acting[:-1] + acting[1:]), acting[-1:])
+
+
+def _lagging_input(module: KernelModule, log: Log, voltage: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+    """The input (N,) behind the motor's lag at each sample, which remembers the commands before the log's first."""
+    if log.earlier is None or not np.isfinite(log.earlier[1]).all():
+        return module.acting_voltage(log.t, voltage, parameters)
+    t, before = log.earlier
+    whole = np.concatenate([t, log.t]), np.concatenate([before, voltage])
+    return module.acting_voltage(*whole, parameters)[len(t) :]
 
 
 def equations_at(

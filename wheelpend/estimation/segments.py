@@ -35,8 +35,8 @@ class Segments:
             return self.bounds
         first, last = self.bounds[0, 0], self.bounds[0, 1] - 1
         length = float(self.log.t[last] - self.log.t[first]) + self.log.dt
-        begun = set(self.bounds[:, 0].tolist())
-        ranges = [(s.begin, s.settled) for s in self.log.stretches if s.settled in begun]
+        begun, ended = (set(x.tolist()) for x in self.bounds.T)
+        ranges = [(s.begin, s.settled) for s in self.log.stretches if s.settled in begun - ended]
         return segments_of_ranges(self.log, length, ranges)
 
 

@@ -111,7 +111,7 @@ class Simulator(NamedTuple):
         log, found = segments.log, states.copy()
         try:
             self.module.fit_initial_states(
-                log.t, log.voltage, log.measured, 1.0 / segments.sigma, segments.bounds, found, parameters,
+                log.t, log.known_voltage, log.measured, 1.0 / segments.sigma, segments.bounds, found, parameters,
                 self.max_step, rounds, two_starts,
             )  # fmt: skip
         except ZeroDivisionError:  # as in shoot

@@ -22,11 +22,11 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.starts import best_start
-from wheelpend.estimation.states import fit_states
+from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.identification import instrumental
 from wheelpend.identification.instrumental import LoggedLoop
 from wheelpend.kernels.kernel_module import KernelModule
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import Log, segments_of_ranges
 from wheelpend.logs.noise import Noise
 from wheelpend.model.record import Model
 
@@ -57,7 +57,7 @@ class ParametricBootstrap:
         if played is None:
             return None
         measured = np.where(np.isfinite(self.log.measured), played[1], np.nan)
-        return replace(self.log, voltage=played[0], measured=measured)
+        return replace(self.log, voltage=played[0], measured=measured, earlier=None)
 
     def replicas(self, count: int) -> Iterator[Log]:
         """So many replicas; raises Failure when more than half of them fall."""
@@ -120,7 +120,9 @@ def _open_loop_bootstrap(
     problem, fitted = shooting_fit(model, [log], progress)
     values, segments = fitted.of_log(0), problem.data.estimation[0]
     parameters = kernel_parameters(problem.module, values, log)
-    linearisation = problem.simulator.shoot(segments, fitted.states[0], parameters)
+    ranges = [(s.begin, s.end) for s in log.stretches]  # the warm-up too: readings there are drawn anew as well
+    whole = replace(segments, bounds=segments_of_ranges(log, problem.horizon, ranges))
+    _, linearisation = fit_states(problem.simulator, whole, initial_states(problem.module, whole), parameters)
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
     keys = [fitted.place(n) for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)

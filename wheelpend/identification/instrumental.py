@@ -151,7 +151,7 @@ def simulated_instruments(
     module: KernelModule, log: Log, run: ClosedLoopRun, parameters: np.ndarray, tau: tuple[float, float]
 ) -> np.ndarray:
     """Instruments (rows, n): the filtered regressor of the simulated loop."""
-    voltage = acting_input(module, replace(log, voltage=run.input), parameters)
+    voltage = acting_input(module, replace(log, voltage=run.input, earlier=None), parameters)
     regressors = module.filter_regressor(log.t, run.states, voltage, parameters, *tau, True, run.states[0])[1]
     return regressors.reshape(-1, regressors.shape[2])
 

@@ -55,7 +55,14 @@ def regression_problem(model: Model, logs: Sequence, method: str, progress: Call
     parameters = kernel_parameters(module, known_values(model), loaded[0])
     log, remark = (loaded[0], "") if method == "inverse" else longest_known_part(loaded[0])  # inverse takes all parts
     log = replace(log, warnings=(*log.warnings, remark)) if remark else log
-    return RegressionProblem(model, module, log, parameters, progress)
+    return RegressionProblem(model, module, _settled_part(module, log), parameters, progress)
+
+
+def _settled_part(module: KernelModule, log: Log) -> Log:
+    """The log from where a lagging motor no longer remembers what was commanded before it; all of it for any other."""
+    if module.LAG < 0 or not log.stretches:
+        return log
+    return log.part(log.stretches[0].settled, len(log))
 
 
 class RegressionFit(NamedTuple):

@@ -24,7 +24,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 )  # samples, and pieces, that represent a long log in noise and interval
 MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
-MAX_WARM_UP_SHARE = 0.5  # of a log's usable samples, and of those in the third on which its own parameters are estimated
+MAX_WARM_UP_SHARE = 1 / 3  # of a log's usable samples, and of those in the third that gives its own parameters
 
 
 class Stretch(NamedTuple):
@@ -51,6 +51,7 @@ class Log:
     warnings: tuple[str, ...] = ()  # sentences on what is odd about the file
     range_channel: str = default_plant.RANGE_CHANNEL  # channel that must stay within ±π/2, where the log has it
     rates: Mapping[str, str] = field(default_factory=lambda: default_plant.RATES)  # channels that are rates of others
+    earlier: tuple[np.ndarray, np.ndarray] | None = None  # times and commands before the first sample, where known
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -69,9 +70,7 @@ class Log:
             return self.voltage
         places = np.where(missing, len(self), np.arange(len(self)).reshape(-1, *[1] * (self.voltage.ndim - 1)))
         following = np.minimum.accumulate(places[::-1], axis=0)[::-1]
-        padded = np.concatenate(
-            [self.voltage, np.zeros_like(self.voltage[:1])]
-        )  # after the last known one nothing acts
+        padded = np.concatenate([self.voltage, np.zeros_like(self.voltage[:1])])  # after the last known one nothing acts
         return np.take_along_axis(padded, following, axis=0)
 
     @cached_property
@@ -86,24 +85,37 @@ class Log:
 
     @cached_property
     def stretches(self) -> tuple[Stretch, ...]:
-        """The ranges of samples without a gap; each is judged from the end of its warm-up on, unless that is too long.
+        """The ranges of samples without a gap; each is judged from the end of its warm-up on.
 
-        The warm-up lasts as long as any effect of the library remembers the input, whichever is in the model: errors of
-        models with and without it are then taken over the same samples.
+        The warm-up is the same whichever effects are in the model: errors with and without one are then taken over the
+        same samples.
         """
-        ranges = gapless_ranges(self, 0, len(self))
-        return tuple(Stretch(a, a if self.lacks_warm_up else _settled(self, a, b), b) for a, b in ranges)
+        return tuple(Stretch(a, _settled(self, a, b, self.warm_up_s), b) for a, b in self._gapless_ranges)
 
     @cached_property
-    def lacks_warm_up(self) -> bool:
-        """True where the warm-up of its stretches would take more than a half of it, or of its first third."""
-        ranges = np.array(gapless_ranges(self, 0, len(self)), dtype=np.int64).reshape(-1, 2)
-        ends = np.array([_settled(self, a, b) for a, b in ranges.tolist()], dtype=np.int64)
+    def warm_up_s(self) -> float:
+        """Duration [s] at the start of each stretch in which nothing is judged: as long as an input is remembered.
+
+        It is halved until it takes no more than a third of the log's samples, and of those in the log's first third.
+        """
+        warm_up = INPUT_MEMORY_S
+        while warm_up > self.dt and self._lost_share(warm_up) > MAX_WARM_UP_SHARE:
+            warm_up *= 0.5
+        return warm_up if warm_up > self.dt else 0.0
+
+    def _lost_share(self, warm_up: float) -> float:
+        """Share of the usable samples that a warm-up [s] takes, of all or of those in the first third."""
+        ranges = np.array(self._gapless_ranges, dtype=np.int64).reshape(-1, 2)
+        ends = np.array([_settled(self, a, b, warm_up) for a, b in ranges.tolist()], dtype=np.int64)
+        shares = [0.0]
         for until in (len(self) // 3, len(self)):
             begin, settled, end = (np.minimum(x, until) for x in (ranges[:, 0], ends, ranges[:, 1]))
-            if (settled - begin).sum() > MAX_WARM_UP_SHARE * (end - begin).sum():
-                return True
-        return False
+            shares.append(float((settled - begin).sum() / max((end - begin).sum(), 1)))
+        return max(shares)
+
+    @cached_property
+    def _gapless_ranges(self) -> list[tuple[int, int]]:
+        return gapless_ranges(self, 0, len(self))
 
     def excerpt(self) -> Log:
         """Equally long pieces spread over a long log, a missing sample between them; a short log as it is."""
@@ -118,14 +130,16 @@ class Log:
         return replace(self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference)
 
     def part(self, first: int, last: int) -> Log:
-        """Samples first to last - 1, with t still counted from the start of the whole log."""
+        """Samples first to last - 1, with t still counted from the start of the whole log, and the commands before."""
         cut = slice(first, last)
+        before = slice(int(np.searchsorted(self.t[:first], self.t[min(first, len(self) - 1)] - INPUT_MEMORY_S)), first)
         return replace(
             self,
             t=self.t[cut],
             voltage=self.voltage[cut],
             measured=self.measured[cut],
             reference=None if self.reference is None else self.reference[cut],
+            earlier=(self.t[before], self.voltage[before]) if first else self.earlier,
         )
 
 
@@ -168,9 +182,9 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
     return np.array(bounds, dtype=np.int64).reshape(-1, 2)
 
 
-def _settled(log: Log, begin: int, end: int) -> int:
-    """First sample of a range at which nothing remembers what was commanded before the range; its end if none is."""
-    after = log.t[begin] + INPUT_MEMORY_S - 0.5 * log.dt  # the sample nearest to it
+def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
+    """First sample of a range after a warm-up [s]; the range's end if there is none."""
+    after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
     return begin + int(np.searchsorted(log.t[begin:end], after))
 
 
