@@ -214,7 +214,7 @@ class Effect:
 
     @property
     def input_memory(self) -> float:
-        """Time [s] for which a command is remembered, at the largest value from which a fit starts; 0 without memory."""
+        """Time [s] for which a command is remembered, at the largest value that a fit starts from; 0 without memory."""
         if not isinstance(self.enters, InputDelay | InputLag):
             return 0.0
         constants = LAG_MEMORY_TIME_CONSTANTS if isinstance(self.enters, InputLag) else 1.0

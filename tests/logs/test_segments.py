@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from derive.effects import EFFECT_LIBRARY, INPUT_MEMORY_S
 from tests.support import CHANNELS
 from wheelpend.errors import Failure
 from wheelpend.logs.log import Log, segment_bounds
@@ -89,6 +90,12 @@ def test_what_was_commanded_before_the_first_sample_or_in_a_gap_has_no_weight():
     judged = {int(k) for first, last in bounds for k in range(first, last)}
     unknown = {*range(50), *range(1000, 1050), *range(1500, 1551)}
     assert not judged & unknown and judged == set(range(2000)) - unknown
+
+
+def test_the_warm_up_lasts_until_the_slowest_winding_has_forgotten_the_last_command():
+    slowest = EFFECT_LIBRARY["winding_inductance"].parameters[0].grid[-1]
+    assert EFFECT_LIBRARY["actuator_delay"].parameters[0].grid[-1] < INPUT_MEMORY_S
+    assert 20.0 * np.exp(-INPUT_MEMORY_S / slowest) == pytest.approx(1e-3, rel=0.1)  # V, of 20 V
 
 
 def test_a_range_that_begins_in_the_middle_of_a_log_needs_no_warm_up():

@@ -81,8 +81,8 @@ def _warnings_of(log: Log) -> list[str]:
     """Warnings about a log, which its estimates inherit."""
     found = [f"{log.name}: {w}" for w in log.warnings]
     if log.warm_up_s < INPUT_MEMORY_S:
-        found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator may "
-                     f"remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave out more than "
+        found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator "
+                     f"may remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave out more than "
                      f"{log.warm_up_s:.2g} s after each: believe no delay or lag that lasts longer, and record "
                      f"{SHORTEST_FULL_LOG_S:g} s without a gap.")  # fmt: skip
     return found

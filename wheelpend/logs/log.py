@@ -70,7 +70,9 @@ class Log:
             return self.voltage
         places = np.where(missing, len(self), np.arange(len(self)).reshape(-1, *[1] * (self.voltage.ndim - 1)))
         following = np.minimum.accumulate(places[::-1], axis=0)[::-1]
-        padded = np.concatenate([self.voltage, np.zeros_like(self.voltage[:1])])  # after the last known one nothing acts
+        padded = np.concatenate(
+            [self.voltage, np.zeros_like(self.voltage[:1])]
+        )  # after the last known one nothing acts
         return np.take_along_axis(padded, following, axis=0)
 
     @cached_property

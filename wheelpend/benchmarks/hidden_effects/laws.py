@@ -110,7 +110,7 @@ class Drive:
         return float(driven + (before - driven) * (1 - fade) * lag / self.step)
 
     def driven(self, t: float, commands: np.ndarray) -> float:
-        """Driver output [V]: the mean over a step inside which a delayed command may change; before the first, 0 V came."""
+        """Driver output [V]: the mean over a step inside which a delayed command may change, from 0 V at first."""
         begin = t - self.hide.get("actuator_delay.delay", 0.0)
         first = int(np.floor(begin / SAMPLE_INTERVAL_S + 1e-6))
         last = int(np.floor((begin + self.step) / SAMPLE_INTERVAL_S - 1e-6))
