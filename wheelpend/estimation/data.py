@@ -19,6 +19,7 @@ from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, c
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
+from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
@@ -30,8 +31,9 @@ INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motio
 
 
 def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
-    """Logs, loaded with the columns and units of the model's [columns]; a Log is taken as it is."""
-    return tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
+    """Logs, loaded with the columns and units of the model's [columns], without outliers; a Log needs no loading."""
+    loaded = (p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
+    return tuple(without_outliers(log, outliers_of(log, model.table)) for log in loaded)
 
 
 def noise_of(log: Log, model: Model) -> Noise:
@@ -68,7 +70,8 @@ def prepare(
     held_out = zip(validation_logs, noise[len(loaded) :], strict=True)
     given = [_validation_data_of_log(log, own, horizon, words) for log, own in held_out]
     split = replace(split, validation=(*split.validation, *given))
-    warnings = tuple(w for log in (*loaded, *validation_logs) for w in _warnings_of(log))
+    read = zip((*loaded, *validation_logs), noise, strict=True)
+    warnings = tuple(w for log, own in read for w in (*_warnings_of(log), *(f"{log.name}: {r}" for r in own.remarks)))
     problem = EstimationProblem(
         model, module, split, noise, horizon, INITIAL_MAX_STEP_S, warnings, without=tuple(without)
     )  # fmt: skip

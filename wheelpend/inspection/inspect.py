@@ -20,6 +20,7 @@ from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable
 from wheelpend.logs.guess import guess_column_maps
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
+from wheelpend.logs.outliers import Outliers, outlier_sentences, outliers_of, without_outliers
 from wheelpend.logs.read import load_log
 from wheelpend.model.record import Model
 
@@ -78,7 +79,9 @@ def inspect_log(
     interval = np.diff(log.t)
     gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
     corrections = LogCorrections(columns or {}, table, guessed)
-    findings = [*find_gaps(log), *standstill_findings(log, constant_signal_times(log, noise, table), table)]
+    outliers = outliers_of(log, table)
+    raw, log = log, without_outliers(log, outliers)
+    findings = [*find_gaps(log), *outlier_findings(outliers), *standstill_findings(log, constant_signal_times(log, noise, table), table)]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module)
     return Inspection(
@@ -87,7 +90,7 @@ def inspect_log(
         rate_hz=1.0 / log.dt,
         jitter=float(np.std(interval[interval <= GAP_INTERVAL_RATIO * log.dt]) / log.dt),
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
-        channels=channel_statistics(log, noise, table),
+        channels=channel_statistics(raw, noise, table),
         findings=tuple(findings),
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table),
@@ -152,6 +155,22 @@ def sensors_section_text(log: Log, noise: Noise, table: ColumnTable) -> str:
         if found:
             lines += [""] * bool(lines) + [f"[sensors.{title}]", *(f"{c} = {v:.4g}" for c, v in found.items())]
     return "".join(f"{line}\n" for line in lines)
+
+
+def outlier_findings(found: Outliers) -> list[Finding]:
+    """A finding on each channel with readings that no motion explains: spikes, and jumps that stay."""
+    cures = {
+        "spikes": "Nothing to do: they count as missing. Look for a loose cable or interference if they are many.",
+        "jump": "Nothing to do: no segment reaches across. Check the encoder: it lost counts, or slipped on its shaft.",
+    }
+    rows = []
+    for kind, own in (("spikes", found.spikes), ("jump", found.jumps)):
+        for channel in dict.fromkeys(o.channel for o in own):
+            mine = tuple(o for o in own if o.channel == channel)
+            alone = Outliers(mine, ()) if kind == "spikes" else Outliers((), mine)
+            size = max((o.size for o in mine), key=abs)
+            rows.append(Finding(kind, channel, outlier_sentences(alone)[0], cures[kind], size))
+    return rows
 
 
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:

@@ -52,6 +52,7 @@ class Log:
     range_channel: str = default_plant.RANGE_CHANNEL  # channel that must stay within ±π/2, where the log has it
     rates: Mapping[str, str] = field(default_factory=lambda: default_plant.RATES)  # channels that are rates of others
     earlier: tuple[np.ndarray, np.ndarray] | None = None  # times and commands before the first sample, where known
+    breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -129,7 +130,9 @@ class Log:
         measured = self.measured[places]
         measured[::length] = np.nan
         reference = None if self.reference is None else self.reference[places]
-        return replace(self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference)
+        return replace(
+            self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference, breaks=()
+        )
 
     def part(self, first: int, last: int) -> Log:
         """Samples first to last - 1, with t still counted from the start of the whole log, and the commands before."""
@@ -142,6 +145,7 @@ class Log:
             measured=self.measured[cut],
             reference=None if self.reference is None else self.reference[cut],
             earlier=(self.t[before], self.voltage[before]) if first else self.earlier,
+            breaks=tuple(k - first for k in self.breaks if first < k < last),
         )
 
 
@@ -156,9 +160,9 @@ def segment_bounds(log: Log, horizon_s: float, start: int = 0, stop: int | None 
     """Cut a log into consecutive segments that can be judged: (n, 2) int, half-open sample ranges.
 
     A segment is ``horizon_s`` seconds long but has at least 5 samples; the next one begins at the sample after its
-    last. None contains a gap, a sample without input, one beyond the plant's range of ±π/2, or one of the warm-up of
-    the log or after a gap. What is left over at the end of a stretch becomes a segment of its own, unless it is shorter
-    than 5 samples or a fifth of the horizon.
+    last. None contains a gap, a jump of a sensor, a sample without input, one beyond the plant's range of ±π/2, or one
+    of the warm-up of the log or after a gap. What is left over at the end of a stretch becomes a segment of its own,
+    unless it is shorter than 5 samples or a fifth of the horizon.
     """
     last = len(log) if stop is None else stop
     ranges = [(max(s.settled, start), min(s.end, last)) for s in log.stretches]
@@ -185,7 +189,12 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
 
 
 def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
-    """First sample of a range after a warm-up [s]; the range's end if there is none."""
+    """First sample of a range after a warm-up [s]; the range's end if there is none.
+
+    Where only a sensor jumped, the commands before are known, and no warm-up is needed.
+    """
+    if begin in log.breaks:
+        return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
     return begin + int(np.searchsorted(log.t[begin:end], after))
 
@@ -197,6 +206,7 @@ def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
         return []
     usable = np.concatenate([_is_usable(log, a, b) for a, b in chunks])
     near = np.concatenate([np.diff(log.t[a : b + 1]) <= GAP_INTERVAL_RATIO * log.dt for a, b in chunks])
+    near[[k - 1 - start for k in log.breaks if start < k < stop]] = False
     joined = usable[1:] & usable[:-1] & near[: len(usable) - 1]
     begins = np.flatnonzero(usable & ~np.concatenate(([False], joined)))
     ends = np.flatnonzero(usable & ~np.concatenate((joined, [False]))) + 1

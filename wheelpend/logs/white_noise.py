@@ -1,0 +1,130 @@
+"""Standard deviation of the white part of measured channels: what neither smoothness nor the past accounts for.
+
+Motion can only add to what differences leave, and to what a prediction from the past misses. So every estimate is an
+upper limit, and the least one holds, each by as much higher as it is uncertain by chance.
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+
+DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
+VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
+BURST_SIGMAS = 5.0  # standard deviations of a window's variance above the median one from which it is a burst
+MAX_PREDICTORS = 160  # past samples, of all signals together, that predict the next; the noise in n adds 1/n or so
+INPUT_GAIN_LAGS = 3  # samples of the input whose effect may depend on where the machine is
+POSITION_AVERAGE_LAGS = 10  # samples that say where the machine is
+MIN_ROWS_PER_COEFFICIENT = 5  # predicted samples for each coefficient of a prediction
+MAX_PREDICTED_SAMPLES = 4_000  # samples, which give a standard deviation to 1.1 %
+RANK_TOLERANCE = 1e-10  # relative singular value below which a direction of the regressors says nothing
+
+
+def white_sigma(signal: np.ndarray, predicted: tuple[float, float] = (np.inf, 0.0)) -> float:
+    """Standard deviation of the white part of a signal (N,): the least upper limit, ``predicted`` among them.
+
+    ``predicted`` is σ by prediction, and its relative standard error.
+    """
+    estimates = [*difference_estimates(signal), predicted]
+    usable = [(value * (1.0 + error), value) for value, error in estimates if np.isfinite(value)]
+    return min(usable)[1] if usable else float(np.nanstd(signal))
+
+
+def difference_noise(signal: np.ndarray) -> float:
+    """Standard deviation of the white part of a signal (N,), from its differences alone."""
+    return white_sigma(signal)
+
+
+def difference_estimates(signal: np.ndarray) -> list[tuple[float, float]]:
+    """σ and its relative standard error from the differences of each order of a signal (N,), without bursts."""
+    found = []
+    for order in DIFFERENCE_ORDERS:
+        squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
+        squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
+        if squares.size <= 10:
+            break
+        inflation = _correlation_of_squares(order)
+        found.append((mean_without_bursts(squares, inflation) ** 0.5, (inflation / (2.0 * squares.size)) ** 0.5))
+    return found
+
+
+def _correlation_of_squares(order: int) -> float:
+    """Sum over all lags of the squared autocorrelation of white noise's differences: so much less do they average."""
+    middle = comb(2 * order, order)
+    return sum((comb(2 * order, order + lag) / middle) ** 2 for lag in range(-order, order + 1))
+
+
+def mean_without_bursts(squares: np.ndarray, inflation: float = 1.0) -> float:
+    """Mean of squares (N,) over short windows, those with bursts left out, so that the noise need not be Gaussian."""
+    width = min(VARIANCE_WINDOW_SAMPLES, squares.size)
+    means = squares[: squares.size // width * width].reshape(-1, width).mean(axis=1)
+    limit = 1.0 + BURST_SIGMAS * (2.0 * inflation / width) ** 0.5
+    return float(means[means <= limit * np.median(means)].mean())
+
+
+def predicted_noise(log: Log) -> list[tuple[float, float]]:
+    """For each channel σ of what its past and that of all signals do not predict, and its relative standard error.
+
+    The input is among these signals: a controller that answers to the noise shakes the machine from sample to sample,
+    and differences take that for noise. Only samples before the predicted one are used, or the controller's own law
+    would predict it. Infinite where the log is too short.
+    """
+    signals = [_held(s) for s in (*log.measured.T, *log.inputs) if np.isfinite(s).any() and np.ptp(s[np.isfinite(s)])]
+    predictors = min(MAX_PREDICTORS, len(log) // MIN_ROWS_PER_COEFFICIENT)
+    lags = predictors // max(len(signals), 1)
+    rows = _predictable_samples(log, lags)
+    if lags < INPUT_GAIN_LAGS or not rows.size:
+        return [(np.inf, 0.0)] * len(log.channels)
+    regressors = _regressors(signals, [_held(u) for u in log.inputs if np.isfinite(u).any()], rows, lags)
+    return _prediction_errors(regressors, log.measured[rows])
+
+
+def _held(signal: np.ndarray) -> np.ndarray:
+    """A signal (N,) with its last known value where one is missing, over its standard deviation."""
+    known = np.where(np.isfinite(signal), np.arange(signal.size), -1)
+    last = np.maximum.accumulate(known)
+    held = signal[np.where(last < 0, int(np.argmax(known >= 0)), last)]
+    return (held - held.mean()) / max(float(held.std()), 1e-300)
+
+
+def _predictable_samples(log: Log, lags: int) -> np.ndarray:
+    """Complete samples with so many before them without a gap, at most MAX_PREDICTED_SAMPLES, spread over the log."""
+    gap = np.concatenate([[True], np.diff(log.t) > GAP_INTERVAL_RATIO * log.dt])
+    begin = np.maximum.accumulate(np.where(gap, np.arange(len(log)), 0))
+    rows = np.flatnonzero((np.arange(len(log)) - begin >= lags) & np.isfinite(log.measured).all(axis=1))
+    return rows[:: max(1, -(-rows.size // MAX_PREDICTED_SAMPLES))]
+
+
+def _regressors(signals: list[np.ndarray], inputs: list[np.ndarray], rows: np.ndarray, lags: int) -> np.ndarray:
+    """What predicts the samples: the past of every signal, and how where the machine is changes the input's effect."""
+
+    def past(signal: np.ndarray, count: int) -> np.ndarray:
+        return np.asarray(signal[rows[:, None] - np.arange(1, count + 1)])
+
+    columns = [np.ones((rows.size, 1))]
+    for signal in signals:
+        columns.append(past(signal, lags))
+        place = columns[-1][:, :POSITION_AVERAGE_LAGS].mean(axis=1, keepdims=True)
+        columns += [place**2, place**3]
+        columns += [past(u, INPUT_GAIN_LAGS) * place**power for u in inputs for power in (1, 2)]
+    return np.concatenate(columns, axis=1)
+
+
+def _prediction_errors(regressors: np.ndarray, targets: np.ndarray) -> list[tuple[float, float]]:
+    """Standard deviation of each column of targets (n, channels) that regressors (n, p) leave, and its error.
+
+    Made triangular first, with the targets beside them: that costs a tenth of singular values of all rows.
+    """
+    count, width = regressors.shape
+    if count < 2 * width:
+        return [(np.inf, 0.0)] * targets.shape[1]
+    centred = targets - targets.mean(axis=0)
+    triangular = np.linalg.qr(np.hstack([regressors, centred]), mode="r")[:width]
+    coefficients, _, rank, _ = np.linalg.lstsq(triangular[:, :width], triangular[:, width:], RANK_TOLERANCE)
+    rest = centred - regressors @ coefficients
+    freedom = count - int(rank)
+    variances = [mean_without_bursts(r**2) * count / freedom for r in rest.T]
+    return [(float(np.sqrt(v)), float(np.sqrt(0.5 / freedom))) for v in variances]
