@@ -24,6 +24,7 @@ from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values, per_log_names
+from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import prediction_error, sum_of_squares
 from wheelpend.estimation.problem import EstimationProblem
@@ -123,7 +124,7 @@ def compare(
         closed_loop=replay_closed_loop(problem, log_segments[0], log_values[0]),
         where=concentrations(compared.own_problem, missing) if missing else (),
         fitted_first=fitted_first,
-        warnings=problem.warnings,
+        warnings=(*problem.warnings, *overstated_noise(problem, error, log_segments, residuals)),
         missing=missing,
         problem=problem,
         per_log=per_log_table(model, log_segments, log_values),

@@ -138,7 +138,7 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
         horizon_s=problem.horizon,
         parameters=parameter_table(problem, last.fit),
         experiment=first.experiment or last.experiment,
-        warnings=problem.warnings,
+        warnings=last.warnings,
         repeats=last.repeats,
         law=last.law,
         model=fitted_model(problem, last.fit),

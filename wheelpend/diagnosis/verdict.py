@@ -24,6 +24,7 @@ from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
+from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.validation import fit_percent
 
@@ -127,6 +128,7 @@ def conclude(
     named = [_with_equivalents(problem, c, supported, full_score_test) for c in supported]
     verdict = verdict_on(problem, named, base.error)
     failing = base.error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
+    judged = [v.part for v in problem.data.validation] or problem.data.estimation
     return Diagnosis(
         verdict=verdict,
         horizon_s=problem.horizon,
@@ -138,7 +140,7 @@ def conclude(
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
         where=concentrations(problem, missing) if missing and failing else (),
         not_judged=not_testable(problem),
-        warnings=problem.warnings,
+        warnings=(*problem.warnings, *overstated_noise(problem, base.error, judged, base.residuals)),
         fit=base.fit,
         problem=problem,
         missing=missing,

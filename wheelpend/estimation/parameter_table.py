@@ -36,8 +36,12 @@ def _values_of_logs(problem: EstimationProblem, fitted: Fit, name: str) -> tuple
 
 
 def standard_error(problem: EstimationProblem, fitted: Fit, name: str, log: int = 0) -> float:
-    """Standard error from the information where the residual is white and at noise level, else the conservative one."""
-    ideal = fitted.error < MAX_WHITE_NOISE_ERROR_RATIO * problem.floor and not fitted.coloured
+    """Standard error from the information where the residual is white and at noise level, else the conservative one.
+
+    The error of an encoder that repeats its counts is a function of the motion: never white, whatever it looks like.
+    """
+    white = not fitted.coloured and not any(n.repeats for n in problem.noise[: len(problem.logs)])
+    ideal = white and fitted.error < MAX_WHITE_NOISE_ERROR_RATIO * problem.floor
     return fitted.sigma(name, log=log) if ideal else conservative_standard_error(fitted, name, log)
 
 

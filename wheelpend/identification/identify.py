@@ -15,6 +15,7 @@ from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values
 from wheelpend.estimation.linear_fit import LinearFit
+from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.identification.bias_test import BiasTest
@@ -136,7 +137,8 @@ def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...],
     unidentifiable = {n for n, e in table.items() if not e.identifiable}
     return Identification(
         "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor,
-        (*problem.warnings, *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
+        (*problem.warnings, *overstated_noise(problem, fitted.error, problem.data.estimation),
+         *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
     )  # fmt: skip
 
 

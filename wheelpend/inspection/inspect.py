@@ -75,13 +75,18 @@ def inspect_log(
     units and clocks from a log that moves too little. ``module`` are the kernels of the bare plant, for what only the
     equations of motion show.
     """
-    noise = noise or sensor_noise(log, {}, {})
     interval = np.diff(log.t)
     gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
     corrections = LogCorrections(columns or {}, table, guessed)
     outliers = outliers_of(log, table)
     raw, log = log, without_outliers(log, outliers)
-    findings = [*find_gaps(log), *outlier_findings(outliers), *standstill_findings(log, constant_signal_times(log, noise, table), table)]
+    noise = noise or sensor_noise(log, {}, {})
+    findings = [
+        *find_gaps(log),
+        *outlier_findings(outliers),
+        *filter_findings(noise),
+        *standstill_findings(log, constant_signal_times(log, noise, table), table),
+    ]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module)
     return Inspection(
@@ -103,7 +108,7 @@ def inspect_for_model(model: Model, log: Log, guessed: Mapping[str, ColumnMap] |
     return inspect_log(
         log,
         relative=model.assumptions.get("encoder") == "relative",
-        noise=noise_of(log, model),
+        noise=noise_of(without_outliers(log, outliers_of(log, model.table)), model),
         columns={**model.columns, **(guessed or {})},
         guessed=tuple(guessed or ()),
         table=model.table,
@@ -171,6 +176,11 @@ def outlier_findings(found: Outliers) -> list[Finding]:
             size = max((o.size for o in mine), key=abs)
             rows.append(Finding(kind, channel, outlier_sentences(alone)[0], cures[kind], size))
     return rows
+
+
+def filter_findings(noise: Noise) -> list[Finding]:
+    """A finding on each channel that was filtered, fused or computed before it was logged."""
+    return [Finding("filtered", remark.split()[0], remark, "", None) for remark in noise.remarks]
 
 
 def standstill_findings(log: Log, still: Mapping[str, list[tuple[float, float]]], table: ColumnTable) -> list[Finding]:

@@ -5,6 +5,7 @@ No model enters the estimate, so that residuals are weighted alike before and af
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,12 +14,12 @@ from wheelpend.logs.coloured_noise import coloured_noise, filter_remark
 from wheelpend.logs.log import Log
 from wheelpend.logs.white_noise import predicted_noise, white_sigma
 
-
 UNPREDICTED = (np.inf, 0.0)  # σ by prediction, and its relative error, where nothing was predicted
 # Scatter of a quantised channel over that of rounding, from which noise is added to it. Motion between two samples
 # passes for scatter where a channel moves many steps, so that a stated step is believed for longer.
 MIN_SCATTER_RATIO, MIN_SCATTER_RATIO_STATED = 1.5, 3.0
 
+MIN_REPEATED_SHARE = 0.5  # share of repeated readings from which their rounding errors are not independent
 MAX_COUNTS = 1e6  # steps that a quantised channel covers at most: 20 bits
 
 
@@ -29,6 +30,7 @@ class Noise(NamedTuple):
     quantum: np.ndarray  # (channels,) step of a quantised channel, 0 where none is seen
     floor: float  # expected error of the true model, 1.0 unless a quantised channel stands still
     remarks: tuple[str, ...] = ()  # sentences on channels whose σ rests on an assumption
+    repeats: bool = False  # True where a quantised channel without other noise repeats most of its readings
 
     @property
     def sigma_before_rounding(self) -> np.ndarray:
@@ -55,7 +57,11 @@ def sensor_noise(log: Log, given: dict[str, float | None], quanta: dict[str, flo
     sigma, quantum, error_ratios = zip(*rows, strict=True)
     estimated = [(c, s) for c, s, q in zip(log.channels, sigma, quantum, strict=True) if not (given.get(c) or q)]
     remarks = tuple(remark for c, s in estimated if (remark := filter_remark(log, c, s)))
-    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(error_ratios))), remarks)
+    held = [
+        q > 0.0 and s < 1.01 * rounding_sigma(q) and repeated_share(values) > MIN_REPEATED_SHARE
+        for s, q, values in zip(sigma, quantum, log.measured.T, strict=True)
+    ]
+    return Noise(np.array(sigma), np.array(quantum), float(np.sqrt(np.mean(error_ratios))), remarks, any(held))
 
 
 def channel_noise(
@@ -70,7 +76,7 @@ def channel_noise(
     ``predicted`` is σ by prediction from the past and its relative standard error.
     """
     signal = log.measured[:, log.channels.index(channel)]
-    step = quantum_of(signal, stated_step)
+    step = quantum_of(_longest_stretch(signal, log.breaks), stated_step)
     if stated_sigma:
         return stated_sigma, step, 1.0
     rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted)
@@ -91,6 +97,13 @@ def quantum_of(signal: np.ndarray, stated: float | None) -> float:
     return found if found > 1.5 * stated else stated
 
 
+def _longest_stretch(signal: np.ndarray, breaks: Sequence[int]) -> np.ndarray:
+    """The longest part of a signal (N,) without a jump: behind one, the grid of its steps may be another."""
+    edges = [0, *breaks, len(signal)]
+    longest = int(np.argmax(np.diff(edges)))
+    return signal[edges[longest] : edges[longest + 1]]
+
+
 def find_quantum(signal: np.ndarray) -> float:
     """Step of the grid on which all values of a signal lie [its unit]; 0 of a signal that is not quantised."""
     values = np.unique(signal[np.isfinite(signal)])
@@ -109,6 +122,12 @@ def is_quantised(signal: np.ndarray, step: float) -> bool:
     """True of a signal that moves in whole steps, as a quantised one does unless noise was added afterwards."""
     counts = (signal[np.isfinite(signal)] - signal[np.isfinite(signal)][0]) / step
     return bool(np.mean(np.abs(counts - np.round(counts)) < 0.1) > 0.95)
+
+
+def repeated_share(signal: np.ndarray) -> float:
+    """Share of readings of a signal (N,) that repeat the one before: within this step still, and nothing new."""
+    known = signal[np.isfinite(signal)]
+    return float(np.mean(np.diff(known) == 0.0)) if known.size > 1 else 0.0
 
 
 def rounding_sigma(step: float) -> float:

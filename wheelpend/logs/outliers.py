@@ -92,8 +92,8 @@ def outlier_sentences(found: Outliers) -> list[str]:
     for channel in dict.fromkeys(o.channel for o in found.jumps):
         own = [o for o in found.jumps if o.channel == channel]
         sentences.append(
-            f"{channel} jumps {_counted(own, 'time')} and stays there, {_when_and_size(own)}: no motion does that; lost "
-            "counts do. The log is split there."
+            f"{channel} jumps {_counted(own, 'time')} and stays there, {_when_and_size(own)}: no motion does that, "
+            "lost counts do. The log is split there."
         )
     return sentences
 

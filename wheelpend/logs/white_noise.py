@@ -1,7 +1,7 @@
 """Standard deviation of the white part of measured channels: what neither smoothness nor the past accounts for.
 
 Motion can only add to what differences leave, and to what a prediction from the past misses. So every estimate is an
-upper limit, and the least one holds, each by as much higher as it is uncertain by chance.
+upper limit, and the least one holds, up to its standard error.
 """
 
 from __future__ import annotations
@@ -24,13 +24,15 @@ RANK_TOLERANCE = 1e-10  # relative singular value below which a direction of the
 
 
 def white_sigma(signal: np.ndarray, predicted: tuple[float, float] = (np.inf, 0.0)) -> float:
-    """Standard deviation of the white part of a signal (N,): the least upper limit, ``predicted`` among them.
+    """Standard deviation of the white part of a signal (N,): the surest estimate that the least one does not exclude.
 
-    ``predicted`` is σ by prediction, and its relative standard error.
+    ``predicted`` is σ by prediction, and its relative standard error. The least of all would be low by chance.
     """
-    estimates = [*difference_estimates(signal), predicted]
-    usable = [(value * (1.0 + error), value) for value, error in estimates if np.isfinite(value)]
-    return min(usable)[1] if usable else float(np.nanstd(signal))
+    estimates = [(v, e) for v, e in (*difference_estimates(signal), predicted) if np.isfinite(v)]
+    if not estimates:
+        return float(np.nanstd(signal))
+    limit = min(value * (1.0 + error) for value, error in estimates)
+    return min((error, value) for value, error in estimates if value <= limit)[1]
 
 
 def difference_noise(signal: np.ndarray) -> float:
