@@ -16,7 +16,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.step_size import linearised_motion
 from wheelpend.experiments.recommendation import sensor_options, usual_limits
 from wheelpend.kernels.load import model_module
-from wheelpend.logs.noise import angle_rate_inconsistency
+from wheelpend.logs.coloured_noise import angle_rate_inconsistency
 from wheelpend.model.units import plant_units_of
 from wheelpend.model.user_effects import effects_from_text
 

@@ -31,4 +31,5 @@ values make the measurements likeliest, and how well do they predict what the fi
     ripple_search           the period of a ripple, from the residual of the filtered equations
     continuation            fits from short segments to full ones
     prediction, validation  errors on segments, with only their initial states fitted
+    noise_alarm             the warning of an error well below the noise floor
 """

@@ -13,9 +13,10 @@ class Finding(NamedTuple):
     """A fault of a log that should be cured before a model is fitted to it.
 
     ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
-    wrapped_angle, gap, spikes, jump, filtered or stand_still. ``size`` is the time of a time_shift (positive for a late sensor and for an input
-    that acts late), of the longest gap and of all stand_still together [s]; the factor of wrong_unit; the turn of
-    wrapped_angle; by how much the largest of spikes is off, or the sensor jumps [unit of the channel].
+    wrapped_angle, gap, spikes, jump, filtered or stand_still. ``size`` is the time of a time_shift (positive for a late
+    sensor and for an input that acts late), of the longest gap and of all stand_still together [s]; the factor of
+    wrong_unit; the turn of wrapped_angle; by how much the largest of spikes is off, or the sensor jumps [unit of the
+    channel].
     """
 
     kind: str

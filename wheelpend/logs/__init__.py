@@ -12,6 +12,9 @@ the noise of its channels. Question: what was measured, when, and how well?
 - shipped: the logs that come with the package
 - unwrap: wrapped angles and reset counters, made continuous
 - noise: standard deviation and quantisation of every channel
+- white_noise: from differences and predictions, whichever leaves less
+- coloured_noise: of channels that were filtered or fused before they were logged
+- outliers: spikes, which become missing values, and jumps, which split a log
 - tables: files as named columns of numbers, by what is in them
 - csv_text: encoding, separator, comments, names and units of a text table
 - polars_files: CSV and Parquet files through Polars

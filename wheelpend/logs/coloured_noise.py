@@ -24,14 +24,14 @@ def filter_remark(log: Log, channel: str, sigma: float) -> str:
     signal = log.measured[:, log.channels.index(channel)]
     scatter = difference_noise(signal)
     cure = f"If you know its error, state it in model.toml: [sensors.noise] {channel} = ..."
-    if sigma > MIN_FILTERED_RATIO * scatter and coloured_noise(log, channel):
-        partner = rate_partner(log, channel)
-        source = f"from how far it contradicts {partner} within half a second" if partner else "as if behind a filter"
+    partner = rate_partner(log, channel)
+    if partner and sigma > MIN_FILTERED_RATIO * scatter and coloured_noise(log, channel):
         return (
             f"{channel} was filtered or fused before it was logged: from sample to sample it scatters by {scatter:.2g} "
-            f"only. σ = {sigma:.2g} is assumed, {source}. {cure}"
+            f"only. σ = {sigma:.2g} is assumed, from how far it contradicts {partner} within half a second. {cure}"
         )
-    if 0.0 < scatter < MIN_RESOLUTION * float(np.nanstd(signal)):
+    bounded = channel == log.range_channel or channel in log.rates  # a wheel may turn as far as it likes
+    if bounded and 0.0 < scatter < MIN_RESOLUTION * float(np.nanstd(signal)):
         return (
             f"{channel} scatters by {scatter:.2g} only, less than a millionth of its motion: it was filtered, computed "
             f"from other sensors, or has no noise. σ = {sigma:.2g} is taken, and may be far too small. {cure}"

@@ -20,7 +20,8 @@ UNPREDICTED = (np.inf, 0.0)  # σ by prediction, and its relative error, where n
 MIN_SCATTER_RATIO, MIN_SCATTER_RATIO_STATED = 1.5, 3.0
 
 MIN_REPEATED_SHARE = 0.5  # share of repeated readings from which their rounding errors are not independent
-MAX_COUNTS = 1e6  # steps that a quantised channel covers at most: 20 bits
+MAX_COUNTS = 1e7  # steps that a quantised channel covers at most
+DIGITS = 2.4e-7  # of a value: twice the last digit of single precision, in which logs are often kept
 
 
 class Noise(NamedTuple):
@@ -111,7 +112,7 @@ def find_quantum(signal: np.ndarray) -> float:
         return 0.0
     steps = np.diff(values)
     span = float(values[-1] - values[0])
-    steps = steps[steps > span / MAX_COUNTS]  # what is smaller is the rounding of numbers with few digits
+    steps = steps[steps > max(DIGITS * float(np.abs(values).max()), 1e-9 * span)]
     if not steps.size:
         return 0.0
     step = float(np.median(steps[steps < 1.5 * steps.min()]))

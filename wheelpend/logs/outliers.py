@@ -16,6 +16,7 @@ import numpy as np
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import find_quantum
+from wheelpend.logs.unwrap import TURN_RAD
 
 SIDE_SAMPLES = 3  # readings on each side with which one is compared
 MAX_SPIKE_SAMPLES = 2  # samples that a spike of a position lasts at most; a rate's, which a blow can make, one
@@ -28,6 +29,8 @@ ROBUST_ORDERS = range(1, 5)  # orders of the differences whose median size gives
 SMALLEST_SHARE = 1e-6  # of a channel's range: smaller deviations are its digits
 MAX_SPIKE_SHARE = 0.02  # share of readings above which they are no spikes but how the channel is
 MAX_JUMPS = 20  # jumps above which they are how the channel moves
+
+TURN_MARGIN = 0.05 * TURN_RAD  # rad by which a jump may differ from a turn: such an angle was wrapped
 
 
 class Outlier(NamedTuple):
@@ -49,7 +52,9 @@ class Outliers(NamedTuple):
 def outliers_of(log: Log, table: ColumnTable) -> Outliers:
     """Outliers of a log of a plant with these columns."""
     positions = [c for c in log.channels if table.units.get(c) in ("rad", "m")]
-    return find_outliers(log, [find_quantum(c) for c in log.measured.T], positions)
+    found = find_outliers(log, [find_quantum(c) for c in log.measured.T], positions)
+    wrapped = [j for j in found.jumps if table.units[j.channel] == "rad" and abs(abs(j.size) - TURN_RAD) < TURN_MARGIN]
+    return found._replace(jumps=tuple(j for j in found.jumps if j not in wrapped))
 
 
 def find_outliers(log: Log, quanta: Sequence[float], positions: Sequence[str]) -> Outliers:

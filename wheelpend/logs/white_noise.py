@@ -104,13 +104,13 @@ def _regressors(signals: list[np.ndarray], inputs: list[np.ndarray], rows: np.nd
     """What predicts the samples: the past of every signal, and how where the machine is changes the input's effect."""
 
     def past(signal: np.ndarray, count: int) -> np.ndarray:
-        return np.asarray(signal[rows[:, None] - np.arange(1, count + 1)])
+        return np.asarray(signal[np.subtract.outer(rows, np.arange(1, count + 1))])
 
     columns = [np.ones((rows.size, 1))]
     for signal in signals:
-        columns.append(past(signal, lags))
-        place = columns[-1][:, :POSITION_AVERAGE_LAGS].mean(axis=1, keepdims=True)
-        columns += [place**2, place**3]
+        own = past(signal, lags)
+        place = own[:, :POSITION_AVERAGE_LAGS].mean(axis=1, keepdims=True)
+        columns += [own, place**2, place**3]
         columns += [past(u, INPUT_GAIN_LAGS) * place**power for u in inputs for power in (1, 2)]
     return np.concatenate(columns, axis=1)
 
@@ -124,7 +124,7 @@ def _prediction_errors(regressors: np.ndarray, targets: np.ndarray) -> list[tupl
     if count < 2 * width:
         return [(np.inf, 0.0)] * targets.shape[1]
     centred = targets - targets.mean(axis=0)
-    triangular = np.linalg.qr(np.hstack([regressors, centred]), mode="r")[:width]
+    triangular = np.asarray(np.linalg.qr(np.hstack([regressors, centred]), mode="r"))[:width]
     coefficients, _, rank, _ = np.linalg.lstsq(triangular[:, :width], triangular[:, width:], RANK_TOLERANCE)
     rest = centred - regressors @ coefficients
     freedom = count - int(rank)
