@@ -19,6 +19,7 @@ MIN_SHIFT_SAMPLES = 2.5  # samples, the smallest time shift reported
 JACKKNIFE_BLOCKS = 8  # blocks of a log, of which the jackknife makes a standard error
 MIN_SMOOTHING_SIGMA_S = 0.03  # s, standard deviation of the finest Gaussian; at least 3 samples
 SMOOTHING_FACTORS = (1.0, 2.0, 4.0, 8.0)  # widths against the finest, increased until noise no longer matters
+MIN_WHOLE_VALUES = 5  # different whole numbers from which on a column counts something
 MAX_SWAPPED_MISFIT_SHARE = 0.05  # share of its power that an angle's derivative leaves of a signal that is its rate
 DEGREES_PER_RADIAN = 180 / math.pi
 
@@ -103,6 +104,12 @@ def with_channel(log: Log, name: str, values: np.ndarray) -> Log:
 def channel_values(log: Log, name: str) -> np.ndarray:
     """Measured values (N,) of a channel."""
     return log.measured[:, log.channels.index(name)]
+
+
+def is_whole(values: np.ndarray) -> bool:
+    """True of readings that are all whole numbers, more than a few of them: counts."""
+    known = values[np.isfinite(values)]
+    return bool(known.size and (known == np.round(known)).all() and len(np.unique(known)) > MIN_WHOLE_VALUES)
 
 
 def block_sums(squares: np.ndarray) -> np.ndarray:

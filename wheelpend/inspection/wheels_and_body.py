@@ -6,19 +6,18 @@ The wheel-driven pendulum names this check in its plant file.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
-from derive.plants.wheel_pendulum import INPUT, PLANT_NAME
+from derive.plants.wheel_pendulum import INPUT
 from wheelpend.inspection.clocks import (
     MAX_PHYSICAL_DELAY_S,
     input_shift_finding,
     rate_shift_findings,
     sensor_shift_finding,
 )
+from wheelpend.inspection.encoder import encoder_findings, evaluate_encoder, find_encoder_reading
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import (
     RatePair,
@@ -30,37 +29,19 @@ from wheelpend.inspection.kinematics import (
     rate_matches_angle,
 )
 from wheelpend.inspection.signals import (
-    DEGREES_PER_RADIAN,
     JACKKNIFE_BLOCKS,
     MIN_SHIFT_SAMPLES,
     Signals,
     TimeShift,
+    channel_values,
+    is_whole,
     scan_time_shifts,
     uniform_signals,
 )
-from wheelpend.kernels.load import model_module
+from wheelpend.inspection.voltage import MAX_UNEXPLAINED_SHARE, unexplained_voltage_share
 from wheelpend.logs.log import Log
 
-MAX_UNEXPLAINED_SHARE = 0.3  # share of the voltage's power; with more left nothing is concluded from the equations
-MAX_DAMPING_RATIO_DEVIATION = 0.6  # of X7/X6 from 1, beyond which other readings of theta_w are evaluated
 IMU = RatePair("theta_p", "dtheta_p")
-NONNEGATIVE_COLUMNS = 6  # of VoltageRegression.constrained, the first ones
-
-
-class VoltageRegression(NamedTuple):
-    """The plant's equations with unknown parameters, smoothed: voltage = matrix · parameters."""
-
-    matrix: np.ndarray  # (rows, 10) X1 ... X7, a constant in each row, dry friction
-    constrained: np.ndarray  # (rows, 10) the same space, first for coefficients that a machine has positive, then free
-
-
-class EncoderHypothesis(NamedTuple):
-    """A reading of theta_w, and the fit of the equations to the voltage under it."""
-
-    relative: bool  # measured against the body
-    unit: float  # units in a rad
-    shift: TimeShift  # of the voltage
-    ratio: float  # X7/X6, the drive's damping on the body over that on the wheel: near 1 on a machine
 
 
 def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[Finding]:
@@ -80,63 +61,8 @@ def find_faults(log: Log, relative: bool, corrections: LogCorrections) -> list[F
     conflict = corrections.sign.get("dtheta_p", 1) < 0  # the log's copy has a gyro that agrees with the pitch
     found, signals = find_flipped_signs(signals, conflict, corrections)
     findings += found
-    return findings + find_clocks_and_encoder(signals, relative, corrections)
-
-
-def voltage_regression(signals: Signals, relative: bool) -> VoltageRegression:
-    """The regressor at smoothed signals, with constant forces and dry friction of the drive beside it.
-
-    Columns: X1 ... X7, a constant in each row, dry friction.
-    """
-    module, rows = model_module(PLANT_NAME, {}, ()), signals.rows
-    pitch, ddp = signals.smooth("theta_p")[rows], signals.smooth("dtheta_p", 1)[rows]
-    rate, wheel = signals.smooth("dtheta_p")[rows], signals.smooth("theta_w", 1)[rows]
-    ddw = signals.smooth("theta_w", 2)[rows]
-    if relative:  # the gyro is less noisy than the derivative of the pitch
-        wheel, ddw = wheel + rate, ddw + ddp
-    states = np.column_stack((np.zeros(len(rows)), pitch, wheel, rate))
-    accelerations, parameters = np.column_stack((ddw, ddp)), np.zeros(module.NP)
-    phi = np.concatenate(
-        [module.regressor(0.0, x, a, 0.0, parameters)[1] for x, a in zip(states, accelerations, strict=True)]
-    )
-    slip = np.repeat(wheel - rate, 2)
-    dry = np.tanh(slip / (0.05 * np.std(slip) + 1e-300))  # a sign, softened as much as the smoothing softens it
-    first = np.arange(len(slip)) % 2 == 0
-    return VoltageRegression(np.column_stack((phi, first, ~first, dry)), sign_constrained_columns(phi, first, dry))
-
-
-def sign_constrained_columns(phi: np.ndarray, first: np.ndarray, dry: np.ndarray) -> np.ndarray:
-    """Columns whose coefficients a machine has positive, then the free ones.
-
-    Positive: X1 + X2, X4, X5, dry friction, X7 − X6/2 and 3 X6/2 − X7 (most damping is in the drive, which body and
-    wheel share). Free: X2, X3 and the constants.
-    """
-    x1, x2, x3, x4, x5, x6, x7 = phi.T
-    positive = (x1, x4, x5, dry, x6 + 1.5 * x7, x6 + 0.5 * x7)
-    return np.column_stack((*positive, x2 - x1, x3, first, ~first))
-
-
-def voltage_residual(system: VoltageRegression, signals: Signals) -> Callable[[int], tuple[np.ndarray, float]]:
-    """Residual and total power of the voltage, shifted by some samples, in least squares with positive coefficients."""
-    from scipy.optimize import nnls  # imported late: it is slow to load
-
-    matrix = system.constrained / (np.linalg.norm(system.constrained, axis=0) + 1e-300)
-    q, r = np.linalg.qr(matrix)
-    both = np.column_stack((r, -r[:, NONNEGATIVE_COLUMNS:]))
-    voltage, rows = signals.smooth(INPUT), signals.rows
-
-    def residual(k: int) -> tuple[np.ndarray, float]:
-        target = np.repeat(voltage[rows + k], 2)
-        x = nnls(both, q.T @ target)[0]
-        x[NONNEGATIVE_COLUMNS : matrix.shape[1]] -= x[matrix.shape[1] :]
-        return target - matrix @ x[: matrix.shape[1]], float(np.sum((target - target.mean()) ** 2))
-
-    return residual
-
-
-def unexplained_voltage_share(signals: Signals, relative: bool) -> float:
-    """Share of the voltage's power that the equations leave unexplained, at the best time shift."""
-    return scan_time_shifts(voltage_residual(voltage_regression(signals, relative), signals)).share
+    whole = is_whole(channel_values(log, "theta_w"))
+    return findings + find_clocks_and_encoder(signals, relative, whole, corrections)
 
 
 def find_flipped_signs(signals: Signals, conflict: bool, corrections: LogCorrections) -> tuple[list[Finding], Signals]:
@@ -196,62 +122,20 @@ def pitch_sign_against_wheel(signals: Signals) -> int:
     return 0 if abs(slopes[0]) < 5 * sigma else int(np.sign(slopes[0]))
 
 
-def find_clocks_and_encoder(signals: Signals, relative: bool, corrections: LogCorrections) -> list[Finding]:
-    """Find delays between input, encoder and IMU, and a wrong reference or unit of the encoder."""
+def find_clocks_and_encoder(
+    signals: Signals, relative: bool, whole: bool, corrections: LogCorrections
+) -> list[Finding]:
+    """Find delays between input, encoder and IMU, and a wrong reference or unit of the encoder; ``whole`` if it has no fractions."""
     imu = imu_time_shift(signals)
     moved = imu.is_significant(1.3)
     aligned = with_imu_advanced(signals, imu.samples) if moved else signals
-    best = declared = evaluate_encoder(aligned, relative, 1.0)
-    if abs(declared.ratio - 1) > MAX_DAMPING_RATIO_DEVIATION:
-        others = [evaluate_encoder(aligned, not relative, 1.0)]
-        if 0.3 < declared.ratio / DEGREES_PER_RADIAN < 3.0:  # no drive damps the body so much more than the wheel
-            others.append(evaluate_encoder(aligned, relative, DEGREES_PER_RADIAN))
-        best = min([o for o in others if is_better(o, declared)], key=lambda o: o.shift.share, default=declared)
-    found = encoder_findings(best, declared, corrections)
+    declared = evaluate_encoder(aligned, relative, 1.0)
+    best = find_encoder_reading(aligned, declared)
+    found = encoder_findings(best, declared, whole, corrections)
     explained = best.shift.share < MAX_UNEXPLAINED_SHARE
     return found + clock_findings(
         imu.samples if moved else 0.0, best.shift if explained else None, signals.dt, corrections
     )
-
-
-def evaluate_encoder(signals: Signals, relative: bool, unit: float) -> EncoderHypothesis:
-    """Fit the equations under a reading of theta_w: its reference, and the number of its units in a rad."""
-    wheel = signals.channels["theta_w"] / unit
-    scaled = signals._replace(channels={**signals.channels, "theta_w": wheel})
-    system = voltage_regression(scaled, relative)
-    shift = scan_time_shifts(voltage_residual(system, scaled))
-    return EncoderHypothesis(relative, unit, shift, body_to_wheel_damping_ratio(system, scaled, round(shift.samples)))
-
-
-def body_to_wheel_damping_ratio(system: VoltageRegression, signals: Signals, shift: int) -> float:
-    """Estimate X7/X6 by plain least squares."""
-    target = np.repeat(signals.smooth(INPUT)[signals.rows + shift], 2)
-    x = np.linalg.lstsq(system.matrix, target, rcond=None)[0]
-    return float(x[6] / x[5]) if x[5] else math.inf
-
-
-def is_better(other: EncoderHypothesis, declared: EncoderHypothesis) -> bool:
-    """True of another reading that gives a plausible machine and a clearly better fit in all blocks but one."""
-    wins = int(np.sum(other.shift.blocks < declared.shift.blocks))
-    sane = abs(other.ratio - 1) < 0.5 * MAX_DAMPING_RATIO_DEVIATION and other.shift.share < MAX_UNEXPLAINED_SHARE
-    return sane and declared.shift.share > 1.5 * other.shift.share and wins >= JACKKNIFE_BLOCKS - 1
-
-
-def encoder_findings(
-    best: EncoderHypothesis, declared: EncoderHypothesis, corrections: LogCorrections
-) -> list[Finding]:
-    """The finding on the declared reading of theta_w where another one fits better; none where it is the best."""
-    gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
-    if best.unit != declared.unit:
-        corrections.unit["theta_w"] = "deg"
-        cure = 'Map theta_w in [columns] with unit = "deg".'
-        return [Finding("wrong_unit", "theta_w", f"theta_w looks like degrees: {gain}.", cure, DEGREES_PER_RADIAN)]
-    if best.relative != declared.relative:
-        corrections.encoder, against = ("relative", "the body") if best.relative else ("absolute", "the vertical")
-        sentence = f"theta_w is measured against {against}: {gain}."
-        cure = f'Set encoder = "{corrections.encoder}" in [sensors].'
-        return [Finding(f"{corrections.encoder}_encoder", "theta_w", sentence, cure, None)]
-    return []
 
 
 def imu_time_shift(signals: Signals) -> TimeShift:
