@@ -20,7 +20,7 @@ MAX_DAMPING_RATIO_DEVIATION = 0.6  # of X7/X6 from 1, beyond which other reading
 MAX_OUTSIDE_DAMPING = 0.1  # of X6: what damps the body beside the drive, air for instance, is less
 MAX_UNIT_ITERATIONS, UNIT_TOLERANCE = 12, 0.02  # of the search for the unit that makes both dampings equal
 UNIT_NAMES = {"deg": DEGREES_PER_RADIAN, "rev": 1 / (2 * math.pi)}  # units in a rad, by their name in [columns]
-MIN_UNIT_FACTOR = 2.0  # between units that are told apart: missing physics bends the damping by less
+MIN_UNIT_FACTOR = 3.0  # between units that are told apart: a dead zone bends the damping by up to 2.4
 MAX_UNIT_NAME_DEVIATION = 0.15  # of the unit found from one with a name: the search is about so exact
 
 
@@ -72,7 +72,8 @@ def find_encoder_reading(signals: Signals, declared: EncoderHypothesis) -> Encod
     if small and in_degrees in rivals and wheel_moves_most(signals, DEGREES_PER_RADIAN) and stands_clear(in_degrees, other):
         return in_degrees
     if against_body.ratio - 1 > MAX_OUTSIDE_DAMPING and (scaled := find_unit(signals, against_body.ratio - 1)):
-        if not 1 / MIN_UNIT_FACTOR < scaled.unit < MIN_UNIT_FACTOR:
+        far = not 1 / MIN_UNIT_FACTOR < scaled.unit < MIN_UNIT_FACTOR
+        if far and scaled.shift.share < declared.shift.share:
             return scaled
     return other if other in rivals else declared
 

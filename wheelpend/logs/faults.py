@@ -1,0 +1,186 @@
+"""Faults of a recording as such: what a sensor or a file says that no machine did.
+
+A recording is cured where that is safe: what is no measurement is left out, and the fault says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from wheelpend.logs.noise import difference_noise, find_quantum
+
+CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at its ceiling
+MIN_CEILING_SAMPLES = 10  # of them in all
+MIN_CEILING_STEPS = 5.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
+MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
+LYING_ANGLE_RAD = 0.35  # from upright, from where on no wheel catches the body: 20°
+LYING_BAND_RAD = 0.05  # within which a body that lies stays; a free one falls further within LYING_TIME_S
+LYING_TIME_S = 0.5
+LYING_BLOCK_S = 0.05  # over which noise is averaged
+SEAM_NEIGHBOURS = 8  # samples before and after a seam that are compared
+MIN_SEAM_SIGMAS = 12.0  # by which a jump stands out of the scatter
+MAX_SEAMS = 20  # of a log, beyond which jumps are something else
+
+
+class Finding(NamedTuple):
+    """A fault of a log that should be cured before a model is fitted to it.
+
+    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
+    wrapped_angle, gap, stand_still, counts, duty, offset, dropped_rows, retimed_rows, stamp_jitter, sample_jitter,
+    saturation, lying, joined or no_excitation. ``size`` is the time of a time_shift (positive for a late sensor and for
+    an input that acts late), of the longest gap, of all stand_still and lying together and of a seam [s]; the factor of
+    wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped rows; the jitter [s].
+    """
+
+    kind: str
+    channel: str  # name of a column, or several joined with " and "
+    sentence: str  # what was seen
+    cure: str  # what to do
+    size: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """The finding under the keys of JSON."""
+        return {
+            "kind": self.kind,
+            "channel": self.channel,
+            "sentence": self.sentence,
+            "cure": self.cure,
+            "size": self.size,
+        }
+
+
+def runs_of(mask: np.ndarray) -> np.ndarray:
+    """First and last indices (runs, 2) of the stretches in which a mask (N,) is true."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
+    return edges.reshape(-1, 2) - [0, 1]
+
+
+def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Mask (N,) of the readings that repeat the largest or the least value, and that value; none of a sound channel.
+
+    A machine that stops creeps into its extreme, and noise never repeats a value: readings that run into the extreme at
+    full speed and stay are a sensor at its ceiling.
+    """
+    found, ceiling = np.zeros(len(values), dtype=bool), 0.0
+    known = values[np.isfinite(values)]
+    if known.size < 2 * MIN_CEILING_SAMPLES or known.min() == known.max():
+        return found, ceiling
+    usual = MIN_CEILING_KINK * float(np.nanmedian(np.abs(np.diff(values))))
+    for extreme in (known.max(), known.min()):
+        runs = runs_of(values == extreme)
+        runs = runs[runs[:, 1] - runs[:, 0] + 1 >= CEILING_RUN_SAMPLES]
+        inside = values != extreme
+        least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
+        if least > 0 and int(np.sum(runs[:, 1] - runs[:, 0] + 1)) >= MIN_CEILING_SAMPLES and kinks(values, runs) > least:
+            for first, last in runs:
+                found[first : last + 1] = True
+            ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
+    return found, ceiling
+
+
+def kinks(values: np.ndarray, runs: np.ndarray) -> float:
+    """Median step with which a signal (N,) enters and leaves stretches."""
+    into = [abs(values[a] - values[a - 1]) for a, _ in runs if a > 0]
+    out = [abs(values[b + 1] - values[b]) for _, b in runs if b + 1 < len(values)]
+    steps = [s for s in into + out if np.isfinite(s)]
+    return float(np.median(steps)) if steps else 0.0
+
+
+def saturated(name: str, values: np.ndarray) -> tuple[np.ndarray, list[Finding]]:
+    """A channel (N,) without the readings at its ceiling, and the finding on them."""
+    at_ceiling, ceiling = readings_at_ceiling(values)
+    if not at_ceiling.any():
+        return values, []
+    count = int(at_ceiling.sum())
+    sentence = (f"{name} is stuck at {abs(ceiling):.4g} in {count} samples ({100 * count / len(values):.2g} %), in "
+                f"{len(runs_of(at_ceiling))} places: the sensor is saturated, and these readings are left out.")  # fmt: skip
+    cure = "Set a larger range of the sensor, or move the machine less."
+    return np.where(at_ceiling, np.nan, values), [Finding("saturation", name, sentence, cure, abs(ceiling))]
+
+
+def lying_samples(t: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Mask (N,) of the samples in which a body that must be balanced rests far from upright, with its fall.
+
+    A free body that leans falls: one that keeps its angle for LYING_TIME_S is held by something, the floor.
+    """
+    found = np.zeros(len(t), dtype=bool)
+    far = np.abs(np.where(np.isfinite(angle), angle, 0.0)) > LYING_ANGLE_RAD
+    block = max(round(LYING_BLOCK_S / float(np.median(np.diff(t)))), 1)
+    for first, last in runs_of(far | np.isnan(angle)):
+        means = [np.nanmean(part) for k in range(first, last + 1, block)
+                 if np.isfinite(part := angle[k : min(k + block, last + 1)]).any()]  # fmt: skip
+        width = max(round(LYING_TIME_S / float(np.median(np.diff(t))) / block), 2)
+        if len(means) >= width and far[first : last + 1].any():
+            windows = np.lib.stride_tricks.sliding_window_view(means, width)
+            found[first : last + 1] |= bool((np.ptp(windows, axis=1) < LYING_BAND_RAD).any())
+    return found
+
+
+def lying_finding(name: str, t: np.ndarray, lying: np.ndarray, machine: str) -> Finding:
+    """The finding on the stretches in which a machine lies on the floor."""
+    runs = runs_of(lying)
+    total = float(sum(t[b] - t[a] for a, b in runs))
+    first = runs[0][0]
+    what = "throughout" if lying.mean() > 0.99 else f"for {total:.3g} s in all, first from t = {t[first]:.6g} s"
+    sentence = f"{name} rests far from upright {what}: the {machine} lies or is held, and those samples are left out."
+    return Finding("lying", name, sentence, "Cut them off, or record a log in which it stands.", total)
+
+
+def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: list[str]) -> list[tuple[int, list[str]]]:
+    """Samples after which several channels jump at once, with those: where another recording begins.
+
+    One channel that jumps may be an encoder that slipped, rates that jump together a collision: a place, and with it
+    another channel or the place's own speed, must jump.
+    """
+    interval = np.diff(t)
+    evidence: dict[int, list[str]] = {}
+    for name, values in channels.items():
+        for k in jumps_of(values):
+            if SEAM_NEIGHBOURS <= k < len(t) - SEAM_NEIGHBOURS - 1 and interval[k] < 5 * np.median(interval):
+                evidence.setdefault(int(k), []).append(name)
+    seams = [k for k, names in evidence.items() if set(names) & set(positions)]
+    if not 0 < len(seams) <= MAX_SEAMS:
+        return []
+    return [(k, names) for k in sorted(seams) if len(names := joined_channels(k, evidence[k], channels)) > 1]
+
+
+def joined_channels(k: int, level: list[str], channels: Mapping[str, np.ndarray]) -> list[str]:
+    """Channels whose value or speed jumps for good after sample k, those in ``level`` by their values."""
+    found = []
+    for name, values in channels.items():
+        before, after = values[k - SEAM_NEIGHBOURS + 1 : k + 1], values[k + 1 : k + 1 + SEAM_NEIGHBOURS]
+        if not (np.isfinite(before).all() and np.isfinite(after).all()):
+            continue
+        x = np.arange(SEAM_NEIGHBOURS) - 0.5 * (SEAM_NEIGHBOURS - 1)
+        spread = difference_noise(values) / np.sqrt(np.sum(x**2)) + 1e-12 * np.ptp(values)
+        slopes = float(x @ after / np.sum(x**2)), float(x @ before / np.sum(x**2))
+        far = SEAM_NEIGHBOURS * max(map(abs, slopes)) + 3 * difference_noise(values)
+        lasting = name in level and abs(np.median(after) - np.median(before)) > far
+        turned = name in level and abs(slopes[0] - slopes[1]) > MIN_SEAM_SIGMAS * spread
+        found += [name] * lasting + [f"the speed of {name}"] * turned
+    return found
+
+
+def jumps_of(values: np.ndarray) -> np.ndarray:
+    """Samples (k,) after which a signal (N,) jumps by far more than its steps scatter."""
+    steps = np.diff(values)
+    around = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(steps, 3, mode="edge"), 7), axis=1)
+    off = np.abs(steps - around)
+    known = off[np.isfinite(off)]
+    if not known.size:
+        return np.zeros(0, dtype=int)
+    scatter = 1.4826 * float(np.median(known)) + float(np.quantile(known, 0.99)) / 3
+    return np.flatnonzero(off > MIN_SEAM_SIGMAS * scatter)
+
+
+def seam_finding(t: np.ndarray, seams: list[tuple[int, list[str]]]) -> Finding:
+    """The finding on places where another recording begins."""
+    k, names = seams[0]
+    times = ", ".join(f"{t[s + 1]:.6g}" for s, _ in seams)
+    sentence = (f"{', '.join(names[:-1])} and {names[-1]} jump at once at t = {times} s, though the times go on: recordings, "
+                "perhaps of different machines, were joined. No segment spans the place.")  # fmt: skip
+    cure = "Cut the file there and give the parts as logs of their own."
+    return Finding("joined", "t", sentence, cure, float(t[k + 1]))
