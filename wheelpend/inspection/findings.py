@@ -4,36 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
+from wheelpend.logs.faults import Finding
 
-
-class Finding(NamedTuple):
-    """A fault of a log that should be cured before a model is fitted to it.
-
-    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
-    wrapped_angle, gap, spikes, jump, filtered or stand_still. ``size`` is the time of a time_shift (positive for a late
-    sensor and for an input that acts late), of the longest gap and of all stand_still together [s]; the factor of
-    wrong_unit; the turn of wrapped_angle; by how much the largest of spikes is off, or the sensor jumps [unit of the
-    channel].
-    """
-
-    kind: str
-    channel: str  # name of a column, or several joined with " and "
-    sentence: str  # what was seen
-    cure: str  # what to do
-    size: float | None
-
-    def to_json(self) -> dict[str, Any]:
-        """The finding under the keys of JSON."""
-        return {
-            "kind": self.kind,
-            "channel": self.channel,
-            "sentence": self.sentence,
-            "cure": self.cure,
-            "size": self.size,
-        }
+__all__ = ["Finding", "LogCorrections"]
 
 
 @dataclass

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheelpend.logs.noise import difference_noise, find_quantum
+from wheelpend.logs.noise import difference_noise, find_quantum, rounding_sigma
 
 CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at its ceiling
 MIN_CEILING_SAMPLES = 10  # of them in all
@@ -22,6 +22,7 @@ LYING_TIME_S = 0.5
 LYING_BLOCK_S = 0.05  # over which noise is averaged
 SEAM_NEIGHBOURS = 8  # samples before and after a seam that are compared
 MIN_SEAM_SIGMAS = 12.0  # by which a jump stands out of the scatter
+MIN_NEIGHBOUR_SIGMAS = 6.0  # the same of the means of its neighbours, where another channel jumps already
 MAX_SEAMS = 20  # of a log, beyond which jumps are something else
 
 
@@ -30,9 +31,10 @@ class Finding(NamedTuple):
 
     ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
     wrapped_angle, gap, stand_still, counts, duty, offset, dropped_rows, retimed_rows, stamp_jitter, sample_jitter,
-    saturation, lying, joined or no_excitation. ``size`` is the time of a time_shift (positive for a late sensor and for
+    saturation, lying, joined, no_excitation, spikes, jump or filtered. ``size`` is the time of a time_shift (positive for a late sensor and for
     an input that acts late), of the longest gap, of all stand_still and lying together and of a seam [s]; the factor of
-    wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped rows; the jitter [s].
+    wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped rows; the jitter [s]; by how much the
+    largest of spikes is off, or the sensor jumps [unit of the channel].
     """
 
     kind: str
@@ -148,20 +150,22 @@ def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: lis
 
 
 def joined_channels(k: int, level: list[str], channels: Mapping[str, np.ndarray]) -> list[str]:
-    """Channels whose value or speed jumps for good after sample k, those in ``level`` by their values."""
+    """Channels whose value or speed jumps for good after sample k, those in ``level`` in one step by far."""
     found = []
     for name, values in channels.items():
         before, after = values[k - SEAM_NEIGHBOURS + 1 : k + 1], values[k + 1 : k + 1 + SEAM_NEIGHBOURS]
         if not (np.isfinite(before).all() and np.isfinite(after).all()):
             continue
         x = np.arange(SEAM_NEIGHBOURS) - 0.5 * (SEAM_NEIGHBOURS - 1)
-        spread = difference_noise(values) / np.sqrt(np.sum(x**2)) + 1e-12 * np.ptp(values)
-        slopes = float(x @ after / np.sum(x**2)), float(x @ before / np.sum(x**2))
-        far = SEAM_NEIGHBOURS * max(map(abs, slopes)) + 3 * difference_noise(values)
-        lasting = name in level and abs(np.median(after) - np.median(before)) > far
-        turned = name in level and abs(slopes[0] - slopes[1]) > MIN_SEAM_SIGMAS * spread
-        found += [name] * lasting + [f"the speed of {name}"] * turned
-    return found
+        slopes = float(x @ before / (x @ x)), float(x @ after / (x @ x))
+        noise = max(difference_noise(values), rounding_sigma(find_quantum(values)), 1e-9 * float(np.nanmax(np.abs(values))))
+        spread = MIN_NEIGHBOUR_SIGMAS * noise * np.sqrt(2 / SEAM_NEIGHBOURS)
+        moved = 1.5 * SEAM_NEIGHBOURS * max(map(abs, slopes)) if name in level else 0.0
+        if abs(np.mean(after) - np.mean(before)) > spread + moved:
+            found.append(name)
+        if name in level and abs(slopes[1] - slopes[0]) > MIN_SEAM_SIGMAS * noise * np.sqrt(2 / (x @ x)):
+            found.append(f"the speed of {name}")
+    return found if set(found) & set(level) else []
 
 
 def jumps_of(values: np.ndarray) -> np.ndarray:

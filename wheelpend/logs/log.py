@@ -9,13 +9,16 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from derive.effects import INPUT_MEMORY_S
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure
+
+if TYPE_CHECKING:
+    from wheelpend.logs.faults import Finding
 
 MIN_SEGMENT_SAMPLES = 5  # samples
 EXCERPT_SAMPLES, EXCERPT_PARTS = (
@@ -53,6 +56,7 @@ class Log:
     rates: Mapping[str, str] = field(default_factory=lambda: default_plant.RATES)  # channels that are rates of others
     earlier: tuple[np.ndarray, np.ndarray] | None = None  # times and commands before the first sample, where known
     breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
+    faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
 
     def __len__(self) -> int:
         """Count the samples."""

@@ -20,6 +20,7 @@ from wheelpend.logs.checks import check_input_varies, check_time, check_values, 
 from wheelpend.logs.columns import DEFAULT_TABLE, UNIT_CONVERSIONS, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
+from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
 
@@ -44,13 +45,15 @@ def load_log(
         columns_by_name[name], remarks = held_commands(path.name, name, columns_by_name[name])
         notes += remarks
         check_input_varies(path.name, name, columns_by_name[name], table)
+    seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
     notes += unwrap_positions(columns_by_name, raw_t, table)
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
         if source.offset:
             columns_by_name[name] = columns_by_name[name] + source.offset
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
-    log = log_of_columns(path.name, t, columns_by_name, table)
-    return replace(log, warnings=(*notes, *log_warnings(log, table, sources)))
+    log = cured(log_of_columns(path.name, t, columns_by_name, table), table, seams)
+    faults = [f"{f.sentence} {f.cure}" for f in log.faults]
+    return replace(log, warnings=(*faults, *notes, *log_warnings(log, table, sources)))
 
 
 def read_scaled_columns(

@@ -1,0 +1,137 @@
+"""Findings on when samples were taken: rows that are missing, times made up, a clock that jitters.
+
+A place that is measured finely moves in proportion to the time that passed: its steps tell the true intervals.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheelpend.inspection.findings import Finding
+from wheelpend.inspection.signals import channel_values
+from wheelpend.logs.columns import ColumnTable
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.noise import difference_noise, find_quantum, rounding_sigma
+
+MIN_DROPPED_SHARE = 1e-3  # share of the rows, from which on missing ones are named
+WHOLE_INTERVAL_TOLERANCE = 0.15  # of an interval, by which a multiple of the usual one may be off
+FAST_STEP_SIGMAS = 8.0  # a step that tells its time is so many times its scatter
+NEIGHBOUR_STEPS = 9  # steps whose median says how fast the place moves
+MIN_DOUBLE_STEPS = 20  # steps twice as long as their neighbours, from which on rows were dropped
+MIN_FAST_STEPS = 200  # steps from which on something is concluded
+MIN_JITTER_SHARE = 0.005  # of an interval, the smallest jitter looked for
+MIN_JITTER_GROWTH = 4.0  # times the scatter of a fast place that of a slow one, squared
+JITTER_DIFFERENCES, JITTER_VARIANCE_FACTOR = 4, 70.0  # order of the differences that leave no motion; of white noise
+
+
+def find_sampling_faults(log: Log, table: ColumnTable) -> list[Finding]:
+    """The findings on dropped rows, made-up times and jitter."""
+    if len(log) < MIN_FAST_STEPS:
+        return []
+    found = dropped_rows(log)
+    places = [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
+    for name in places:
+        values = channel_values(log, name)
+        of_this = retimed_rows(log, name, values) or stamp_jitter(log, name, values) or sample_jitter(log, name, values)
+        if of_this:
+            return found + of_this
+    return found
+
+
+def dropped_rows(log: Log) -> list[Finding]:
+    """The finding that times skip whole intervals: rows were lost, and the times say which."""
+    ratio = np.diff(log.t) / log.dt
+    whole = np.round(ratio)
+    skips = (whole >= 2) & (ratio <= GAP_INTERVAL_RATIO) & (np.abs(ratio - whole) < WHOLE_INTERVAL_TOLERANCE)
+    missing = float(np.sum(whole[skips] - 1))
+    share = missing / (len(log) + missing)
+    if share < MIN_DROPPED_SHARE:
+        return []
+    sentence = f"{100 * share:.2g} % of the rows are missing: {int(skips.sum())} intervals are whole multiples of the usual one."
+    cure = "The times are right, but the input within such intervals is not known: log every row, or average over more."
+    return [Finding("dropped_rows", "t", sentence, cure, share)]
+
+
+def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps (N - 1,) of a place over those expected by their neighbours' speed, NaN of slow ones, and the expected."""
+    steps = np.diff(values)
+    edge = NEIGHBOUR_STEPS // 2
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, edge, mode="edge"), NEIGHBOUR_STEPS)
+    expected = np.median(windows, axis=1)
+    noise = max(difference_noise(values), rounding_sigma(find_quantum(values)))
+    fast = np.abs(expected) > FAST_STEP_SIGMAS * noise
+    return np.where(fast, steps / np.where(fast, expected, 1.0), np.nan), expected
+
+
+def is_uniform(log: Log) -> bool:
+    """True of times that are made by counting: intervals alike but for those of gaps."""
+    interval = np.diff(log.t)
+    usual = interval[interval <= GAP_INTERVAL_RATIO * log.dt]
+    return bool(np.std(usual) < MIN_JITTER_SHARE * log.dt)
+
+
+def retimed_rows(log: Log, name: str, values: np.ndarray) -> list[Finding]:
+    """The finding that a place moves twice as far in single steps, though times are uniform."""
+    ratio, _ = fast_steps(log, values)
+    ratio = ratio[np.isfinite(ratio)]
+    if not is_uniform(log) or ratio.size < MIN_FAST_STEPS:
+        return []
+    double = np.abs(ratio - np.round(ratio)) < 0.3
+    double &= (np.round(ratio) >= 2) & (np.round(ratio) <= GAP_INTERVAL_RATIO)
+    between = np.abs(ratio - 1.5) < 0.2
+    if int(double.sum()) < MIN_DOUBLE_STEPS or double.sum() < 3 * between.sum():
+        return []
+    share = float(np.sum(np.round(ratio[double]) - 1)) / ratio.size
+    share = share / (1 + share)
+    sentence = (f"{name} moves twice as far or more in single steps, as if {100 * share:.2g} % of the rows had been dropped and "
+                "the times made uniform afterwards.")  # fmt: skip
+    cure = "Log each row with the time at which it was measured; rates, delays and inertias from this log are wrong."
+    return [Finding("retimed_rows", "t", sentence, cure, share)]
+
+
+def stamp_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
+    """The finding that times jitter though the place moves as if sampled evenly."""
+    interval = np.diff(log.t)
+    off = interval / log.dt - 1
+    usual = np.abs(off) < 0.5
+    jitter = float(np.std(interval[usual]))
+    ratio, _ = fast_steps(log, values)
+    good = np.isfinite(ratio) & usual & (np.abs(ratio - 1) < 1)
+    if jitter < MIN_JITTER_SHARE * log.dt or good.sum() < MIN_FAST_STEPS:
+        return []
+    x, y = off[good] - off[good].mean(), ratio[good] - ratio[good].mean()
+    slope = float(x @ y / (x @ x))
+    sigma = float(np.std(y - slope * x) / np.sqrt(x @ x))
+    if slope + 3 * sigma > 0.5 or sigma > 0.1:
+        return []
+    sentence = (f"The times jitter by {1e3 * jitter:.3g} ms, but {name} moves as if sampled evenly: the stamps are at fault, "
+                "not the sampling.")  # fmt: skip
+    cure = "Make the times uniform, or stamp each row when its sensors are read."
+    return [Finding("stamp_jitter", "t", sentence, cure, jitter)]
+
+
+def sample_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
+    """The finding that a place scatters in proportion to its speed, though times are uniform."""
+    if not is_uniform(log):
+        return []
+    order = JITTER_DIFFERENCES
+    square = np.diff(values, order) ** 2 / JITTER_VARIANCE_FACTOR
+    speed = np.abs(values[order:] - values[:-order]) / (order * log.dt)
+    good = np.isfinite(square) & np.isfinite(speed)
+    square, speed = square[good], speed[good]
+    if square.size < MIN_FAST_STEPS:
+        return []
+    ranked = np.array_split(np.argsort(speed), 4)
+    # medians of squares, over that of a χ² of one degree of freedom, so that single jumps do not count
+    scatter = [float(np.median(square[part])) / 0.455 for part in ranked]
+    power = [float(np.mean(speed[part] ** 2)) for part in ranked]
+    rise = np.array([(s - scatter[0]) / (p - power[0] + 1e-300) for s, p in zip(scatter[1:], power[1:], strict=True)])
+    grows = scatter[3] > MIN_JITTER_GROWTH * max(scatter[0], rounding_sigma(find_quantum(values)) ** 2)
+    proportional = rise.min() > 0 and rise.max() < 3 * rise.min()
+    jitter = float(np.sqrt(max(rise[-1], 0.0)))
+    if not (grows and proportional and jitter > MIN_JITTER_SHARE * log.dt):
+        return []
+    sentence = (f"{name} scatters in proportion to its speed, as if the samples were taken {1e3 * jitter:.3g} ms early or late: "
+                "the times are uniform, the sampling is not.")  # fmt: skip
+    cure = "Stamp each row when its sensors are read, and log these stamps."
+    return [Finding("sample_jitter", "t", sentence, cure, jitter)]
