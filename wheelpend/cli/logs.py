@@ -156,5 +156,5 @@ def inspect_(
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
-        print_warnings(loaded.warnings)
+        print_warnings([w for w in loaded.warnings if not any(f.sentence in w for f in result.findings)])
         print_result(result, json, lambda: print_text(inspection_text(loaded, result)))

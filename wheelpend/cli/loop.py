@@ -63,7 +63,9 @@ def identify(
             "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
         }  # fmt: skip
         with progress("reading") as update:
-            result = run(open_model(model, plant), logs, progress=update, **options)
+            opened = open_model(model, plant)
+            print_log_findings(logs, opened)
+            result = run(opened, logs, progress=update, **options)
         print_warnings(result.warnings)
         print_result(result, json, lambda: print_text(identification_text(result)))
         if tau_map and result.guide:

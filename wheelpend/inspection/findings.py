@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
 from wheelpend.logs.faults import Finding
 
-__all__ = ["Finding", "LogCorrections"]
+__all__ = ["Finding", "LogCorrections", "with_consistent_signs"]
 
 
 @dataclass
@@ -63,3 +63,22 @@ class LogCorrections:
             *([f"offset = {offset:.9g}"] if offset else []),
         ]
         return "{ " + ", ".join(parts) + " }"
+
+    def sign_cure(self, name: str) -> str:
+        """What to do about a quantity that counts the other way than it was read."""
+        if self.known.get(self.source.get(name, name), ColumnMap(name)).sign < 0:
+            return f"Map {name} in [columns] without its sign = -1."
+        return f"Map {name} in [columns] with sign = -1."
+
+
+def with_consistent_signs(findings: list[Finding], corrections: LogCorrections) -> list[Finding]:
+    """The findings, those on signs saying just what the corrections propose: one for each quantity turned round."""
+    turned = [c for c in corrections.table.names if corrections.sign.get(c, 1) < 0]
+    known = {f.channel: f for f in findings if f.kind == "flipped_sign"}
+    kept = [f for f in findings if f.kind != "flipped_sign"]
+    for name in turned:
+        against = corrections.table.rates.get(name, "the other channels")
+        unsure = f"{name} counts the other way than {against}; which of the two is wrong, this log does not tell."
+        sentence = known[name].sentence if name in known else unsure
+        kept.append(Finding("flipped_sign", name, sentence, corrections.sign_cure(name), None))
+    return kept

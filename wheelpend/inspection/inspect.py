@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 
 from wheelpend.estimation.data import noise_of
-from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs
+from wheelpend.inspection.raw_units import find_duty
+from wheelpend.inspection.sampling import find_sampling_faults
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
@@ -22,6 +24,7 @@ from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise, find_quantum, sensor_noise
 from wheelpend.logs.outliers import Outliers, outlier_sentences, outliers_of, without_outliers
 from wheelpend.logs.read import load_log
+from wheelpend.logs.recording import cured
 from wheelpend.model.record import Model
 
 MAX_QUANTUM_SAMPLES = 40_000  # samples from which the input's step is found
@@ -75,20 +78,25 @@ def inspect_log(
     units and clocks from a log that moves too little. ``module`` are the kernels of the bare plant, for what only the
     equations of motion show.
     """
-    interval = np.diff(log.t)
-    gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
-    corrections = LogCorrections(columns or {}, table, guessed)
+    log = cured(log, table)
     outliers = outliers_of(log, table)
     raw, log = log, without_outliers(log, outliers)
     noise = noise or sensor_noise(log, {}, {})
+    interval = np.diff(log.t)
+    gaps = interval[interval > GAP_INTERVAL_RATIO * log.dt]
+    corrections = LogCorrections(columns or {}, table, guessed)
     findings = [
+        *log.faults,
         *find_gaps(log),
+        *find_sampling_faults(log, table),
         *outlier_findings(outliers),
         *filter_findings(noise),
+        *find_duty(log, corrections),
         *standstill_findings(log, constant_signal_times(log, noise, table), table),
     ]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module)
+    findings = with_consistent_signs(findings, corrections)
     return Inspection(
         samples=len(log),
         duration_s=log.duration,

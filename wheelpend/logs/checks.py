@@ -11,6 +11,10 @@ from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.noise import difference_noise
+
+MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
+STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
 
 
 def check_time(log: str, t: np.ndarray) -> None:
@@ -47,6 +51,29 @@ def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnT
             f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {table.units[input]} "
             f"throughout. Record a log in which {table.words.works}."
         )
+
+
+def check_motion(log: Log, table: ColumnTable) -> None:
+    """Raise Failure when no channel ever leaves its noise: without motion no parameter is identifiable."""
+    if any(moves(values, log.dt) for values in log.measured.T):
+        return
+    lowest, highest = float(np.nanmin(log.voltage)), float(np.nanmax(log.voltage))
+    driven = f" while {table.input} goes from {lowest:.3g} to {highest:.3g} {table.units[table.input]}" if table.input else ""
+    raise Failure(
+        f"{log.name}: the {table.words.machine} must move for anything to be learnt, but {', '.join(log.channels)} stay "
+        f"within their noise throughout{driven}. Inertia, friction and gravity show in motion only: record a log in which "
+        f"{table.words.works} and the {table.words.machine} moves."
+    )
+
+
+def moves(values: np.ndarray, dt: float) -> bool:
+    """True of a channel (N,) whose means over MOTION_BLOCK_S differ by more than its white noise makes them."""
+    known = values[np.isfinite(values)]
+    length = max(round(MOTION_BLOCK_S / dt), 1)
+    means = known[: len(known) // length * length].reshape(-1, length).mean(axis=1)
+    if len(means) < 2:
+        return True
+    return bool(np.ptp(means) > STILL_BAND_SIGMAS * difference_noise(known) / math.sqrt(length))
 
 
 def log_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:

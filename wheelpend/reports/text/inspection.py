@@ -27,7 +27,10 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     for finding in result.findings:
         yield f"- {finding.sentence} {finding.cure}"
     yield from _standstill_sentences(result)
-    yield f"Put this into model.toml:\n\n{result.proposal}" if result.proposal else "Nothing odd was found."
+    if result.proposal:
+        yield f"Put this into model.toml:\n\n{result.proposal}"
+    elif not (result.findings or log.warnings):
+        yield "Nothing odd was found."
     if result.sensors:
         yield f"By this log, the sensors are:\n\n{result.sensors}"
 

@@ -1,0 +1,55 @@
+"""Findings on columns in the numbers of a controller instead of physical units: duty of a PWM, counts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from wheelpend.inspection.findings import Finding, LogCorrections
+from wheelpend.inspection.signals import is_whole
+from wheelpend.logs.columns import ColumnMap, ColumnTable
+from wheelpend.logs.log import Log
+
+PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers
+MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
+MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
+DUTY_LIMITS = (1.0, 100.0)  # of a duty as a share and in percent
+DUTY_NAMES = ("duty", "pwm")
+
+
+def find_duty(log: Log, corrections: LogCorrections) -> list[Finding]:
+    """The findings on inputs that are a duty instead of a voltage."""
+    table = corrections.table
+    found = []
+    for name, values in zip(table.inputs, log.inputs, strict=False):
+        mapped = corrections.known.get(name, ColumnMap(name))
+        if table.units.get(name) == "V" and not mapped.unit and mapped.scale == 1.0:
+            found += duty_findings(name, mapped.column, values)
+    return found
+
+
+def duty_findings(name: str, column: str, values: np.ndarray) -> list[Finding]:
+    """The finding that an input is a duty, with its full scale; none of one that may be volts."""
+    limit = full_scale(column, values[np.isfinite(values)])
+    if not limit:
+        return []
+    peak, scale = float(np.nanmax(np.abs(values))), f"{limit:g}"
+    kind = "a duty" if limit == 1.0 else "a duty in % or PWM counts" if limit == 100 else "PWM counts"
+    sentence = f"{name} looks like {kind} of ±{scale} and not like volts: it reaches {peak:g}" + (
+        " in whole numbers." if is_whole(values) else "."
+    )
+    cure = f"Map it in [columns] with scale = the supply's volts / {scale}; which supply, the log cannot tell."
+    return [Finding("duty", name, sentence, cure, limit)]
+
+
+def full_scale(column: str, values: np.ndarray) -> float:
+    """Full scale of an input (N,) that is a duty; 0 of one that may be volts."""
+    if not values.size:
+        return 0.0
+    peak = float(np.abs(values).max())
+    if is_whole(values) and peak > MIN_PWM_PEAK:
+        return float(next((limit for limit in PWM_LIMITS if peak <= limit), 0))
+    clipped = [d for d in DUTY_LIMITS if peak == d and int(np.sum(np.abs(values) == d)) >= MIN_CLIPPED_SAMPLES]
+    if clipped:
+        return clipped[0]
+    named = any(word in column.lower() for word in DUTY_NAMES)
+    return next((d for d in (*DUTY_LIMITS, *PWM_LIMITS) if peak <= d), 0.0) if named else 0.0
