@@ -78,9 +78,9 @@ def on_the_floor(log: Log, begin: float, end: float, angle: float = 1.2) -> Log:
     """The robot falls at a time, lies, and stands again at another."""
     lying = (log.t >= begin) & (log.t <= end)
     noise = np.random.default_rng(RNG_SEED).normal(scale=0.0087, size=(len(log), 2))
-    after = np.interp(end, log.t, column(log, "theta_p"))
+    before, after = (np.interp(at, log.t, column(log, "theta_p")) for at in (begin, end))
     down = np.clip((log.t - begin) / 0.3, 0, 1) ** 2 * np.clip((end - log.t) / 0.3, 0, 1) ** 2
-    angle_then = angle * down + after * (1 - down) * (log.t > 0.5 * (begin + end))
+    angle_then = angle * down + np.where(log.t > 0.5 * (begin + end), after, before) * (1 - down)
     pitch = np.where(lying, angle_then + noise[:, 0], column(log, "theta_p"))
     rate = np.where(lying, np.gradient(angle_then, log.dt) + noise[:, 1], column(log, "dtheta_p"))
     wheel = column(log, "theta_w").copy()

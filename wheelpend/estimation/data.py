@@ -17,6 +17,7 @@ from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
+from wheelpend.logs.checks import check_motion
 from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
@@ -31,9 +32,14 @@ INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motio
 
 
 def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
-    """Logs, loaded with the columns and units of the model's [columns], without outliers; a Log needs no loading."""
-    loaded = (p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
-    return tuple(without_outliers(log, outliers_of(log, model.table)) for log in loaded)
+    """Logs, loaded with the columns and units of the model's [columns], without outliers; a Log needs no loading.
+
+    Raises Failure for one in which nothing moves.
+    """
+    logs = tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
+    for log in logs:
+        check_motion(log, model.table)
+    return tuple(without_outliers(log, outliers_of(log, model.table)) for log in logs)
 
 
 def noise_of(log: Log, model: Model) -> Noise:

@@ -73,7 +73,7 @@ class LogCorrections:
 
 def with_consistent_signs(findings: list[Finding], corrections: LogCorrections) -> list[Finding]:
     """The findings, those on signs saying just what the corrections propose: one for each quantity turned round."""
-    turned = [c for c in corrections.table.names if corrections.sign.get(c, 1) < 0]
+    turned = sorted(c for c, sign in corrections.sign.items() if sign < 0)
     known = {f.channel: f for f in findings if f.kind == "flipped_sign"}
     kept = [f for f in findings if f.kind != "flipped_sign"]
     for name in turned:

@@ -20,6 +20,7 @@ NEIGHBOUR_STEPS = 9  # steps whose median says how fast the place moves
 MIN_DOUBLE_STEPS = 20  # steps twice as long as their neighbours, from which on rows were dropped
 MIN_FAST_STEPS = 200  # steps from which on something is concluded
 MIN_JITTER_SHARE = 0.005  # of an interval, the smallest jitter looked for
+MIN_JITTER_SIGMAS = 2.0  # of a place, by which a jitter that is named moves it
 MIN_JITTER_GROWTH = 4.0  # times the scatter of a fast place that of a slow one, squared
 JITTER_DIFFERENCES, JITTER_VARIANCE_FACTOR = 4, 70.0  # order of the differences that leave no motion; of white noise
 
@@ -58,9 +59,20 @@ def fast_steps(log: Log, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     edge = NEIGHBOUR_STEPS // 2
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, edge, mode="edge"), NEIGHBOUR_STEPS)
     expected = np.median(windows, axis=1)
-    noise = max(difference_noise(values), rounding_sigma(find_quantum(values)))
-    fast = np.abs(expected) > FAST_STEP_SIGMAS * noise
+    fast = np.abs(expected) > FAST_STEP_SIGMAS * place_noise(values)
     return np.where(fast, steps / np.where(fast, expected, 1.0), np.nan), expected
+
+
+def place_noise(values: np.ndarray) -> float:
+    """Standard deviation of a place's noise (N,), its rounding at least [its unit]."""
+    return max(difference_noise(values), rounding_sigma(find_quantum(values)))
+
+
+def matters(log: Log, values: np.ndarray, jitter: float) -> bool:
+    """True of a jitter [s] that moves a place (N,) by more than the rounding of its sensor."""
+    speed = float(np.sqrt(np.nanmean((np.diff(values) / np.diff(log.t)) ** 2)))
+    step = find_quantum(values)  # without one, the noise found holds the jitter itself
+    return jitter * speed > (MIN_JITTER_SIGMAS * rounding_sigma(step) if step else 0.5 * difference_noise(values))
 
 
 def is_uniform(log: Log) -> bool:
@@ -102,7 +114,7 @@ def stamp_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
     x, y = off[good] - off[good].mean(), ratio[good] - ratio[good].mean()
     slope = float(x @ y / (x @ x))
     sigma = float(np.std(y - slope * x) / np.sqrt(x @ x))
-    if slope + 3 * sigma > 0.5 or sigma > 0.1:
+    if slope + 3 * sigma > 0.5 or sigma > 0.1 or not matters(log, values, jitter):
         return []
     sentence = (f"The times jitter by {1e3 * jitter:.3g} ms, but {name} moves as if sampled evenly: the stamps are at fault, "
                 "not the sampling.")  # fmt: skip
@@ -129,7 +141,7 @@ def sample_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
     grows = scatter[3] > MIN_JITTER_GROWTH * max(scatter[0], rounding_sigma(find_quantum(values)) ** 2)
     proportional = rise.min() > 0 and rise.max() < 3 * rise.min()
     jitter = float(np.sqrt(max(rise[-1], 0.0)))
-    if not (grows and proportional and jitter > MIN_JITTER_SHARE * log.dt):
+    if not (grows and proportional and jitter > MIN_JITTER_SHARE * log.dt and matters(log, values, jitter)):
         return []
     sentence = (f"{name} scatters in proportion to its speed, as if the samples were taken {1e3 * jitter:.3g} ms early or late: "
                 "the times are uniform, the sampling is not.")  # fmt: skip

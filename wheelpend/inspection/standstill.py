@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from wheelpend.inspection.findings import Finding
+from wheelpend.logs.checks import MOVE_CURE, stillness
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise
@@ -24,6 +25,13 @@ def find_gaps(log: Log) -> list[Finding]:
     count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
     sentence = f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s."
     return [Finding("gap", "t", sentence, "Nothing to do: no segment spans a gap.", float(interval[k]))]
+
+
+def find_no_excitation(log: Log, table: ColumnTable) -> list[Finding]:
+    """The finding that nothing moves, and so that nothing can be identified."""
+    sentence = stillness(log, table)
+    cure = MOVE_CURE.format(words=table.words)
+    return [Finding("no_excitation", " and ".join(log.channels), sentence, cure, None)] if sentence else []
 
 
 def constant_signal_times(log: Log, noise: Noise, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:

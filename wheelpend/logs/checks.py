@@ -14,6 +14,7 @@ from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import difference_noise
 
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
+MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
 
 
@@ -55,14 +56,20 @@ def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnT
 
 def check_motion(log: Log, table: ColumnTable) -> None:
     """Raise Failure when no channel ever leaves its noise: without motion no parameter is identifiable."""
+    if sentence := stillness(log, table):
+        raise Failure(f"{log.name}: {sentence} {MOVE_CURE.format(words=table.words)}")
+
+
+def stillness(log: Log, table: ColumnTable) -> str:
+    """The sentence that no channel ever leaves its noise; nothing where one does."""
     if any(moves(values, log.dt) for values in log.measured.T):
-        return
+        return ""
     lowest, highest = float(np.nanmin(log.voltage)), float(np.nanmax(log.voltage))
-    driven = f" while {table.input} goes from {lowest:.3g} to {highest:.3g} {table.units[table.input]}" if table.input else ""
-    raise Failure(
-        f"{log.name}: the {table.words.machine} must move for anything to be learnt, but {', '.join(log.channels)} stay "
-        f"within their noise throughout{driven}. Inertia, friction and gravity show in motion only: record a log in which "
-        f"{table.words.works} and the {table.words.machine} moves."
+    unit = table.units.get(table.input, "")
+    driven = f" while {table.input} goes from {lowest:.3g} to {highest:.3g} {unit}" if table.input else ""
+    return (
+        f"Nothing can be identified: {', '.join(log.channels)} stay within their noise throughout{driven}, and inertia, "
+        "friction and gravity show in motion only."
     )
 
 

@@ -21,7 +21,9 @@ LYING_BAND_RAD = 0.05  # within which a body that lies stays; a free one falls f
 LYING_TIME_S = 0.5
 LYING_BLOCK_S = 0.05  # over which noise is averaged
 SEAM_NEIGHBOURS = 8  # samples before and after a seam that are compared
-MIN_SEAM_SIGMAS = 12.0  # by which a jump stands out of the scatter
+MIN_SEAM_TURN = 2.5  # the same of a change of speed
+MIN_SEAM_SIGMAS = 12.0  # by which a speed jumps
+MIN_SEAM_STEPS = 5.0  # times the largest of the steps around
 MIN_NEIGHBOUR_SIGMAS = 6.0  # the same of the means of its neighbours, where another channel jumps already
 MAX_SEAMS = 20  # of a log, beyond which jumps are something else
 
@@ -70,13 +72,16 @@ def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
     known = values[np.isfinite(values)]
     if known.size < 2 * MIN_CEILING_SAMPLES or known.min() == known.max():
         return found, ceiling
-    usual = MIN_CEILING_KINK * float(np.nanmedian(np.abs(np.diff(values))))
+    steps = np.abs(np.diff(values))
+    usual = MIN_CEILING_KINK * float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
     for extreme in (known.max(), known.min()):
         runs = runs_of(values == extreme)
         runs = runs[runs[:, 1] - runs[:, 0] + 1 >= CEILING_RUN_SAMPLES]
+        if int(np.sum(runs[:, 1] - runs[:, 0] + 1)) < MIN_CEILING_SAMPLES:
+            continue
         inside = values != extreme
         least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
-        if least > 0 and int(np.sum(runs[:, 1] - runs[:, 0] + 1)) >= MIN_CEILING_SAMPLES and kinks(values, runs) > least:
+        if 0 < least < kinks(values, runs):
             for first, last in runs:
                 found[first : last + 1] = True
             ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
@@ -141,7 +146,7 @@ def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: lis
     evidence: dict[int, list[str]] = {}
     for name, values in channels.items():
         for k in jumps_of(values):
-            if SEAM_NEIGHBOURS <= k < len(t) - SEAM_NEIGHBOURS - 1 and interval[k] < 5 * np.median(interval):
+            if 2 * SEAM_NEIGHBOURS <= k < len(t) - 2 * SEAM_NEIGHBOURS - 1 and interval[k] < 5 * np.median(interval):
                 evidence.setdefault(int(k), []).append(name)
     seams = [k for k, names in evidence.items() if set(names) & set(positions)]
     if not 0 < len(seams) <= MAX_SEAMS:
@@ -152,32 +157,34 @@ def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: lis
 def joined_channels(k: int, level: list[str], channels: Mapping[str, np.ndarray]) -> list[str]:
     """Channels whose value or speed jumps for good after sample k, those in ``level`` in one step by far."""
     found = []
+    n, x = SEAM_NEIGHBOURS, np.arange(SEAM_NEIGHBOURS) - 0.5 * (SEAM_NEIGHBOURS - 1)
     for name, values in channels.items():
-        before, after = values[k - SEAM_NEIGHBOURS + 1 : k + 1], values[k + 1 : k + 1 + SEAM_NEIGHBOURS]
-        if not (np.isfinite(before).all() and np.isfinite(after).all()):
+        windows = values[k - 2 * n + 1 : k + 1 + 2 * n].reshape(4, n)  # two before, two after
+        if not np.isfinite(windows).all():
             continue
-        x = np.arange(SEAM_NEIGHBOURS) - 0.5 * (SEAM_NEIGHBOURS - 1)
-        slopes = float(x @ before / (x @ x)), float(x @ after / (x @ x))
-        noise = max(difference_noise(values), rounding_sigma(find_quantum(values)), 1e-9 * float(np.nanmax(np.abs(values))))
-        spread = MIN_NEIGHBOUR_SIGMAS * noise * np.sqrt(2 / SEAM_NEIGHBOURS)
-        moved = 1.5 * SEAM_NEIGHBOURS * max(map(abs, slopes)) if name in level else 0.0
-        if abs(np.mean(after) - np.mean(before)) > spread + moved:
+        slopes, means = windows @ x / (x @ x), windows.mean(axis=1)
+        noise = max(difference_noise(values), rounding_sigma(find_quantum(values))) + 1e-9 * abs(values[k])
+        spread = noise * np.sqrt(2 / n + n**2 / (2 * (x @ x)))
+        if abs(means[2] - means[1]) > MIN_NEIGHBOUR_SIGMAS * spread + 1.5 * n * np.abs(slopes[1:3]).max():
             found.append(name)
-        if name in level and abs(slopes[1] - slopes[0]) > MIN_SEAM_SIGMAS * noise * np.sqrt(2 / (x @ x)):
+        changes = np.abs(np.diff(slopes))
+        noisy = MIN_SEAM_SIGMAS * noise * np.sqrt(2 / (x @ x))
+        if name in level and changes[1] > noisy + MIN_SEAM_TURN * max(changes[0], changes[2]):
             found.append(f"the speed of {name}")
     return found if set(found) & set(level) else []
 
 
 def jumps_of(values: np.ndarray) -> np.ndarray:
-    """Samples (k,) after which a signal (N,) jumps by far more than its steps scatter."""
-    steps = np.diff(values)
-    around = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(steps, 3, mode="edge"), 7), axis=1)
-    off = np.abs(steps - around)
-    known = off[np.isfinite(off)]
-    if not known.size:
+    """Samples (k,) after which a signal (N,) makes one step that all those around it are small against."""
+    steps = np.abs(np.diff(values))
+    width = 2 * SEAM_NEIGHBOURS + 1
+    if len(steps) < width or np.isnan(steps).all():
         return np.zeros(0, dtype=int)
-    scatter = 1.4826 * float(np.median(known)) + float(np.quantile(known, 0.99)) / 3
-    return np.flatnonzero(off > MIN_SEAM_SIGMAS * scatter)
+    windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, SEAM_NEIGHBOURS), width)
+    largest = np.flatnonzero(steps >= windows.max(axis=1))
+    others = np.array([np.sort(windows[k])[-2] for k in largest])
+    usual = float(np.nanmedian(steps))
+    return largest[steps[largest] > MIN_SEAM_STEPS * np.maximum(others, usual)]
 
 
 def seam_finding(t: np.ndarray, seams: list[tuple[int, list[str]]]) -> Finding:

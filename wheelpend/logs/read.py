@@ -16,7 +16,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
-from wheelpend.logs.checks import check_input_varies, check_motion, check_time, check_values, log_warnings
+from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
 from wheelpend.logs.columns import DEFAULT_TABLE, UNIT_CONVERSIONS, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
@@ -53,7 +53,6 @@ def load_log(
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
     as_read = log_of_columns(path.name, t, columns_by_name, table)
     log = cured(as_read, table, seams)
-    check_motion(as_read, table)
     faults = [f"{f.sentence} {f.cure}" for f in log.faults]
     return replace(log, warnings=(*faults, *notes, *log_warnings(as_read, table, sources)))
 

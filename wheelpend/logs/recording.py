@@ -31,7 +31,7 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
     """
     if log.faults:
         return log
-    channels = dict(zip(log.channels, log.measured.T.copy(), strict=True))
+    channels = dict(zip(log.channels, log.measured.T, strict=True))
     faults: list[Finding] = []
     without_input = np.zeros(len(log), dtype=bool)
     if seams := seams_of(log.t, channels, table) if seams is None else seams:
