@@ -135,3 +135,17 @@ def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.nda
             rows = matrix if matrix.shape[0] > matrix.shape[1] else matrix.T
             if rows.shape[1] <= MAX_MATRIX_COLUMNS < rows.shape[0]:
                 yield from ((f"{prefix}{name}[{k}]", rows[:, k - 1]) for k in range(1, rows.shape[1] + 1))
+
+
+def scalars_of(path: Path) -> dict[str, float]:
+    """Single numbers in a MATLAB file, which are no columns: constants of the machine or of its controller."""
+    if not read_file_head(path).startswith(MATLAB_FILE_HEADS[:1]):
+        return {}
+    from scipy.io import loadmat  # imported late: as above
+
+    found = loadmat(path, squeeze_me=True, struct_as_record=True)
+    return {
+        name: float(v)
+        for name, v in found.items()
+        if isinstance(v, int | float | np.number) or (isinstance(v, np.ndarray) and v.ndim == 0 and v.dtype.kind in "iuf")
+    }
