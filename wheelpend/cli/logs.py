@@ -147,14 +147,35 @@ def inspect_(
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
-    """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors]."""
+    """Rate, jitter, gaps, ranges and noise of a log; time shifts, flipped signs; proposes [columns] and [sensors].
+
+    Without a model, what the columns are, which plant has them, and the model.toml to begin with.
+    """
     # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.inspection.inspect import inspect_file
     from wheelpend.reports.text.inspection import inspection_text
 
     with exit_on_failure(json):
+        if model == DEFAULT_MODEL_PATH and not model.exists():
+            inspect_without_model(log, plant, json)
+            return
         opened = open_model(model, plant)
         with progress("reading"):
             loaded, result = inspect_file(opened, log)
         print_warnings([w for w in loaded.warnings if not any(f.sentence in w for f in result.findings)])
         print_result(result, json, lambda: print_text(inspection_text(loaded, result)))
+
+
+def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> None:
+    """Look at a log where there is no model, for a plant of the user's own where one is named."""
+    # imported late, as above
+    from wheelpend.inspection.first_look import first_look
+    from wheelpend.model.user_plants import plant_name
+    from wheelpend.reports.text.first_look import first_look_text
+
+    with progress("reading"):
+        look = first_look(log, plant_name(str(plant)) if plant else "")
+    findings = look.inspection.findings if look.inspection else ()
+    warnings = look.log.warnings if look.log else ()
+    print_warnings([w for w in warnings if not any(f.sentence in w for f in findings)])
+    print_result(look, json, lambda: print_text(first_look_text(look)))

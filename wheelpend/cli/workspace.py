@@ -18,18 +18,39 @@ from wheelpend.reports.console import exit_on_failure, print_line, print_result,
 def new(
     folder: Annotated[Path, typer.Argument(help="Where to start the workspace.")] = Path(),
     plant: Annotated[
-        str, typer.Option(help=f"{', '.join(plants.KNOWN_PLANTS)}, or a plant of your own: FILE.py.")
-    ] = plants.DEFAULT_PLANT,
+        str | None,
+        typer.Option(
+            help=f"{', '.join(plants.KNOWN_PLANTS)}, or a plant of your own: FILE.py. {plants.DEFAULT_PLANT}, or by --from.",
+            show_default=False,
+        ),
+    ] = None,
+    log: Annotated[
+        Path | None, typer.Option("--from", metavar="LOG", help="As `inspect` proposes for this log.", show_default=False)
+    ] = None,
 ) -> None:
-    """Start a workspace with the paper's model, or that of another plant: model.toml and generated/."""
+    """Start a workspace with the paper's model, that of another plant, or as a log suggests: model.toml and generated/."""
     # imported late, as in every command: the list of commands needs neither tomlkit nor SymPy
     from wheelpend.model import workspace
     from wheelpend.model.user_plants import plant_name
 
     with exit_on_failure(), progress("deriving the model"):
-        model = workspace.create(folder, plant_name(plant))
-        again = f" --plant {plant}" if plant.endswith(".py") else ""
-        print_line(f"Started {model.path} with its generated code. Try `wheelpend simulate -o log.csv{again}` there.")
+        name = plant_name(plant) if plant else ""
+        text = proposed_text(log, name) if log else ""
+        model = workspace.create(folder, name or plants.DEFAULT_PLANT, text)
+        again = f" --plant {plant}" if plant and plant.endswith(".py") else ""
+        then = f"identify {log.resolve()}" if log else "simulate -o log.csv"
+        print_line(f"Started {model.path} with its generated code. Try `wheelpend {then}{again}` there.")
+
+
+def proposed_text(log: Path, plant: str) -> str:
+    """The model.toml that inspection proposes for a log; raises Failure where the log cannot be read so."""
+    from wheelpend.inspection.first_look import first_look  # imported late, as above
+
+    look = first_look(log, plant)
+    if look.refusal:
+        raise Failure(look.refusal)
+    print_line("\n".join(f"- {f.sentence} {f.cure}" for f in (look.inspection.findings if look.inspection else ())))
+    return look.model
 
 
 @app.command()

@@ -4,12 +4,16 @@ In: a log, and a model for its equations. Out: `Inspection` with findings and th
 Question: is something wrong with clock, units, signs, wiring or sensors?
 
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
+- first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
+  `gravity` where an angle hangs, `proposal` writes the model.toml
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
 - wiring: all faults, by the check that the plant brings along or by those for any machine
 - equations: faults that the equations of motion show on any machine with one input: signs, input at another time
-- wheels_and_body: the same of a body on wheels, with its encoder and IMU
+- wheels_and_body: the same of a body on wheels, with its IMU; `encoder` what its encoder reads, in which unit; `voltage`
+  its equations with unknown parameters
+- sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage
 - clocks: findings on delays between input and sensors
 - standstill: gaps, constant signals and standstills
 """

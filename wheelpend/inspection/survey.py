@@ -16,7 +16,7 @@ from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, unif
 from wheelpend.logs.checks import check_time
 from wheelpend.logs.columns import INPUT_ALIASES, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, guess_unit
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import COLOUR_LAG_SAMPLES, MAX_SCATTER_GROWTH, difference_noise, find_quantum
+from wheelpend.logs.noise import difference_noise, find_quantum
 from wheelpend.logs.read import find_time_column, open_file
 from wheelpend.logs.tables import check_length, scalars_of
 from wheelpend.numerics import gaussian_smoothed
@@ -28,6 +28,7 @@ INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
+SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
 MAX_PLACE_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
@@ -200,8 +201,8 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
 def is_filtered(values: np.ndarray) -> bool:
     """True of a signal whose scatter grows with the lag as no white noise does: what was raw in it is gone."""
     near = difference_noise(values)
-    far = float(np.median([difference_noise(values[k::COLOUR_LAG_SAMPLES]) for k in range(COLOUR_LAG_SAMPLES)]))
-    return far > MAX_SCATTER_GROWTH * near
+    far = float(np.median([difference_noise(values[k::SCATTER_LAG_SAMPLES]) for k in range(SCATTER_LAG_SAMPLES)]))
+    return far > MAX_RAW_GROWTH * near
 
 
 def input_unit(names: Sequence[str]) -> str:

@@ -36,12 +36,12 @@ class HistoryEntry(NamedTuple):
         }
 
 
-def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT) -> Model:
-    """Start a workspace with a first model of a plant; raises Failure where there is one already."""
+def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT, text: str = "") -> Model:
+    """Start a workspace with a first model of a plant, or that of a text; raises Failure where there is one already."""
     path = folder / MODEL_FILE
     if path.exists():
         raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
-    model = Model.default(plant)
+    model = Model.parse(text) if text else Model.default(plant)
     folder.mkdir(parents=True, exist_ok=True)
     write_generated_code(folder / "generated", model)
     return model.save(path)

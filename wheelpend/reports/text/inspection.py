@@ -16,6 +16,18 @@ if TYPE_CHECKING:
 
 def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     """Rate and channels of a log, findings with their cures, standstills, and lines for model.toml."""
+    yield from summary_text(log, result)
+    yield from findings_text(result)
+    if result.proposal:
+        yield f"Put this into model.toml:\n\n{result.proposal}"
+    elif not (result.findings or log.warnings):
+        yield "Nothing odd was found."
+    if result.sensors:
+        yield f"By this log, the sensors are:\n\n{result.sensors}"
+
+
+def summary_text(log: Log, result: Inspection) -> TextBlocks:
+    """Rate and channels of a log."""
     duration, rate, jitter = digits_text(result.duration_s), digits_text(result.rate_hz, 6), 100 * result.jitter
     yield (
         f"{log.name}: {result.samples} samples over {duration} s, {rate} Hz, "
@@ -24,15 +36,13 @@ def inspection_text(log: Log, result: Inspection) -> TextBlocks:
     names = sorted({name for row in result.channels.values() for name in row})
     rows = [(c, *(number_text(row.get(name)) for name in names)) for c, row in result.channels.items()]
     yield Table("Channels", ("channel", *names), rows)
+
+
+def findings_text(result: Inspection) -> Iterator[str]:
+    """Findings with their cures, and standstills."""
     for finding in result.findings:
         yield f"- {finding.sentence} {finding.cure}"
     yield from _standstill_sentences(result)
-    if result.proposal:
-        yield f"Put this into model.toml:\n\n{result.proposal}"
-    elif not (result.findings or log.warnings):
-        yield "Nothing odd was found."
-    if result.sensors:
-        yield f"By this log, the sensors are:\n\n{result.sensors}"
 
 
 def _standstill_sentences(result: Inspection) -> Iterator[str]:

@@ -1,0 +1,139 @@
+"""Which plants, under which assumptions, have the columns that a file has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from typing import Any, NamedTuple
+
+from derive import plants
+from derive.plant_signature import PlantSignature
+from wheelpend.inspection.survey import Survey
+from wheelpend.kernels.plant_signature import plant_signature
+from wheelpend.logs.columns import ColumnTable, guess_columns, guess_unit
+
+
+class Candidate(NamedTuple):
+    """A plant under assumptions that has the file's kinds of columns."""
+
+    plant: str
+    assumptions: Mapping[str, Any]  # those that are not the defaults
+    table: ColumnTable
+    columns: Mapping[str, str]  # our name: the file's
+    named: int  # of them under its own name or another known one
+
+    @property
+    def swings(self) -> bool:
+        """True of a plant whose one angle may hang."""
+        own = places_of(self.table)
+        return len(own) == 1 and self.table.units[own[0]] == "rad" and not self.table.range_channel
+
+    @property
+    def words(self) -> str:
+        """The plant with its assumptions: pendulum (links = 2)."""
+        chosen = ", ".join(f"{k} = {toml_value(v)}" for k, v in self.assumptions.items())
+        return self.plant + (f" ({chosen})" if chosen else "")
+
+
+def candidates(survey: Survey, among: Sequence[str]) -> list[Candidate]:
+    """The plants among those named, under each choice that changes their columns, that a file has the columns of."""
+    found = []
+    for plant in among:
+        for chosen in column_choices(plant):
+            signature = plant_signature(plant, plants.complete_assumptions(plant, chosen))
+            if candidate := fitted(plant, chosen, signature, survey):
+                found.append(candidate)
+    return found
+
+
+def column_choices(plant: str) -> list[dict[str, Any]]:
+    """Choices of a plant's assumptions, apart from the defaults, under which it has other columns."""
+    default = plant_signature(plant, plants.complete_assumptions(plant, {}))
+    options = {}
+    for assumption in plants.assumptions_of(plant):
+        others = [c for c in assumption.choices if changes_columns(plant, {assumption.name: c}, default)]
+        if others:
+            options[assumption.name] = [assumption.default, *(c for c in others if c != assumption.default)]
+    sets = [dict(zip(options, values, strict=True)) for values in product(*options.values())]
+    defaults = {a.name: a.default for a in plants.assumptions_of(plant)}
+    return [{k: v for k, v in s.items() if v != defaults[k]} for s in sets if buildable(plant, s)]
+
+
+def buildable(plant: str, chosen: Mapping[str, Any]) -> bool:
+    """True of choices that go together."""
+    try:
+        plant_signature(plant, plants.complete_assumptions(plant, chosen))
+    except (KeyError, ValueError):
+        return False
+    return True
+
+
+def changes_columns(plant: str, chosen: Mapping[str, Any], default: PlantSignature) -> bool:
+    """True of a choice that gives other columns, or that needs another choice beside it."""
+    try:
+        signature = plant_signature(plant, plants.complete_assumptions(plant, chosen))
+    except (KeyError, ValueError):
+        return True
+    return ColumnTable.of(signature).required != ColumnTable.of(default).required
+
+
+def places_of(table: ColumnTable) -> list[str]:
+    """Channels of a plant that are positions."""
+    return [c for c in table.channels if table.units[c] in ("rad", "m")]
+
+
+def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, survey: Survey) -> Candidate | None:
+    """A plant with the file's columns in its places; None where their kinds or numbers differ."""
+    table = ColumnTable.of(signature)
+    inputs, places = survey.of_role("input"), survey.of_role("position")
+    own = places_of(table)
+    if len(table.inputs) != len(inputs) or len(own) != len(places):
+        return None
+    columns = {**in_order(table.inputs, inputs, table), **in_order(own, places, table)}
+    rates = {survey.column(r).of: r for r in survey.of_role("rate")}
+    for channel in (c for c in table.channels if c not in own):
+        rate = channel if channel in survey.of_role("rate") else rates.get(columns.get(table.rates.get(channel, ""), ""))
+        if rate is None:
+            return None
+        columns[channel] = rate
+    named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
+    return Candidate(plant, chosen, table, columns, named)
+
+
+def is_called(name: str, column: str, table: ColumnTable) -> bool:
+    """True of a column under one of a quantity's other names, or in words of its unit."""
+    low = column.lower()
+    return any(low == a or (len(a) > 2 and a in low) for a in table.aliases(name))
+
+
+def in_order(names: tuple[str, ...] | list[str], columns: list[str], table: ColumnTable) -> dict[str, str]:
+    """A column for each name: its own, the one that is called so, and the others in their order."""
+    exact = {n: n for n in names if n in columns}
+    free, left = [c for c in columns if c not in exact], [n for n in names if n not in exact]
+    guessed = guess_columns(free, left, table) if len(set(names)) > 1 else {}
+    if len(left) > 1 and len(set(map(without_digits, free))) == 1:
+        guessed = {}  # pos1, pos2: in their order
+    found = exact | {n: c for n, c in guessed.items() if c}
+    rest = iter(c for c in free if c not in found.values())
+    return {n: found.get(n) or next(rest) for n in names}
+
+
+def without_digits(name: str) -> str:
+    """A name without its numbers."""
+    return "".join(c for c in name if not c.isdigit())
+
+
+def preference(candidate: Candidate, gravity: bool) -> float:
+    """How likely a plant is meant: first by the names of its columns, then by whether gravity shows, then the simplest."""
+    exact = sum(n == c for n, c in candidate.columns.items())
+    first = candidate.table.units[places_of(candidate.table)[0]]
+    fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0
+    called = 0.1 * candidate.named
+    unit = 0.2 * any(guess_unit(first, c) not in ("", first) for c in candidate.columns.values())
+    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions)
+
+
+def toml_value(value: Any) -> str:
+    """A value as TOML writes it."""
+    return {True: "true", False: "false"}[value] if isinstance(value, bool) else (
+        f'"{value}"' if isinstance(value, str) else f"{value:.7g}")  # fmt: skip

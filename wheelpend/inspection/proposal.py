@@ -1,0 +1,138 @@
+"""The model that a file's columns suggest: which plant under which assumptions, which column is what."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from derive import plants
+from wheelpend.errors import Failure
+from wheelpend.inspection.gravity import gravity_zero, zero_offset
+from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, preference, toml_value
+from wheelpend.inspection.survey import Survey, input_unit
+from wheelpend.logs.columns import ColumnMap, guess_unit
+
+class Proposal(NamedTuple):
+    """The text of a model.toml for a file, with the sentences that say why."""
+
+    text: str
+    sentences: tuple[str, ...]
+    plants: tuple[str, ...]  # that fit by the columns, the likeliest first
+
+
+def propose(survey: Survey, plant: str = "") -> Proposal:
+    """The model that a file's columns suggest, of a plant where it is named; raises Failure where none has such columns."""
+    inputs, places = survey.of_role("input"), survey.of_role("position")
+    gravity = gravity_zero(survey.signals, places[0], inputs) if len(places) == 1 else None
+    found = sorted(candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)), key=lambda c: -preference(c, gravity is not None))
+    if not found:
+        raise Failure(
+            f"{survey.file}: {f'the plant {plant} must have' if plant else 'no plant has'} {count(len(places), 'position')} and {count(len(inputs), 'input')}; by their names "
+            f"and what they do, {', '.join(f'{c.name} is {c.role}' for c in survey.columns)}. Start a workspace with "
+            "`wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
+        )
+    best = found[0]
+    unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
+    offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
+    maps = column_maps(best, survey, unit)
+    sentences = [plants_sentence(found), *role_sentences(survey), *offset_sentence(best, maps, gravity, offset)]
+    offsets = {places_of(best.table)[0]: offset} if offset else {}
+    text = model_text(best, maps, unit, offsets)
+    return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found)))
+
+
+def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float | None, offset: float) -> list[str]:
+    """What is said of an angle that does not hang at 0."""
+    if not offset or zero is None:
+        return []
+    name = places_of(best.table)[0]
+    column = maps[name].column if name in maps else name
+    rest = zero if abs(offset) < math.pi else math.copysign(zero, 1.0)
+    where = "near π: it is measured from upright" if abs(offset) == math.pi else "and not at 0"
+    return [f"{column} hangs at {rest:.4g} rad, {where}; {name} is 0 hanging down, hence the offset."]
+
+
+def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnMap]:
+    """Maps of the quantities that the file has under other names or in other units."""
+    maps = {}
+    for name, column in best.columns.items():
+        own = unit if name in best.table.inputs else best.table.units[name]
+        stated = guess_unit(own, column)
+        if name != column or stated not in ("", own):
+            maps[name] = ColumnMap(column, stated if stated != own else "")
+    if survey.clock.column != "t" or survey.clock.unit not in ("", "s"):
+        maps["t"] = ColumnMap(survey.clock.column, survey.clock.unit if survey.clock.unit != "s" else "")
+    references = [r for r in survey.of_role("reference") if best.table.reference]
+    if references and best.table.reference not in references:
+        maps[best.table.reference] = ColumnMap(references[0])
+    return maps
+
+
+def plants_sentence(found: list[Candidate]) -> str:
+    """Which plants fit by the columns."""
+    words = list(dict.fromkeys(c.words for c in found))
+    others = f" These fit by their columns too: {'; '.join(words[1:])}." if len(words) > 1 else ""
+    return f"By its columns this is a log of the plant {words[0]}.{others}"
+
+
+def role_sentences(survey: Survey) -> list[str]:
+    """What is said of rates, references and constants."""
+    found = [f"{c.name} is the derivative of {c.of}. {c.remark}".strip() for c in survey.columns if c.role == "rate"]
+    found += [f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of]
+    found += [f"{c.name} is none of its channels, and is ignored." for c in survey.columns if c.role == "further"]
+    found += [f"{c.name} is {c.minimum:g} throughout." for c in survey.columns if c.role == "constant"]
+    return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]
+
+
+def count(number: int, what: str) -> str:
+    """A number of things."""
+    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
+
+
+def model_text(best: Candidate, maps: Mapping[str, ColumnMap], unit: str, offsets: Mapping[str, float]) -> str:
+    """The text of a model.toml with the columns of a file."""
+    own = best.table.units[best.table.inputs[0]] if best.table.inputs else ""
+    tables: dict[str, Any] = {"assumptions": dict(best.assumptions), "input": {"unit": unit} if unit != own else {}}
+    tables["columns"] = {n: map_entry(m) for n, m in maps.items()}
+    for name, offset in offsets.items():
+        tables["columns"].setdefault(name, {"column": best.columns[name]})["offset"] = offset
+    return toml_text(best.plant, tables)
+
+
+def map_entry(entry: ColumnMap) -> dict[str, Any]:
+    """A column map as a table of [columns]."""
+    stated = {"unit": entry.unit} if entry.unit else {}
+    return {"column": entry.column} | stated
+
+
+def toml_text(plant: str, tables: Mapping[str, Any]) -> str:
+    """Plant and tables as the text of a model.toml; tables within [columns] stand on a line each."""
+    lines = [f'plant = "{plant}"']
+    for name, entries in tables.items():
+        flat = {k: v for k, v in entries.items() if not isinstance(v, dict) or name == "columns"}
+        lines += ["", f"[{name}]"] * bool(flat) + [f"{k} = {inline(v)}" for k, v in flat.items()]
+        for key, entry in entries.items():
+            if key not in flat:
+                lines += ["", f"[{name}.{key}]", *(f"{k} = {toml_value(v)}" for k, v in entry.items())]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def inline(value: Any) -> str:
+    """A value, or an inline table of values."""
+    if not isinstance(value, dict):
+        return toml_value(value)
+    return "{ " + ", ".join(f"{k} = {toml_value(v)}" for k, v in value.items()) + " }"
+
+
+def with_cures(text: str, *cures: str) -> str:
+    """The text of a model.toml with the sections of others in it, key by key."""
+    found = tomllib.loads(text)
+    plant = found.pop("plant")
+    for cure in cures:
+        for section, entries in tomllib.loads(cure).items():
+            known = found.setdefault(section, {})
+            for key, entry in entries.items():
+                known[key] = {**known.get(key, {}), **entry} if isinstance(entry, dict) else entry
+    return toml_text(plant, found)
