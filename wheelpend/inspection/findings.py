@@ -22,13 +22,12 @@ class LogCorrections:
     unit: dict[str, str] = field(default_factory=dict)
     sign: dict[str, int] = field(default_factory=dict)
     scale: dict[str, float] = field(default_factory=dict)  # by which a column is multiplied beside how it was read
-    offset: dict[str, float] = field(default_factory=dict)  # that is added then [unit of the quantity]
     encoder: str = ""  # absolute or relative, where the declared one is wrong
     rate_delay_samples: float = 0.0  # samples by which a rate lags its angle; no line of a model file cures that
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
-        corrected = {*self.guessed, *self.source, *self.unit, *self.scale, *self.offset, *(c for c, sign in self.sign.items() if sign < 0)}
+        corrected = {*self.guessed, *self.source, *self.unit, *self.scale, *(c for c, sign in self.sign.items() if sign < 0)}
         names = [c for c in self.table.names if c in corrected]
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)
@@ -53,12 +52,12 @@ class LogCorrections:
             ending = unit_ending(self.other_input_unit, known.column)
             unit = ending if ending != self.other_input_unit else ""
         sign = known.sign * self.sign.get(name, 1)
-        scale = known.scale * self.scale.get(name, 1.0)
+        scale = known.scale * self.scale[name] if name in self.scale else known.scale
         offset = known.offset * self.sign.get(name, 1) + self.offset.get(name, 0.0)
         parts = [
             f'column = "{known.column}"',
             *([f'unit = "{unit}"'] if unit else []),
-            *([f"scale = {scale:.6g}"] if scale != 1.0 else []),
+            *([f"scale = {scale!r}"] if scale != 1.0 else []),
             *(["sign = -1"] if sign < 0 else []),
             *([f"offset = {offset:.9g}"] if offset else []),
         ]

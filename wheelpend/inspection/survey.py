@@ -28,6 +28,7 @@ INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
+MIN_ENCODER_COUNTS = 100  # of a turn
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
@@ -92,6 +93,7 @@ def survey_file(path: Path) -> Survey:
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
         remark = rate_remark(moving[of], v, t) if role == "rate" else ""
+        remark = step_remark(find_quantum(v)) if role == "position" else remark
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
 
@@ -203,6 +205,13 @@ def is_filtered(values: np.ndarray) -> bool:
     near = difference_noise(values)
     far = float(np.median([difference_noise(values[k::SCATTER_LAG_SAMPLES]) for k in range(SCATTER_LAG_SAMPLES)]))
     return far > MAX_RAW_GROWTH * near
+
+
+def step_remark(step: float) -> str:
+    """That a step is one of an encoder with a power of two of counts in a turn; nothing of others."""
+    counts = 2 * np.pi / step if step else 0.0
+    bits = round(float(np.log2(counts))) if counts >= MIN_ENCODER_COUNTS else 0
+    return f"Its step is that of {2**bits} counts a turn." if bits and abs(counts / 2**bits - 1) < 0.002 else ""
 
 
 def input_unit(names: Sequence[str]) -> str:
