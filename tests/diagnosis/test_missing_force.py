@@ -47,7 +47,7 @@ def fitted(log, model=None):
 
 def pushed_at_random(seed, correlated):
     """A log whose robot was pushed by a random force that no state predicts."""
-    log = simulated(seed=seed, duration=9.0)
+    log = simulated(seed=seed, duration=12.0)
     random, keep = np.random.default_rng(seed), np.exp(-log.dt / correlated)
     push = np.zeros(len(log.t))
     for k, step in enumerate(random.normal(size=len(push) - 1)):
