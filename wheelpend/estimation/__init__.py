@@ -13,7 +13,8 @@ values make the measurements likeliest, and how well do they predict what the fi
     step_size               the integration step that resolves the fastest motion
     shooting                one log's segments simulated, and their residual linearised
     shooting_problem        the same for all logs of a fit, as functions of θ and the initial states
-    states                  initial states of segments: first guess, and fit at given parameters
+    first_guess             of initial states, from the measured channels alone
+    states                  initial states of segments, fitted at given parameters
     state_reconstruction    states from the channels of the sensors
     scaled_inverse          information matrices inverted or solved, scaled to a unit diagonal
     normal_equations        initial states eliminated (Schur complement); parts added up, projected, solved
