@@ -31,7 +31,7 @@ from wheelpend.diagnosis.refit import (
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
-from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem, with_stable_step
 from wheelpend.parallel import KernelPool
@@ -85,7 +85,8 @@ class CandidateSelection:
             candidates = [c for c in evaluated if c is not None]
         if not candidates:
             return []
-        return rank_candidates(self.problem, self.with_nested_fits(candidates, len(selected)))
+        candidates = self.with_nested_fits(self.with_fresh_leader(candidates, len(selected)), len(selected))
+        return rank_candidates(self.problem, candidates)
 
     def refine_leading(self, short_fits: Sequence[PartialRefit], pool: KernelPool) -> list[PartialRefit]:
         """Short fits, the best first, taken further: the leading ones, then the others that can still win."""
@@ -153,6 +154,21 @@ class CandidateSelection:
         comparisons = Comparisons(sum(c.trials for c in self.candidates.values()), validated)
         effect = self.candidates[name].effect
         return evaluate_candidate(extended, effect, fitted, base.residuals, comparisons, significance)
+
+    def with_fresh_leader(self, candidates: Sequence[CandidateFit], validated: int) -> list[CandidateFit]:
+        """Effects; the best refitted with the plant's own parameters from before any fit, where that leads further.
+
+        A model that lacks an effect may bend these so far that no fit with the effect finds back.
+        """
+        best, origins = min(candidates, key=lambda c: c.error_after), self.problem.fallback_starts
+        if not origins or best.error_after < MAX_EXPLAINED_ERROR_RATIO * self.problem.floor:
+            return list(candidates)
+        values = {**best.fit.values, **{n: v for n, v in origins[0].items() if n in self.problem.base}}
+        start = continue_fit(self.problem, replace(best.fit, values=values, converged=False), best.effect)
+        again = self.evaluate((best.effect, start), validated)
+        if again is None or not again.fit.cost < best.fit.cost:
+            return list(candidates)
+        return [again if c is best else c for c in candidates]
 
     def with_nested_fits(self, candidates: Sequence[CandidateFit], validated: int) -> list[CandidateFit]:
         """Effects; each that a better one contains or approaches refitted from there, where that is its better fit."""
