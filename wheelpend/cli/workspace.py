@@ -49,7 +49,8 @@ def proposed_text(log: Path, plant: str) -> str:
     look = first_look(log, plant)
     if look.refusal:
         raise Failure(look.refusal)
-    print_line("\n".join(f"- {f.sentence} {f.cure}" for f in (look.inspection.findings if look.inspection else ())))
+    for finding in look.inspection.findings if look.inspection else ():
+        print_line(f"- {finding.sentence} {finding.cure}")
     return look.model
 
 

@@ -21,6 +21,7 @@ MAX_OUTSIDE_DAMPING = 0.1  # of X6: what damps the body beside the drive, air fo
 MAX_UNIT_ITERATIONS, UNIT_TOLERANCE = 12, 0.02  # of the search for the unit that makes both dampings equal
 UNIT_NAMES = {"deg": DEGREES_PER_RADIAN, "rev": 1 / (2 * math.pi)}  # units in a rad, by their name in [columns]
 MIN_UNIT_FACTOR = 3.0  # between units that are told apart: a dead zone bends the damping by up to 2.4
+MAX_UNIT_MISFIT = 2.0  # times the declared reading's misfit: on a slow log both are noise
 MAX_UNIT_NAME_DEVIATION = 0.15  # of the unit found from one with a name: the search is about so exact
 
 
@@ -73,7 +74,7 @@ def find_encoder_reading(signals: Signals, declared: EncoderHypothesis) -> Encod
         return in_degrees
     if against_body.ratio - 1 > MAX_OUTSIDE_DAMPING and (scaled := find_unit(signals, against_body.ratio - 1)):
         far = not 1 / MIN_UNIT_FACTOR < scaled.unit < MIN_UNIT_FACTOR
-        if far and scaled.shift.share < declared.shift.share:
+        if far and scaled.shift.share < MAX_UNIT_MISFIT * declared.shift.share:
             return scaled
     return other if other in rivals else declared
 

@@ -21,6 +21,7 @@ class Candidate(NamedTuple):
     table: ColumnTable
     columns: Mapping[str, str]  # our name: the file's
     named: int  # of them under its own name or another known one
+    computed: int  # of its rates, those that are no sensor of their own and not called so
 
     @property
     def swings(self) -> bool:
@@ -97,7 +98,8 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
             return None
         columns[channel] = rate
     named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
-    return Candidate(plant, chosen, table, columns, named)
+    computed = sum(n != c and survey.is_computed(c) for n, c in columns.items() if n not in (*own, *table.inputs))
+    return Candidate(plant, chosen, table, columns, named, computed)
 
 
 def is_called(name: str, column: str, table: ColumnTable) -> bool:
@@ -130,7 +132,7 @@ def preference(candidate: Candidate, gravity: bool) -> float:
     fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0
     called = 0.1 * candidate.named
     unit = 0.2 * any(guess_unit(first, c) not in ("", first) for c in candidate.columns.values())
-    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions)
+    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions) - candidate.computed
 
 
 def toml_value(value: Any) -> str:

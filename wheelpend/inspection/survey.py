@@ -29,6 +29,7 @@ MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one tha
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
 MIN_ENCODER_COUNTS = 100  # of a turn
+COMPUTED = "no sensor of its own."
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
@@ -66,6 +67,10 @@ class Survey(NamedTuple):
     def of_role(self, role: str) -> list[str]:
         """Names of the columns of a role, in the file's order."""
         return [c.name for c in self.columns if c.role == role]
+
+    def is_computed(self, name: str) -> bool:
+        """True of a rate that is no sensor of its own."""
+        return self.column(name).remark.endswith(COMPUTED)
 
     def column(self, name: str) -> FileColumn:
         """A column by its name."""
@@ -191,12 +196,12 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
     raw_angle = bool(find_quantum(angle)) or not is_filtered(angle)
     if shared > COMPUTED_SHARE and raw_angle:
-        return f"A filter of the angle gives {100 * shared:.0f} % of its errors: computed from it, no sensor of its own."
+        return f"A filter of the angle gives {100 * shared:.0f} % of its errors: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
         return (f"{100 * shared:.0f} % of its errors are the angle's too: one of the two was made from the other, as a fused "
                 "angle is from a gyro, and is no raw sensor.")  # fmt: skip
     if is_filtered(rate) and raw_angle:
-        return "It is too smooth for a raw sensor, while its angle is not: filtered or computed, no sensor of its own."
+        return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
     return f"A filter of the angle gives {100 * shared:.0f} % of its errors: a sensor of its own."
 
 

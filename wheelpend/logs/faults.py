@@ -82,18 +82,17 @@ def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
         inside = values != extreme
         least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
         if 0 < least < kinks(values, runs):
-            for first, last in runs:
-                found[first : last + 1] = True
+            found |= values == extreme
             ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
     return found, ceiling
 
 
 def kinks(values: np.ndarray, runs: np.ndarray) -> float:
-    """Median step with which a signal (N,) enters and leaves stretches."""
-    into = [abs(values[a] - values[a - 1]) for a, _ in runs if a > 0]
-    out = [abs(values[b + 1] - values[b]) for _, b in runs if b + 1 < len(values)]
-    steps = [s for s in into + out if np.isfinite(s)]
-    return float(np.median(steps)) if steps else 0.0
+    """Median of the steps with which a signal (N,) comes into stretches and leaves them, and of those next to them."""
+    steps = np.abs(np.diff(values))
+    pairs = [steps[a - 2 : a] for a, _ in runs if a > 1] + [steps[b : b + 2] for _, b in runs if b + 2 < len(values)]
+    largest = [float(p.max()) for p in pairs if np.isfinite(p).all()]
+    return float(np.median(largest)) if largest else 0.0
 
 
 def saturated(name: str, values: np.ndarray) -> tuple[np.ndarray, list[Finding]]:

@@ -1,0 +1,151 @@
+"""Without a model, inspection says what the columns are, which plant has them, and what model.toml to begin with."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.plants.machines import log_of
+from tests.support import DATA, run, simulated
+from wheelpend import Failure, Model
+from wheelpend.inspection.first_look import first_look
+from wheelpend.inspection.gravity import gravity_zero, zero_offset
+from wheelpend.inspection.proposal import propose, with_cures
+from wheelpend.inspection.signals import Signals
+from wheelpend.inspection.survey import survey_file
+from wheelpend.logs.read import save_log
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def measured(name: str) -> Path:
+    path = DATA / name
+    if not path.exists():
+        pytest.skip("the measured log is not here")
+    return path
+
+
+def roles(path: Path) -> dict[str, tuple[str, str]]:
+    return {c.name: (c.role, c.of) for c in survey_file(path).columns}
+
+
+def remark(path: Path, name: str) -> str:
+    return survey_file(path).column(name).remark
+
+
+def test_the_arms_columns_are_two_angles_their_computed_rates_and_two_torques():
+    path = measured("dfki_arm/measured.csv")
+    found = roles(path)
+    assert found == {"time": ("time", ""), "pos1": ("position", ""), "pos2": ("position", ""), "vel1": ("rate", "pos1"),
+                     "vel2": ("rate", "pos2"), "tau1": ("input", ""), "tau2": ("input", "")}  # fmt: skip
+    assert remark(path, "vel1").endswith("no sensor of its own.") and remark(path, "vel2").endswith("no sensor of its own.")
+    assert survey_file(path).column("pos1").step == pytest.approx(3.8e-4, rel=0.01)
+
+
+@pytest.mark.parametrize("file", ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"])
+def test_the_axis_is_a_slide_with_a_reference_and_constants(file):
+    path = measured(f"emps/{file}")
+    survey = survey_file(path)
+    proposal = propose(survey)
+    assert tomllib.loads(proposal.text) == {
+        "plant": "slide",
+        "columns": {"v_in": {"column": "vir"}, "x": {"column": "qm"}, "x_ref": {"column": "qg"}},
+    }
+    assert survey.scalars == pytest.approx({"gtau": 35.1507, "kp": 160.18, "kv": 243.45}, rel=1e-5)
+    assert survey.of_role("further") == (["pulses_N"] if "PULSES" in file else [])
+
+
+def test_the_free_pendulum_is_measured_from_upright_and_its_rate_is_no_sensor():
+    path = measured("free_pendulum/decay.csv")
+    proposal = propose(survey_file(path))
+    found = tomllib.loads(proposal.text)
+    assert found["plant"] == "pendulum" and "assumptions" not in found
+    assert found["columns"] == {"theta_1": {"column": "angle", "offset": pytest.approx(-np.pi, abs=1e-6)}, "t": {"column": "time"}}
+    assert remark(path, "rate").endswith("no sensor of its own.")
+    assert any("measured from upright" in s for s in proposal.sentences)
+
+
+@pytest.mark.parametrize("file", ["sin_sin_400", "up_and_down_100", "sin_time_square_800"])
+def test_the_servo_is_a_driven_pendulum_with_4096_counts(file):
+    look = first_look(measured(f"servo_pendulum/{file}.csv"))
+    found = tomllib.loads(look.model)
+    assert (found["plant"], found["assumptions"]) == ("pendulum", {"driven": True})
+    assert 2 * np.pi / found["sensors"]["step"]["theta_1"] == pytest.approx(4096, rel=1e-3)
+    assert any("4096 counts" in s for s in look.proposal.sentences)
+
+
+def test_the_balancing_robot_has_its_encoder_against_the_body_and_a_fused_pitch():
+    look = first_look(measured("mini_segway/balancing.csv"))
+    assert tomllib.loads(look.model) == {"plant": "wheel_pendulum", "sensors": {"encoder": "relative"}}
+    assert [f.kind for f in look.inspection.findings] == ["relative_encoder"]
+    assert "no raw sensor" in look.survey.column("dtheta_p").remark
+
+
+@pytest.mark.parametrize(("machine", "plant", "chosen"), [
+    ("slide", "slide", {}), ("cart_pole", "cart_pole", {}), ("driven pendulum", "pendulum", {"driven": True}),
+    ("two links", "pendulum", {"links": 2}), ("pendulum", "pendulum", {}),
+])  # fmt: skip
+def test_a_simulated_log_of_each_plant_is_recognised_by_its_columns(machine, plant, chosen, tmp_path):
+    from tests.plants.machines import model_of
+
+    save_log(tmp_path / "log.csv", log_of(machine), table=model_of(machine).table)
+    found = tomllib.loads(propose(survey_file(tmp_path / "log.csv")).text)
+    assert (found["plant"], found.get("assumptions", {})) == (plant, chosen)
+
+
+def test_a_gyro_with_noise_of_its_own_is_a_sensor(tmp_path):
+    save_log(tmp_path / "log.csv", simulated(duration=8.0))
+    assert "a sensor of its own" in remark(tmp_path / "log.csv", "dtheta_p")
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.6, np.pi, -2.0])
+def test_gravity_shows_where_an_angle_hangs(zero):
+    t = np.arange(20_000) * 1e-3
+    angle, speed, states = 1.2, 0.0, []
+    for _ in t:
+        speed -= 1e-3 * (20 * np.sin(angle) + 0.1 * speed)
+        angle += 1e-3 * speed
+        states.append(angle)
+    found = gravity_zero(Signals(1e-3, np.zeros(t.size), {"q": np.array(states) + zero}, ""), "q", [])
+    assert abs(np.angle(np.exp(1j * (found - zero)))) < 0.01
+    assert zero_offset(found) == pytest.approx({0.0: 0.0, np.pi: -np.pi}.get(zero, -zero), abs=0.01)
+
+
+def test_a_slide_has_no_gravity(tmp_path):
+    save_log(tmp_path / "log.csv", log_of("slide"), table=Model.default("slide").table)
+    survey = survey_file(tmp_path / "log.csv")
+    assert gravity_zero(survey.signals, "x", ["v_in"]) is None
+
+
+def test_a_file_of_no_plant_is_refused_with_what_its_columns_are(tmp_path):
+    rng = np.random.default_rng(1)
+    walks = np.cumsum(rng.normal(size=(1000, 4)), axis=0)
+    rows = np.column_stack([np.arange(1000) * 0.01, walks])
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t,a,b,c,d", comments="")
+    with pytest.raises(Failure, match=r"no plant has 4 positions and no inputs.*--plant NAME"):
+        first_look(tmp_path / "log.csv")
+
+
+def test_a_file_without_a_clock_is_refused(tmp_path):
+    np.savetxt(tmp_path / "log.csv", np.random.default_rng(1).normal(size=(100, 2)), delimiter=",", header="a,b", comments="")
+    with pytest.raises(Failure, match="must be the time"):
+        survey_file(tmp_path / "log.csv")
+
+
+def test_sections_are_joined_key_by_key():
+    joined = with_cures('plant = "slide"\n[columns]\nx = { column = "q" }\n', '[columns]\nx = { sign = -1 }\n[sensors]\nstep = { x = 0.5 }\n')
+    assert tomllib.loads(joined) == {"plant": "slide", "columns": {"x": {"column": "q", "sign": -1}}, "sensors": {"step": {"x": 0.5}}}
+
+
+def test_a_workspace_starts_as_its_log_suggests(tmp_path, monkeypatch):
+    log = log_of("driven pendulum")
+    save_log(tmp_path / "log.csv", log, table=Model.parse('plant = "pendulum"\n[assumptions]\ndriven = true\n').table)
+    monkeypatch.chdir(tmp_path)
+    assert 'driven = true' in run("inspect", tmp_path / "log.csv").stdout
+    run("new", tmp_path / "arm", "--from", tmp_path / "log.csv")
+    assert Model.open(tmp_path / "arm").assumptions["driven"] is True
+    failed = run("new", tmp_path / "other", "--plant", "cart_pole", "--from", tmp_path / "log.csv", code=1)
+    assert "cart_pole must have" in failed.output
