@@ -1,4 +1,4 @@
-"""Each fault put into a clean simulated log is said as the table of docs/faults.md says it, and nothing is said of a clean log."""
+"""Each fault put into a clean simulated log is said as docs/faults.md says; nothing is said of a clean log."""
 
 from __future__ import annotations
 
@@ -112,7 +112,9 @@ def test_the_advice_on_a_sign_is_what_the_proposal_does():
 def test_no_sign_is_proposed_that_no_finding_names(samples):
     log = turned("dtheta_p", -1).part(0, samples)
     report = inspect_log(log)
-    assert [f.channel for f in report.findings if f.kind == "flipped_sign"] == re.findall(r"^(\w+) = .*sign", report.proposal, re.M)
+    assert [f.channel for f in report.findings if f.kind == "flipped_sign"] == re.findall(
+        r"^(\w+) = .*sign", report.proposal, re.M
+    )
 
 
 def test_nothing_odd_is_never_said_under_a_finding(tmp_path):

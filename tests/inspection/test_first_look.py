@@ -41,7 +41,9 @@ def test_the_arms_columns_are_two_angles_their_computed_rates_and_two_torques():
     found = roles(path)
     assert found == {"time": ("time", ""), "pos1": ("position", ""), "pos2": ("position", ""), "vel1": ("rate", "pos1"),
                      "vel2": ("rate", "pos2"), "tau1": ("input", ""), "tau2": ("input", "")}  # fmt: skip
-    assert remark(path, "vel1").endswith("no sensor of its own.") and remark(path, "vel2").endswith("no sensor of its own.")
+    assert remark(path, "vel1").endswith("no sensor of its own.") and remark(path, "vel2").endswith(
+        "no sensor of its own."
+    )
     assert survey_file(path).column("pos1").step == pytest.approx(3.8e-4, rel=0.01)
 
 
@@ -63,7 +65,10 @@ def test_the_free_pendulum_is_measured_from_upright_and_its_rate_is_no_sensor():
     proposal = propose(survey_file(path))
     found = tomllib.loads(proposal.text)
     assert found["plant"] == "pendulum" and "assumptions" not in found
-    assert found["columns"] == {"theta_1": {"column": "angle", "offset": pytest.approx(-np.pi, abs=1e-6)}, "t": {"column": "time"}}
+    assert found["columns"] == {
+        "theta_1": {"column": "angle", "offset": pytest.approx(-np.pi, abs=1e-6)},
+        "t": {"column": "time"},
+    }
     assert remark(path, "rate").endswith("no sensor of its own.")
     assert any("measured from upright" in s for s in proposal.sentences)
 
@@ -130,21 +135,30 @@ def test_a_file_of_no_plant_is_refused_with_what_its_columns_are(tmp_path):
 
 
 def test_a_file_without_a_clock_is_refused(tmp_path):
-    np.savetxt(tmp_path / "log.csv", np.random.default_rng(1).normal(size=(100, 2)), delimiter=",", header="a,b", comments="")
+    np.savetxt(
+        tmp_path / "log.csv", np.random.default_rng(1).normal(size=(100, 2)), delimiter=",", header="a,b", comments=""
+    )
     with pytest.raises(Failure, match="must be the time"):
         survey_file(tmp_path / "log.csv")
 
 
 def test_sections_are_joined_key_by_key():
-    joined = with_cures('plant = "slide"\n[columns]\nx = { column = "q" }\n', '[columns]\nx = { sign = -1 }\n[sensors]\nstep = { x = 0.5 }\n')
-    assert tomllib.loads(joined) == {"plant": "slide", "columns": {"x": {"column": "q", "sign": -1}}, "sensors": {"step": {"x": 0.5}}}
+    joined = with_cures(
+        'plant = "slide"\n[columns]\nx = { column = "q" }\n',
+        "[columns]\nx = { sign = -1 }\n[sensors]\nstep = { x = 0.5 }\n",
+    )
+    assert tomllib.loads(joined) == {
+        "plant": "slide",
+        "columns": {"x": {"column": "q", "sign": -1}},
+        "sensors": {"step": {"x": 0.5}},
+    }
 
 
 def test_a_workspace_starts_as_its_log_suggests(tmp_path, monkeypatch):
     log = log_of("driven pendulum")
     save_log(tmp_path / "log.csv", log, table=Model.parse('plant = "pendulum"\n[assumptions]\ndriven = true\n').table)
     monkeypatch.chdir(tmp_path)
-    assert 'driven = true' in run("inspect", tmp_path / "log.csv").stdout
+    assert "driven = true" in run("inspect", tmp_path / "log.csv").stdout
     run("new", tmp_path / "arm", "--from", tmp_path / "log.csv")
     assert Model.open(tmp_path / "arm").assumptions["driven"] is True
     failed = run("new", tmp_path / "other", "--plant", "cart_pole", "--from", tmp_path / "log.csv", code=1)

@@ -20,15 +20,17 @@ def new(
     plant: Annotated[
         str | None,
         typer.Option(
-            help=f"{', '.join(plants.KNOWN_PLANTS)}, or a plant of your own: FILE.py. {plants.DEFAULT_PLANT}, or by --from.",
+            help=f"{', '.join(plants.KNOWN_PLANTS)}, or a plant of your own: FILE.py; "
+            f"{plants.DEFAULT_PLANT}, or the one that --from suggests.",
             show_default=False,
         ),
     ] = None,
     log: Annotated[
-        Path | None, typer.Option("--from", metavar="LOG", help="As `inspect` proposes for this log.", show_default=False)
+        Path | None,
+        typer.Option("--from", metavar="LOG", help="As `inspect` proposes for this log.", show_default=False),
     ] = None,
 ) -> None:
-    """Start a workspace with the paper's model, that of another plant, or as a log suggests: model.toml and generated/."""
+    """Start a workspace with the paper's model, another plant's, or as a log suggests: model.toml and generated/."""
     # imported late, as in every command: the list of commands needs neither tomlkit nor SymPy
     from wheelpend.model import workspace
     from wheelpend.model.user_plants import plant_name

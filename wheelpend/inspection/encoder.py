@@ -70,7 +70,12 @@ def find_encoder_reading(signals: Signals, declared: EncoderHypothesis) -> Encod
     in_degrees = evaluate_encoder(signals, True, DEGREES_PER_RADIAN)
     rivals = [o for o in (other, in_degrees) if is_better(o, declared)]
     small = abs(in_degrees.ratio - 1) < 0.5 * MAX_OUTSIDE_DAMPING
-    if small and in_degrees in rivals and wheel_moves_most(signals, DEGREES_PER_RADIAN) and stands_clear(in_degrees, other):
+    if (
+        small
+        and in_degrees in rivals
+        and wheel_moves_most(signals, DEGREES_PER_RADIAN)
+        and stands_clear(in_degrees, other)
+    ):
         return in_degrees
     if against_body.ratio - 1 > MAX_OUTSIDE_DAMPING and (scaled := find_unit(signals, against_body.ratio - 1)):
         far = not 1 / MIN_UNIT_FACTOR < scaled.unit < MIN_UNIT_FACTOR
@@ -111,7 +116,7 @@ def find_unit(signals: Signals, start: float) -> EncoderHypothesis | None:
 def encoder_findings(
     best: EncoderHypothesis, declared: EncoderHypothesis, whole: bool, corrections: LogCorrections
 ) -> list[Finding]:
-    """The findings on the declared reading of theta_w where another one fits better; ``whole`` if it has no fractions."""
+    """The findings where another reading of theta_w than declared fits better; ``whole`` if it has no fractions."""
     gain = f"the equations then leave {declared.shift.share / best.shift.share:.3g} times less of the input unexplained"
     found = []
     if best.unit != declared.unit:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
-from wheelpend.logs.faults import Finding
+from wheelpend.logs.finding import Finding
 
 __all__ = ["Finding", "LogCorrections", "with_consistent_signs"]
 
@@ -27,7 +27,13 @@ class LogCorrections:
 
     def text(self) -> str:
         """Sections [columns] and [sensors] of a model.toml; empty when there is nothing to cure."""
-        corrected = {*self.guessed, *self.source, *self.unit, *self.scale, *(c for c, sign in self.sign.items() if sign < 0)}
+        corrected = {
+            *self.guessed,
+            *self.source,
+            *self.unit,
+            *self.scale,
+            *(c for c, sign in self.sign.items() if sign < 0),
+        }
         names = [c for c in self.table.names if c in corrected]
         lines = ["[columns]", *(f"{name} = {self.column(name)}" for name in names)] if names else []
         lines += [""] * bool(lines and self.encoder)

@@ -93,7 +93,9 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     columns = {**in_order(table.inputs, inputs, table), **in_order(own, places, table)}
     rates = {survey.column(r).of: r for r in survey.of_role("rate")}
     for channel in (c for c in table.channels if c not in own):
-        rate = channel if channel in survey.of_role("rate") else rates.get(columns.get(table.rates.get(channel, ""), ""))
+        rate = (
+            channel if channel in survey.of_role("rate") else rates.get(columns.get(table.rates.get(channel, ""), ""))
+        )
         if rate is None:
             return None
         columns[channel] = rate
@@ -126,7 +128,7 @@ def without_digits(name: str) -> str:
 
 
 def preference(candidate: Candidate, gravity: bool) -> float:
-    """How likely a plant is meant: first by the names of its columns, then by whether gravity shows, then the simplest."""
+    """How likely a plant is meant: by the names of its columns, then by whether gravity shows, then the simplest."""
     exact = sum(n == c for n, c in candidate.columns.items())
     first = candidate.table.units[places_of(candidate.table)[0]]
     fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0

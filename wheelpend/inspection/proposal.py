@@ -14,6 +14,7 @@ from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, pre
 from wheelpend.inspection.survey import Survey, input_unit
 from wheelpend.logs.columns import ColumnMap, guess_unit
 
+
 class Proposal(NamedTuple):
     """The text of a model.toml for a file, with the sentences that say why."""
 
@@ -23,16 +24,15 @@ class Proposal(NamedTuple):
 
 
 def propose(survey: Survey, plant: str = "") -> Proposal:
-    """The model that a file's columns suggest, of a plant where it is named; raises Failure where none has such columns."""
+    """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns."""
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = gravity_zero(survey.signals, places[0], inputs) if len(places) == 1 else None
-    found = sorted(candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)), key=lambda c: -preference(c, gravity is not None))
+    found = sorted(
+        candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)),
+        key=lambda c: -preference(c, gravity is not None),
+    )
     if not found:
-        raise Failure(
-            f"{survey.file}: {f'the plant {plant} must have' if plant else 'no plant has'} {count(len(places), 'position')} and {count(len(inputs), 'input')}; by their names "
-            f"and what they do, {', '.join(f'{c.name} is {c.role}' for c in survey.columns)}. Start a workspace with "
-            "`wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
-        )
+        raise Failure(no_plant_text(survey, plant))
     best = found[0]
     unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
@@ -70,6 +70,17 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
     return maps
 
 
+def no_plant_text(survey: Survey, plant: str) -> str:
+    """The message that no plant, or not the one named, has a file's columns."""
+    inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
+    taken = ", ".join(f"{c.name} is {c.role}" for c in survey.columns)
+    what = f"the plant {plant} must have other columns than" if plant else "no plant has"
+    return (
+        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}. Start a workspace "
+        "with `wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
+    )
+
+
 def plants_sentence(found: list[Candidate]) -> str:
     """Which plants fit by the columns."""
     words = list(dict.fromkeys(c.words for c in found))
@@ -81,7 +92,9 @@ def role_sentences(survey: Survey) -> list[str]:
     """What is said of rates, references and constants."""
     found = [f"{c.name} is the derivative of {c.of}. {c.remark}".strip() for c in survey.columns if c.role == "rate"]
     found += [f"{c.name} comes in steps. {c.remark}" for c in survey.columns if c.role == "position" and c.remark]
-    found += [f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of]
+    found += [
+        f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of
+    ]
     found += [f"{c.name} is none of its channels, and is ignored." for c in survey.columns if c.role == "further"]
     found += [f"{c.name} is {c.minimum:g} throughout." for c in survey.columns if c.role == "constant"]
     return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]

@@ -6,7 +6,7 @@ import numpy as np
 
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import is_whole
-from wheelpend.logs.columns import ColumnMap, ColumnTable
+from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.log import Log
 
 PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers

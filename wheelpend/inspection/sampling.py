@@ -11,7 +11,8 @@ from wheelpend.inspection.findings import Finding
 from wheelpend.inspection.signals import channel_values
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
-from wheelpend.logs.noise import difference_noise, find_quantum, rounding_sigma
+from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.white_noise import difference_noise
 
 MIN_DROPPED_SHARE = 1e-3  # share of the rows, from which on missing ones are named
 WHOLE_INTERVAL_TOLERANCE = 0.15  # of an interval, by which a multiple of the usual one may be off
@@ -48,7 +49,8 @@ def dropped_rows(log: Log) -> list[Finding]:
     share = missing / (len(log) + missing)
     if share < MIN_DROPPED_SHARE:
         return []
-    sentence = f"{100 * share:.2g} % of the rows are missing: {int(skips.sum())} intervals are whole multiples of the usual one."
+    multiples = f"{int(skips.sum())} intervals are whole multiples of the usual one"
+    sentence = f"{100 * share:.2g} % of the rows are missing: {multiples}."
     cure = "The times are right, but the input within such intervals is not known: log every row, or average over more."
     return [Finding("dropped_rows", "t", sentence, cure, share)]
 
@@ -95,8 +97,8 @@ def retimed_rows(log: Log, name: str, values: np.ndarray) -> list[Finding]:
         return []
     share = float(np.sum(np.round(ratio[double]) - 1)) / ratio.size
     share = share / (1 + share)
-    sentence = (f"{name} moves twice as far or more in single steps, as if {100 * share:.2g} % of the rows had been dropped and "
-                "the times made uniform afterwards.")  # fmt: skip
+    sentence = (f"{name} moves twice as far or more in single steps, as if {100 * share:.2g} % of the rows had been "
+                "dropped and the times made uniform afterwards.")  # fmt: skip
     cure = "Log each row with the time at which it was measured; rates, delays and inertias from this log are wrong."
     return [Finding("retimed_rows", "t", sentence, cure, share)]
 
@@ -116,8 +118,8 @@ def stamp_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
     sigma = float(np.std(y - slope * x) / np.sqrt(x @ x))
     if slope + 3 * sigma > 0.5 or sigma > 0.1 or not matters(log, values, jitter):
         return []
-    sentence = (f"The times jitter by {1e3 * jitter:.3g} ms, but {name} moves as if sampled evenly: the stamps are at fault, "
-                "not the sampling.")  # fmt: skip
+    sentence = (f"The times jitter by {1e3 * jitter:.3g} ms, but {name} moves as if sampled evenly: the stamps are at "
+                "fault, not the sampling.")  # fmt: skip
     cure = "Make the times uniform, or stamp each row when its sensors are read."
     return [Finding("stamp_jitter", "t", sentence, cure, jitter)]
 
@@ -143,7 +145,7 @@ def sample_jitter(log: Log, name: str, values: np.ndarray) -> list[Finding]:
     jitter = float(np.sqrt(max(rise[-1], 0.0)))
     if not (grows and proportional and jitter > MIN_JITTER_SHARE * log.dt and matters(log, values, jitter)):
         return []
-    sentence = (f"{name} scatters in proportion to its speed, as if the samples were taken {1e3 * jitter:.3g} ms early or late: "
-                "the times are uniform, the sampling is not.")  # fmt: skip
+    sentence = (f"{name} scatters in proportion to its speed, as if the samples were taken {1e3 * jitter:.3g} ms early "
+                "or late: the times are uniform, the sampling is not.")  # fmt: skip
     cure = "Stamp each row when its sensors are read, and log these stamps."
     return [Finding("sample_jitter", "t", sentence, cure, jitter)]

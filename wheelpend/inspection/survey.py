@@ -16,9 +16,10 @@ from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, unif
 from wheelpend.logs.checks import check_time
 from wheelpend.logs.columns import INPUT_ALIASES, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, guess_unit
 from wheelpend.logs.log import Log
-from wheelpend.logs.noise import difference_noise, find_quantum
+from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.read import find_time_column, open_file
 from wheelpend.logs.tables import check_length, scalars_of
+from wheelpend.logs.white_noise import difference_noise
 from wheelpend.numerics import gaussian_smoothed
 
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
@@ -198,8 +199,8 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     if shared > COMPUTED_SHARE and raw_angle:
         return f"A filter of the angle gives {100 * shared:.0f} % of its errors: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
-        return (f"{100 * shared:.0f} % of its errors are the angle's too: one of the two was made from the other, as a fused "
-                "angle is from a gyro, and is no raw sensor.")  # fmt: skip
+        return (f"{100 * shared:.0f} % of its errors are the angle's too: one of the two was made from the other, as a "
+                "fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
     if is_filtered(rate) and raw_angle:
         return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
     return f"A filter of the angle gives {100 * shared:.0f} % of its errors: a sensor of its own."

@@ -125,7 +125,10 @@ def pitch_sign_against_wheel(signals: Signals) -> int:
 def find_clocks_and_encoder(
     signals: Signals, relative: bool, whole: bool, corrections: LogCorrections
 ) -> list[Finding]:
-    """Find delays between input, encoder and IMU, and a wrong reference or unit of the encoder; ``whole`` if it has no fractions."""
+    """Find delays between input, encoder and IMU, and a wrong reference or unit of the encoder.
+
+    ``whole`` says that the encoder's readings have no fractions.
+    """
     imu = imu_time_shift(signals)
     moved = imu.is_significant(1.3)
     aligned = with_imu_advanced(signals, imu.samples) if moved else signals

@@ -11,7 +11,7 @@ from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
-from wheelpend.logs.noise import difference_noise
+from wheelpend.logs.white_noise import difference_noise
 
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
@@ -68,8 +68,8 @@ def stillness(log: Log, table: ColumnTable) -> str:
     unit = table.units.get(table.input, "")
     driven = f" while {table.input} goes from {lowest:.3g} to {highest:.3g} {unit}" if table.input else ""
     return (
-        f"Nothing can be identified: {', '.join(log.channels)} stay within their noise throughout{driven}, and inertia, "
-        "friction and gravity show in motion only."
+        f"Nothing can be identified: {', '.join(log.channels)} stay within their noise throughout{driven}, and "
+        "inertia, friction and gravity show in motion only."
     )
 
 

@@ -6,15 +6,16 @@ A recording is cured where that is safe: what is no measurement is left out, and
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheelpend.logs.noise import difference_noise, find_quantum, rounding_sigma
+from wheelpend.logs.finding import Finding
+from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.white_noise import difference_noise
 
 CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at its ceiling
 MIN_CEILING_SAMPLES = 10  # of them in all
-MIN_CEILING_STEPS = 5.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
+MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
 LYING_ANGLE_RAD = 0.35  # from upright, from where on no wheel catches the body: 20°
 LYING_BAND_RAD = 0.05  # within which a body that lies stays; a free one falls further within LYING_TIME_S
@@ -26,34 +27,6 @@ MIN_SEAM_SIGMAS = 12.0  # by which a speed jumps
 MIN_SEAM_STEPS = 5.0  # times the largest of the steps around
 MIN_NEIGHBOUR_SIGMAS = 6.0  # the same of the means of its neighbours, where another channel jumps already
 MAX_SEAMS = 20  # of a log, beyond which jumps are something else
-
-
-class Finding(NamedTuple):
-    """A fault of a log that should be cured before a model is fitted to it.
-
-    ``kind`` is time_shift, flipped_sign, swapped_channels, wrong_unit, relative_encoder, absolute_encoder,
-    wrapped_angle, gap, stand_still, counts, duty, offset, dropped_rows, retimed_rows, stamp_jitter, sample_jitter,
-    saturation, lying, joined, no_excitation, spikes, jump or filtered. ``size`` is the time of a time_shift (positive for a late sensor and for
-    an input that acts late), of the longest gap, of all stand_still and lying together and of a seam [s]; the factor of
-    wrong_unit; the turn of wrapped_angle; the ceiling of saturation; the share of dropped rows; the jitter [s]; by how much the
-    largest of spikes is off, or the sensor jumps [unit of the channel].
-    """
-
-    kind: str
-    channel: str  # name of a column, or several joined with " and "
-    sentence: str  # what was seen
-    cure: str  # what to do
-    size: float | None
-
-    def to_json(self) -> dict[str, Any]:
-        """The finding under the keys of JSON."""
-        return {
-            "kind": self.kind,
-            "channel": self.channel,
-            "sentence": self.sentence,
-            "cure": self.cure,
-            "size": self.size,
-        }
 
 
 def runs_of(mask: np.ndarray) -> np.ndarray:
@@ -102,7 +75,8 @@ def saturated(name: str, values: np.ndarray) -> tuple[np.ndarray, list[Finding]]
         return values, []
     count = int(at_ceiling.sum())
     sentence = (f"{name} is stuck at {abs(ceiling):.4g} in {count} samples ({100 * count / len(values):.2g} %), in "
-                f"{len(runs_of(at_ceiling))} places: the sensor is saturated, and these readings are left out.")  # fmt: skip
+                f"{len(runs_of(at_ceiling))} places: the sensor is saturated, and these readings are left "
+                "out.")  # fmt: skip
     cure = "Set a larger range of the sensor, or move the machine less."
     return np.where(at_ceiling, np.nan, values), [Finding("saturation", name, sentence, cure, abs(ceiling))]
 
@@ -190,7 +164,8 @@ def seam_finding(t: np.ndarray, seams: list[tuple[int, list[str]]]) -> Finding:
     """The finding on places where another recording begins."""
     k, names = seams[0]
     times = ", ".join(f"{t[s + 1]:.6g}" for s, _ in seams)
-    sentence = (f"{', '.join(names[:-1])} and {names[-1]} jump at once at t = {times} s, though the times go on: recordings, "
-                "perhaps of different machines, were joined. No segment spans the place.")  # fmt: skip
+    who = f"{', '.join(names[:-1])} and {names[-1]}"
+    sentence = (f"{who} jump at once at t = {times} s, though the times go on: recordings, perhaps of different "
+                "machines, were joined. No segment spans the place.")  # fmt: skip
     cure = "Cut the file there and give the parts as logs of their own."
     return Finding("joined", "t", sentence, cure, float(t[k + 1]))

@@ -9,16 +9,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from derive.effects import INPUT_MEMORY_S
 from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure
-
-if TYPE_CHECKING:
-    from wheelpend.logs.faults import Finding
+from wheelpend.logs.finding import Finding
 
 MIN_SEGMENT_SAMPLES = 5  # samples
 EXCERPT_SAMPLES, EXCERPT_PARTS = (

@@ -9,7 +9,8 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.faults import Finding, find_seams, lying_finding, lying_samples, saturated, seam_finding
+from wheelpend.logs.faults import find_seams, lying_finding, lying_samples, saturated, seam_finding
+from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import Log
 
 MIN_STANDING_SHARE = 0.05  # share of a log in which a machine must stand for anything to be learnt
@@ -24,7 +25,7 @@ def seams_of(t: np.ndarray, columns_by_name: Mapping[str, np.ndarray], table: Co
 
 
 def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
-    """The log with what is no measurement left out, and the findings on that in ``faults``; as it is where cured before.
+    """The log with what is no measurement left out, and what was found in ``faults``; as it is where it has some.
 
     ``seams`` are where other recordings begin, found in the log where they are not given. Raises Failure when a machine
     lies on the floor nearly all the time.

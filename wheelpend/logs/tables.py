@@ -147,5 +147,6 @@ def scalars_of(path: Path) -> dict[str, float]:
     return {
         name: float(v)
         for name, v in found.items()
-        if isinstance(v, int | float | np.number) or (isinstance(v, np.ndarray) and v.ndim == 0 and v.dtype.kind in "iuf")
+        if isinstance(v, int | float | np.number)
+        or (isinstance(v, np.ndarray) and v.ndim == 0 and v.dtype.kind in "iuf")
     }

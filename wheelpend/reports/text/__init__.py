@@ -8,5 +8,6 @@ verdict           verdict, headline and title of a diagnosis or an explanation; 
 force_ranges      ranges of the states in which the missing force is concentrated
 effects, history  the library, and the changes of a workspace
 unexplained       repeatability of the missing force, and a free-form law for it
-comparison, diagnosis, explanation, identification, inspection, design, campaign    whole results for the terminal
+comparison, diagnosis, explanation, identification, inspection, first_look, design, campaign    whole results for the
+                  terminal
 """
