@@ -59,7 +59,7 @@ class LogCorrections:
             unit = ending if ending != self.other_input_unit else ""
         sign = known.sign * self.sign.get(name, 1)
         scale = known.scale * self.scale[name] if name in self.scale else known.scale
-        offset = known.offset * self.sign.get(name, 1) + self.offset.get(name, 0.0)
+        offset = known.offset * self.sign.get(name, 1)
         parts = [
             f'column = "{known.column}"',
             *([f'unit = "{unit}"'] if unit else []),
