@@ -17,7 +17,7 @@ from derive.parameter_name import full_name
 
 DIRECTION_ARGUMENT = "direction"  # in laws: −1 or 1 while a port slips; a law in it may also stick at rest
 INPUT_SIGNAL = "input"  # in Quantiles: the commanded input
-LAG_MEMORY_TIME_CONSTANTS = 10.0  # after which e⁻¹⁰ = 5e-5 of an old command is left, below the steps of any driver
+LAG_MEMORY_TIME_CONSTANTS = 3.0  # after which the slowest winding keeps e⁻³ = 5 % of an old command, others nothing
 
 
 class Quantiles(NamedTuple):

@@ -53,7 +53,7 @@ def test_held_out_data_confirm_an_effect_that_is_there_and_no_other():
 @pytest.fixture(scope="module")
 def faint():
     """A problem whose log has a little dry friction, its fit without it, and its fit with it."""
-    log = simulated(duration=6.0, seed=5, coulomb_drive__torque=0.0015)
+    log = simulated(duration=6.0, seed=5, coulomb_drive__torque=0.002)
     problem = prepare(Model.default(), [log], horizon=0.1)
     without = fit_segments(problem, problem.data.estimation, X, problem.base)
     return problem, without, fit_segments(problem, problem.data.estimation, X, [*problem.base, TORQUE])

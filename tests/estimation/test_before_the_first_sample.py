@@ -179,8 +179,8 @@ def test_memory_of_friction_is_followed_through_the_warm_up():
     values = {**X, **CONSTANTS, "presliding_drive.torque": 0.3, "presliding_drive.stiffness": 3.0}
     module = library_module("wheel_pendulum", {}, ())
     segments = prepare(Model.default(), [log], use_all=True).data.estimation[0]
-    assert segments.warm_up.tolist() == [[0, 500]] and segments.bounds[0, 0] == 500
+    assert segments.warm_up.tolist() == [[0, 150]] and segments.bounds[0, 0] == 150
     parameters = kernel_parameters(module, values, log)
     _, found = fit_states(Simulator(module), segments, initial_states(module, segments), parameters)
     per_value = found.gram[:, -1, -1] / (3 * 500 - 4)
-    assert per_value[:-1] == pytest.approx(1.0, abs=0.25) and np.isnan(found.residual[:500]).all()
+    assert per_value[:-1] == pytest.approx(1.0, abs=0.25) and np.isnan(found.residual[:150]).all()

@@ -50,7 +50,7 @@ def test_a_free_play_is_refitted_from_nearby():
     near = {n: 1.03 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
     problem = with_stable_step(problem, near)
     fitted = fit_segments(
-        problem, problem.data.estimation, {**near, "backlash.gap": 0.025}, [*problem.base, "backlash.gap"], rounds=40
+        problem, problem.data.estimation, {**near, "backlash.gap": 0.028}, [*problem.base, "backlash.gap"], rounds=40
     )
     assert fitted.values["backlash.gap"] == pytest.approx(0.03, abs=3e-4)
     assert fitted.error < 1.1

@@ -50,7 +50,8 @@ def test_the_last_third_of_a_log_is_held_out_and_no_sample_is_on_both_sides():
 def test_held_out_logs_take_no_part_in_the_fit_and_leave_it_the_whole_of_its_own():
     own, other = simulated(duration=6.0), simulated(duration=3.0, seed=1)
     problem = prepare(Model.default(), [own], [other], lean=True)
-    assert list(problem.logs) == [own] and [v.part.log for v in problem.data.validation] == [other]
+    assert [log.t is own.t for log in problem.logs] == [True]
+    assert [v.part.log.t is other.t for v in problem.data.validation] == [True]
     assert max(samples(problem.data.estimation[0])) >= len(own) - 2
     held = problem.data.validation[0]
     assert max(samples(held.calibration)) < len(other) // 3 <= min(samples(held.part))

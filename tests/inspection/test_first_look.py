@@ -84,8 +84,11 @@ def test_the_servo_is_a_driven_pendulum_with_4096_counts(file):
 
 def test_the_balancing_robot_has_its_encoder_against_the_body_and_a_fused_pitch():
     look = first_look(measured("mini_segway/balancing.csv"))
-    assert tomllib.loads(look.model) == {"plant": "wheel_pendulum", "sensors": {"encoder": "relative"}}
-    assert [f.kind for f in look.inspection.findings] == ["relative_encoder"]
+    assert tomllib.loads(look.model) == {
+        "plant": "wheel_pendulum",
+        "sensors": {"encoder": "relative", "encoder_counts": 4496},
+    }
+    assert [f.kind for f in look.inspection.findings] == ["filtered", "filtered", "relative_encoder"]
     assert "no raw sensor" in look.survey.column("dtheta_p").remark
 
 

@@ -27,7 +27,6 @@ from wheelpend.model.record import Model
 
 EVENT_MARGIN_HORIZON_SHARE = 0.05  # of the horizon: an event so near to a segment may have happened in it
 COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model couples each to the one before
-SHORTEST_FULL_LOG_S = 3.0 * INPUT_MEMORY_S / MAX_WARM_UP_SHARE  # s, a log whose warm-up need not be shortened
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
@@ -63,12 +62,16 @@ def prepare(
 
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
-    several times faster. Raises Failure where a log stands on both sides or yields no segments.
+    several times faster, and judges logs from where these effects alone have forgotten what came before. Raises
+    Failure where a log stands on both sides or yields no segments.
     """
     _require_known_effects(model, without)
     _require_distinct_logs(logs, holdout)
     module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)
-    loaded, validation_logs = read_logs(logs, model), read_logs(holdout, model)
+    memory = memory_of(model.effects) if lean else INPUT_MEMORY_S
+    loaded, validation_logs = (
+        tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
+    )
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
@@ -86,14 +89,20 @@ def prepare(
     return replace(problem, carries=carries_over(module, model.effects))
 
 
+def memory_of(effects: Sequence[str]) -> float:
+    """Time [s] for which a model with these effects remembers its input, or needs to find a state that it carries."""
+    rows = map(derive.effects.find, effects)
+    return max((INPUT_MEMORY_S if row.carries else row.input_memory for row in rows), default=0.0)
+
+
 def _warnings_of(log: Log) -> list[str]:
     """Warnings about a log, which its estimates inherit."""
     found = [f"{log.name}: {w}" for w in log.warnings]
-    if log.warm_up_s < INPUT_MEMORY_S:
+    if log.warm_up_s < log.memory_s:
         found.append(f"{log.name}: what was commanded before a log begins, or in a gap, is unknown, and an actuator "
-                     f"may remember it for {INPUT_MEMORY_S:g} s. The log is too short to leave out more than "
+                     f"may remember it for {log.memory_s:g} s. The log is too short to leave out more than "
                      f"{log.warm_up_s:.2g} s after each: believe no delay or lag that lasts longer, and record "
-                     f"{SHORTEST_FULL_LOG_S:g} s without a gap.")  # fmt: skip
+                     f"{3.0 * log.memory_s / MAX_WARM_UP_SHARE:g} s without a gap.")  # fmt: skip
     return found
 
 

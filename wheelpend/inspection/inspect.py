@@ -108,7 +108,7 @@ def inspect_log(
         findings=tuple(findings),
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table),
-        stand_still=standstills(log, noise.sigma, table),
+        stand_still=standstills(log, noise, table),
     )
 
 

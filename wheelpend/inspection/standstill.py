@@ -11,6 +11,7 @@ from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise
 
 STANDSTILL_BAND_SIGMAS = 6.0  # standard deviations within which a position stays that stands still
+STANDSTILL_BAND_STEPS = 2.01  # steps of a quantised one: the reading next to an edge flickers, the gears give a little
 MIN_STANDSTILL_S = 0.1  # s
 MIN_CONSTANT_SIGNAL_S = 0.5  # s for which a signal must stay the same to count as constant
 
@@ -50,10 +51,11 @@ def position_channels(log: Log, table: ColumnTable) -> list[str]:
     return [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
 
 
-def standstills(log: Log, sigma: np.ndarray, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
-    """Times from and to [s] between which positions stay the same within their noise, by channel."""
+def standstills(log: Log, noise: Noise, table: ColumnTable) -> dict[str, list[tuple[float, float]]]:
+    """Times from and to [s] between which positions stay the same within noise and a step each way, by channel."""
+    bands = np.maximum(STANDSTILL_BAND_SIGMAS * noise.sigma, STANDSTILL_BAND_STEPS * noise.quantum)
     known = [(k, c) for k, c in enumerate(log.channels) if c in position_channels(log, table)]
-    found = {c: standstill_times(log.t, log.measured[:, k], STANDSTILL_BAND_SIGMAS * float(sigma[k])) for k, c in known}
+    found = {c: standstill_times(log.t, log.measured[:, k], float(bands[k])) for k, c in known}
     return {c: times for c, times in found.items() if times}
 
 

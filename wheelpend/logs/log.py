@@ -25,6 +25,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 )  # samples, and pieces, that represent a long log in noise and interval
 MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
+COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
 MAX_WARM_UP_SHARE = 1 / 3  # of a log's usable samples, and of those in the third that gives its own parameters
 
 
@@ -53,6 +54,7 @@ class Log:
     range_channel: str = default_plant.RANGE_CHANNEL  # channel that must stay within ±π/2, where the log has it
     rates: Mapping[str, str] = field(default_factory=lambda: default_plant.RATES)  # channels that are rates of others
     earlier: tuple[np.ndarray, np.ndarray] | None = None  # times and commands before the first sample, where known
+    memory_s: float = INPUT_MEMORY_S  # for which what is fitted to it may remember a command
     breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
     faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
 
@@ -92,8 +94,8 @@ class Log:
     def stretches(self) -> tuple[Stretch, ...]:
         """The ranges of samples without a gap; each is judged from the end of its warm-up on.
 
-        The warm-up is the same whichever effects are in the model: errors with and without one are then taken over the
-        same samples.
+        The warm-up is as long as the longest memory of the effects that are compared: errors with and without one are
+        then taken over the same samples.
         """
         return tuple(Stretch(a, _settled(self, a, b, self.warm_up_s), b) for a, b in self._gapless_ranges)
 
@@ -103,7 +105,7 @@ class Log:
 
         It is halved until it takes no more than a third of the log's samples, and of those in the log's first third.
         """
-        warm_up = INPUT_MEMORY_S
+        warm_up = self.memory_s
         while warm_up > self.dt and self._lost_share(warm_up) > MAX_WARM_UP_SHARE:
             warm_up *= 0.5
         return warm_up if warm_up > self.dt else 0.0
@@ -139,7 +141,9 @@ class Log:
     def part(self, first: int, last: int) -> Log:
         """Samples first to last - 1, with t still counted from the start of the whole log, and the commands before."""
         cut = slice(first, last)
-        before = slice(int(np.searchsorted(self.t[:first], self.t[min(first, len(self) - 1)] - INPUT_MEMORY_S)), first)
+        before = slice(
+            int(np.searchsorted(self.t[:first], self.t[min(first, len(self) - 1)] - COMMAND_HISTORY_S)), first
+        )
         return replace(
             self,
             t=self.t[cut],

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from wheelpend.diagnosis.explain import Ladder
+from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.standstill import standstills
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.page.effect_figures import EffectDrawing, effect_drawings
@@ -60,8 +61,8 @@ def _prediction_charts(explanation: Ladder, quantities: PlantUnits) -> tuple[lis
     """Charts of the first logs with their names, and the number of the others."""
     comparisons, charts = residual_comparisons(explanation), []
     for k, comparison in enumerate(comparisons[:MAX_DRAWN_LOGS]):
-        log, sigma = comparison.segments.log, comparison.segments.sigma
-        still = standstills(log, sigma, explanation.model.table)
+        log = comparison.segments.log
+        still = standstills(log, noise_of(log, explanation.model), explanation.model.table)
         figure = prediction_figure(comparison, bool(explanation.steps), quantities, still)
         charts.append((log.name, chart_markup(f"log{k}", figure)))
     return charts, len(comparisons) - MAX_DRAWN_LOGS
