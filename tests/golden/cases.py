@@ -174,6 +174,11 @@ CHAINS = (
         asked("absent", "inspect logs/nowhere.csv"),
         step("usage", "inspect"),
     )),
+    Chain("first_look", (
+        asked("inspect", "inspect logs/demo8.csv"),
+        step("new_from", "new found --from logs/demo8.csv", "found/model.toml"),
+        step("nothing_moves", "new other --from logs/nowhere.csv"),
+    )),
     Chain("change", (
         BARE,
         asked("empty_history", "history"),

@@ -11,6 +11,7 @@ from wheelpend.reports.numbers import (
     number_text,
     prediction_error_text,
     unexplained_input_text,
+    whole_digits_text,
 )
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -28,8 +29,8 @@ def identification_text(result: Identification) -> TextBlocks:
         yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error)}"
     if result.cutoff_hz is not None:
         yield (
-            f"Motion differentiated up to {digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that noise "
-            "would bend the parameters. Both sides compared up to half of it."
+            f"Motion differentiated up to {whole_digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that "
+            "noise would bend the parameters. Both sides compared up to half of it."
         )
     if result.bias:
         yield from bias_text(result.bias)
