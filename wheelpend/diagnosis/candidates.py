@@ -150,7 +150,7 @@ class CandidateSelection:
             fitted = fit_model(extended, start.values, free, horizons=(1.0,), start_per_log=start.per_log)
         except Failure:
             return None  # so that is not what is missing
-        significance = significance_fit(extended, fitted, start)
+        significance = significance_fit(extended, fitted)
         comparisons = Comparisons(sum(c.trials for c in self.candidates.values()), validated)
         effect = self.candidates[name].effect
         return evaluate_candidate(extended, effect, fitted, base.residuals, comparisons, significance)

@@ -54,14 +54,14 @@ def short_score_tests(
     return found
 
 
-def significance_fit(problem: EstimationProblem, fitted: Fit, start: Fit) -> Fit:
+def significance_fit(problem: EstimationProblem, fitted: Fit) -> Fit:
     """The fit whose segments are counted for significance: the full one, or on a short log one with more segments."""
     segment_count = sum(len(s.bounds) for s in problem.data.estimation)
     if segment_count - len(fitted.free) >= MIN_SEGMENTS_BEYOND_PARAMETERS:
         return fitted
     share = max(SHORT_HORIZON_SHARE, segment_count / (len(fitted.free) + 2.0 * MIN_SEGMENTS_BEYOND_PARAMETERS))
     log_segments = shortened_segments(problem, share * problem.horizon, max_segments=1000)
-    return fit_segments(problem, log_segments, start.values, fitted.names, start_per_log=start.per_log)
+    return fit_segments(problem, log_segments, fitted.values, fitted.names, start_per_log=fitted.per_log)
 
 
 def free_names_with(problem: EstimationProblem, base: Fit, effect: str) -> list[str]:

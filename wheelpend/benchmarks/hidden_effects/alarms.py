@@ -99,7 +99,7 @@ def effect_p_values(kind: str, seed: int, effects: Sequence[str] = (), **options
         fitted = fit_model(
             problem, started.values, free_names(problem, extended_effects(model, effect.name)), horizons=(1.0,)
         )
-        evidence = significance_fit(problem, fitted, started)
+        evidence = significance_fit(problem, fitted)
         sizes = [p for p in evidence.free if p.name in size_names(effect)]
         p_value = wald_p_value(evidence, sizes, deviation_from_absence(evidence, sizes, null_values(problem, effect)))
         found.append(EffectPValue(kind, effect.name, p_value, starts[0][1].trials))
