@@ -28,6 +28,7 @@ from wheelpend.cli.options import (
     parse_tau,
     print_log_findings,
 )
+from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
 
 
@@ -64,8 +65,13 @@ def identify(
         }  # fmt: skip
         with progress("reading") as update:
             opened = open_model(model, plant)
+            try:
+                result = run(opened, logs, progress=update, **options)
+            except Failure:
+                print_log_findings(logs, opened)  # of which one may be why
+                raise
+        if not result.is_explained:
             print_log_findings(logs, opened)
-            result = run(opened, logs, progress=update, **options)
         print_warnings(result.warnings)
         print_result(result, json, lambda: print_text(identification_text(result)))
         if tau_map and result.guide:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values
@@ -92,6 +93,13 @@ class Identification:
     def model(self) -> Model:
         """The model with the identified values."""
         return self.start.with_fit({n: (e.value, e.sigma) for n, e in self.identified.items()})
+
+    @property
+    def is_explained(self) -> bool:
+        """True where the fit leaves no more than noise; a regression does not tell."""
+        if self.error is None or self.noise_floor is None:
+            return False
+        return self.error <= MAX_EXPLAINED_ERROR_RATIO * self.noise_floor
 
     @property
     def identified(self) -> dict[str, Estimate]:
