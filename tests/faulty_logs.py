@@ -104,3 +104,24 @@ def as_pwm(log: Log, limit: float, supply: float = 24.0, whole: bool = True) -> 
     """The input as duty of a supply, in whole numbers or not, clipped at ±limit."""
     duty = np.clip(column(log, "v_in") / supply * limit, -limit, limit)
     return with_columns(log, v_in=np.round(duty) if whole else duty)
+
+
+def spiky(log: Log, name: str, count: int = 30, size: float = 0.5) -> Log:
+    """Single readings far off, some up and some down."""
+    rng = np.random.default_rng(RNG_SEED)
+    values = column(log, name).copy()
+    values[rng.choice(np.arange(100, len(log) - 100), count, replace=False)] += size * rng.choice([-1, 1], count)
+    return with_columns(log, **{name: values})
+
+
+def slipped(log: Log, name: str, time: float = 8.0, size: float = 0.7) -> Log:
+    """A sensor that loses counts once."""
+    return with_columns(log, **{name: column(log, name) + size * (log.t > time)})
+
+
+def smoothed(log: Log, name: str, cutoff_hz: float = 10.0) -> Log:
+    """A channel that was filtered before it was logged."""
+    from scipy.signal import butter, sosfiltfilt
+
+    filtered = sosfiltfilt(butter(4, cutoff_hz, fs=1.0 / log.dt, output="sos"), column(log, name))
+    return with_columns(log, **{name: filtered})
