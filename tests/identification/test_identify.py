@@ -1,5 +1,7 @@
 """Identification recovers what was planted, from good starts, bad ones and none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -103,6 +105,17 @@ def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect, 
 
 
 @pytest.mark.extras
+def test_a_fit_far_above_the_noise_says_that_its_values_mean_nothing():
+    log = simulated(duration=6.0)
+    assert not any("times the noise" in w for w in identify(Model.default(), [log]).warnings)
+    turned = replace(log, voltage=log.voltage[::-1].copy())
+    found = identify(Model.default(), [turned])
+    assert found.error > 3.0 * found.noise_floor
+    said = [w for w in found.to_json()["warnings"] if "times the noise" in w]
+    assert len(said) == 1
+    assert "mean nothing yet. Run `wheelpend diagnose`" in said[0]
+
+
 def test_a_fit_that_has_not_arrived_is_begun_again():
     pytest.importorskip("mujoco")
     log = engine_log({}, command="simple", seed=5017)  # its first fit stops underway, at 1.064

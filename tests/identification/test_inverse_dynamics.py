@@ -105,6 +105,24 @@ def test_a_log_too_short_to_differentiate_is_refused():
         identify(AXIS, [controlled_axis(100, 1e-3, 3.0, seconds=0.3)], method="inverse")
 
 
+def test_a_log_that_lost_samples_is_filtered_at_its_mean_interval():
+    log = controlled_axis(100, 1e-5, 3.0, seconds=60.0)
+    kept = np.cumsum(np.random.default_rng(0).choice([1, 5], p=[0.55, 0.45], size=1800))
+    kept = kept[kept < len(log)]
+    thinned = replace(log, t=log.t[kept], voltage=log.voltage[kept], measured=log.measured[kept])
+    found = identify(AXIS, [thinned], method="inverse")
+    assert 1.0 < found.cutoff_hz < 1.0 / (4.0 * np.diff(thinned.t).mean())
+
+
+def test_a_short_stretch_of_a_long_log_is_compared_too(monkeypatch):
+    monkeypatch.setattr("wheelpend.identification.inverse_dynamics.MAX_JUDGED_SAMPLES", 10)
+    log = controlled_axis(300, 1e-5, 3.0, seconds=4.0)
+    kept = np.r_[0:90, 300 : len(log)]  # thinned to a hundredth, not two samples of the first stretch are left
+    cut = replace(log, t=log.t[kept], voltage=log.voltage[kept], measured=log.measured[kept])
+    found = identify(AXIS, [cut], method="inverse")
+    assert found.parameters["X1"].value == pytest.approx(INERTIA, rel=0.1)
+
+
 def test_the_cutoff_on_a_measured_servo_follows_its_encoder():
     servo = Model.parse('plant = "pendulum"\neffects = ["coulomb_drive"]\n[assumptions]\ndriven = true\n')
     logs = [DATA / f"servo_pendulum/sin_time_square_{gain}.csv" for gain in (100, 200, 400)]

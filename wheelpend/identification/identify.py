@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, WRONG_START_ERROR_RATIO
 from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values
@@ -145,9 +145,18 @@ def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...],
     unidentifiable = {n for n, e in table.items() if not e.identifiable}
     return Identification(
         "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor,
-        (*problem.warnings, *overstated_noise(problem, fitted.error, problem.data.estimation),
+        (*problem.warnings, *_unexplained_warnings(fitted.error, problem.floor),
+         *overstated_noise(problem, fitted.error, problem.data.estimation),
          *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
     )  # fmt: skip
+
+
+def _unexplained_warnings(error: float, floor: float) -> tuple[str, ...]:
+    """A warning where a fit leaves so much that its values are those of no machine."""
+    if error <= WRONG_START_ERROR_RATIO * floor:
+        return ()
+    return (f"The fitted model leaves {error / floor:.3g} times the noise: something is missing in it, or wrong in the "
+            "log. Its values and their errors mean nothing yet. Run `wheelpend diagnose`.",)  # fmt: skip
 
 
 def _require_moved(problem: EstimationProblem, fitted: Fit) -> None:

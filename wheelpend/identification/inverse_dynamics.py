@@ -21,6 +21,7 @@ from wheelpend.estimation.regressor import acting_input, equations_at
 from wheelpend.identification.bandwidth import Sides, chosen_cutoff, cutoff_for, modelled
 from wheelpend.identification.measured_motion import (
     MIN_STRETCH_S,
+    MIN_STRETCH_SAMPLES,
     low_passed,
     measured_stretches,
     possible_cutoffs,
@@ -168,9 +169,10 @@ def judged_sides(module: KernelModule, log: Log, parameters: np.ndarray) -> dict
     if not stretches:
         return {}
     cutoffs, thin = possible_cutoffs(module, log, stretches), -(-len(log) // MAX_JUDGED_SAMPLES)
+    thins = [min(thin, len(part) // MIN_STRETCH_SAMPLES) for part in stretches]  # none gets shorter than the shortest
     found = {}
     for cutoff in cutoffs:
-        rows = [stretch_equations(module, part, parameters, cutoff, thin) for part in stretches]
+        rows = [stretch_equations(module, p, parameters, cutoff, n) for p, n in zip(stretches, thins, strict=True)]
         kept = [slice(e, -e) for e in (filter_edge(min(cutoffs), row.dt) for row in rows)]
         left = np.concatenate([row.left[k] for row, k in zip(rows, kept, strict=True)])
         regressor = np.concatenate([row.regressor[k] for row, k in zip(rows, kept, strict=True)])

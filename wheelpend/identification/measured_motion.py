@@ -59,8 +59,12 @@ def smooth_motion(module: KernelModule, log: Log, t: np.ndarray, cutoff: float) 
 
 
 def possible_cutoffs(module: KernelModule, log: Log, stretches: Sequence[Log]) -> list[float]:
-    """Cut-offs [Hz] that leave the motion of a log's stretches as it is, falling."""
-    highest = min(MAX_MOTION_CUTOFF_HZ, 1.0 / (MIN_SAMPLES_PER_PERIOD * log.dt))
+    """Cut-offs [Hz] that leave the motion of a log's stretches as it is, falling.
+
+    The filter works at a stretch's mean interval, which is longer than the usual one where samples are missing.
+    """
+    longest = max(part.duration / (len(part) - 1) for part in stretches)
+    highest = min(MAX_MOTION_CUTOFF_HZ, 1.0 / (MIN_SAMPLES_PER_PERIOD * longest))
     sigma = sensor_noise(log.excerpt(), {}, {}).sigma
     return cutoffs_below(highest, partial(_removed_motion, module, stretches, sigma))
 
