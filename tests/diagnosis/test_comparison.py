@@ -9,7 +9,7 @@ from tests.support import X, simulated
 from wheelpend import Model, compare, simulate
 from wheelpend.diagnosis import horizons
 from wheelpend.diagnosis.compare import rmse_of
-from wheelpend.diagnosis.horizons import errors_at, errors_over, horizons_of
+from wheelpend.diagnosis.horizons import HorizonError, errors_at, errors_over, horizons_of
 from wheelpend.diagnosis.replay import replay_closed_loop
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.prediction import prediction_error
@@ -107,3 +107,17 @@ def test_a_short_prediction_whose_states_were_not_found_begins_where_a_longer_on
     found = errors_over(problem, *rows)
     assert [h.diverged for h in found] == [False] * 3
     assert found[1].error == pytest.approx({h.seconds: h.error for h in compared.horizons}[0.2], rel=1e-2)
+
+
+def test_beyond_a_long_horizon_that_diverged_none_is_said_to_hold(monkeypatch):
+    lost = {5.0, 10.0}
+
+    def errors(problem, segments, values, horizon, motion=None):
+        return HorizonError(horizon, None if horizon in lost else 2.0, horizon in lost)
+
+    monkeypatch.setattr("wheelpend.diagnosis.horizons.errors_at", errors)
+    found = errors_over(None, [], [], (0.5, 1.0, 2.0, 5.0, 10.0, 30.0))
+    assert [h.diverged for h in found] == [False, False, False, True, True, True]
+    assert found[-1] == HorizonError(30.0, None, True)
+    lost.clear()
+    assert not any(h.diverged for h in errors_over(None, [], [], (0.5, 5.0, 30.0)))

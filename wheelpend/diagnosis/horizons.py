@@ -70,6 +70,8 @@ def errors_over(
     """Errors over growing horizons [s]; none diverges where predictions over a longer one do not.
 
     Where it seems to, initial states were not found: they are then sought from the motion over the longer horizon.
+    Where states are fitted to beginnings alone, a prediction that was lost over a shorter horizon from one of its many
+    starts is lost over a longer one too, which has few of these starts.
     """
     found = [errors_at(problem, log_segments, log_values, h) for h in horizons]
     for k, short in enumerate(found):
@@ -78,6 +80,9 @@ def errors_over(
         if longer is not None:
             motion = [_motion_over(problem, *row, longer.seconds) for row in zip(log_segments, log_values, strict=True)]
             found[k] = errors_at(problem, log_segments, log_values, short.seconds, motion)
+    for k in range(1, len(found)):
+        if found[k - 1].diverged and found[k].seconds > MAX_FITTED_START_HORIZON_S:
+            found[k] = HorizonError(found[k].seconds, None, True)
     return tuple(found)
 
 

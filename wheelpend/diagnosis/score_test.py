@@ -153,13 +153,19 @@ def _score_profiled(
     for setting in grid.settings:
         here = linearise(extended, names or list(setting), setting)
         start, sigma, gain = _estimate_effect(names or list(setting), here)
-        gain += float(equations.rest.cost - here.rest.cost)
+        gain += _fall(equations, here)
         found.append((gain if np.isfinite(gain) else -np.inf, start.with_values(setting), sigma))
     found.sort(key=lambda f: -f[0])
     gain, sigma = (found[0][0], found[0][2]) if found else (-np.inf, {})
     starts = tuple(start for _, start, _ in found)
     gain /= residual_variance_ratio(equations, point.values)
     return Candidate(effect, starts, gain, sigma if names else {}, max(grid.trials, 1))
+
+
+def _fall(equations: ProjectedEquations, here: ProjectedEquations) -> float:
+    """Fall of the sum of squares from one linearisation to another; −∞ where either was not finite."""
+    costs = float(equations.rest.cost), float(here.rest.cost)
+    return costs[0] - costs[1] if np.isfinite(costs).all() else -np.inf
 
 
 def residual_variance_ratio(equations: ProjectedEquations, values: int) -> float:
