@@ -19,7 +19,7 @@ INPUT_UNIT = "input_unit"  # beside the assumptions, where it differs from what 
 UNIT_WORDS = {"V": "volt", "A": "ampere", "N m": "newton metre", "N": "newton"}
 INPUT_UNIT_CHOICE = Assumption(INPUT_UNIT, "V", tuple(UNIT_WORDS), "Unit of the input.", section="input")
 FORCE_UNITS = {"rad": "N m", "m": "N"}  # along an angle, along a length
-BACK_EMF, DRIVE_FRICTION = "K_b", "f_d"  # letters of the back-EMF [V s/rad] and of what stands there else [N m s/rad]
+DRIVE_FRICTIONS = {"K_b": "f_d", "K_2": "f_2"}  # by letter of a motor's back-EMF [V s/rad]: what stands there else
 
 
 def with_input_unit(plant: Plant, unit: str) -> Plant:
@@ -35,7 +35,8 @@ def with_input_unit(plant: Plant, unit: str) -> Plant:
     scale = sp.Integer(1) if direct else plant.scale
     values = {plant.scale: scale} if direct else {}
     if plant.input_unit == "V":
-        values[sp.Symbol(BACK_EMF, positive=True)] = sp.Symbol(DRIVE_FRICTION, positive=True) / scale
+        frictions = {a: sp.Symbol(b, positive=True) for a, b in DRIVE_FRICTIONS.items()}
+        values |= {sp.Symbol(a, positive=True): b / scale for a, b in frictions.items()}
     words = (INPUT_WORDS[plant.input_unit], INPUT_WORDS[unit])
     return replace(
         plant,

@@ -67,6 +67,19 @@ def test_a_back_emf_is_friction_of_the_drive_where_no_voltage_is_commanded():
     assert "X3 = f_d\n" in equations_text(model("pendulum", "N m"))
 
 
+def test_both_motors_of_a_pendulum_have_friction_where_no_voltage_is_commanded():
+    def equations(unit):
+        both = '[assumptions]\ndriven = "both"\nlinks = 2\n'
+        return equations_text(Model.parse(f'plant = "pendulum"\n{both}[input]\nunit = "{unit}"\n'))
+
+    assert "K_b" in equations("V")
+    assert "K_2" in equations("V")
+    for unit in ("A", "N m"):
+        assert not any(letter in equations(unit) for letter in ("K_b", "K_2"))
+        assert "f_d" in equations(unit)
+        assert "f_2" in equations(unit)
+
+
 def test_effects_parameters_and_columns_have_the_unit_of_the_input():
     signature = model("wheel_pendulum", "A").plant_signature
     row = {e.name: in_plant_words(derive.effects.in_plant_units(e, signature), signature)
