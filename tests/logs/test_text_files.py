@@ -154,3 +154,18 @@ def test_only_the_head_of_a_file_is_read_for_its_layout(tmp_path, monkeypatch):
     monkeypatch.setattr("wheelpend.logs.csv_text.SNIFFED_BYTES", 150)
     assert csv_layout(path) == layout
     assert layout.is_plain
+
+
+@pytest.mark.parametrize("header", ["t,0,1,2,3", "0,t,1,v_in,2"])
+def test_a_header_may_have_numbers_among_its_names(tmp_path, header):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([header, *text(header=False).splitlines()]))
+    assert csv_layout(path).names == header.split(",")
+    path.write_text(text(header=False))
+    assert csv_layout(path).names == [f"column {k}" for k in range(1, 6)]
+
+
+def test_a_header_that_begins_with_a_number_sign_keeps_that_name(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("#,t,v_in,theta_w,theta_p\n" + text(header=False))
+    assert csv_layout(path).names == ["#", "t", "v_in", "theta_w", "theta_p"]

@@ -140,9 +140,12 @@ def usual_width(table: Sequence[Line]) -> int:
 def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
     """The header, with a row of units under it where there is one, and the index of the first row.
 
-    No header is found where numbers stand before all text; without any row of numbers the first line is one.
+    No header is found where numbers stand before all text; without any row of numbers the first line is one. Some of
+    its names may be numbers, as those of channels are, if only numbers stand in the rows under it.
     """
     usual = usual_width(table)
+    if has_numbered_names(table[:2], usual):
+        return list(table[:1]), 1
     for k, line in enumerate(table):
         if line.texts == 0 and line.numbers and len(line.cells) == usual:
             return [], k
@@ -155,6 +158,13 @@ def find_titles(table: Sequence[Line]) -> tuple[list[Line], int]:
             has_units = all(is_unit(c) for c in follows.cells)
             return ([line, follows], k + 2) if has_units else ([line], k + 1)
     return list(table[:1]), min(1, len(table))
+
+
+def has_numbered_names(lines: Sequence[Line], width: int) -> bool:
+    """True of a line of numbers and texts above one of the same width in which no text stands."""
+    if len(lines) < 2 or any(len(line.cells) != width for line in lines):
+        return False
+    return lines[0].texts > 0 and lines[0].numbers > 0 and lines[1].texts == 0 and lines[1].numbers > 0
 
 
 def is_title(line: Line, width: int) -> bool:
@@ -173,7 +183,9 @@ def header_in_comment(lines: Sequence[str], first_row: Sequence[Line], separator
     if not above:
         return []
     prefix = next(p for p in COMMENT_PREFIXES if above[-1].startswith(p))
-    found = Line(0, split_cells(above[-1].lstrip(prefix).strip(), separator))
+    text = above[-1].lstrip(prefix).strip()
+    first_name = prefix if separator != WHITESPACE and text.startswith(separator) else ""  # "#,t,x": a name of its own
+    found = Line(0, split_cells(first_name + text, separator))
     return found.cells if len(found.cells) == len(first_row[0].cells) and is_title(found, 1) else []
 
 
