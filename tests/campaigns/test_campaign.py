@@ -3,12 +3,14 @@
 import csv
 import json
 import pickle
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
 from tests.support import run, simulated
 from wheelpend import Failure, Model, campaign, identify, parallel, save_log
-from wheelpend.campaigns import runner
+from wheelpend.campaigns import one_log, runner
 
 SHORT = 3.0  # s
 
@@ -134,3 +136,13 @@ def test_what_no_log_could_answer_is_refused_at_once():
     ):
         with pytest.raises(Failure, match=message):
             campaign(Model.default(), seeds=[0], **wrong)
+
+
+def test_what_a_log_says_of_itself_stands_in_its_answer_once(monkeypatch):
+    said, new = "theta_p jumps by 2 rad at t = 1 s.", "theta_w counts the other way."
+    findings = [SimpleNamespace(sentence=s) for s in (said, new)]
+    monkeypatch.setattr(one_log, "inspect_for_model", lambda model, log: SimpleNamespace(findings=findings))
+    log = replace(simulated(duration=SHORT), warnings=(f"{said} The log is split there.",))
+    answer = campaign(Model.default(), [log], method="energy").logs[0]
+    assert sum(said in w for w in answer.warnings) == 1
+    assert answer.warnings[1] == new

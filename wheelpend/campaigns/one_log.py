@@ -138,7 +138,8 @@ def load_or_simulate(model: Model, setting: CampaignSetting, source: LogSource) 
         assert setting.played is not None, "a seed belongs to something that is simulated"
         return simulate_log(model, setting.played, source), ()
     log = read_logs([source], model)[0]
-    return log, (*log.warnings, *(f.sentence for f in inspect_for_model(model, log).findings))
+    further = (f.sentence for f in inspect_for_model(model, log).findings if not log.has_said(f.sentence))
+    return log, (*log.warnings, *further)
 
 
 def simulate_log(model: Model, experiment: SimulationSpec, seed: int) -> Log:

@@ -98,5 +98,5 @@ def print_log_findings(logs: list[Path], model: Model) -> None:
     from wheelpend.inspection.inspect import inspect_for_model
 
     for log in read_logs(logs, model):
-        findings = [f for f in inspect_for_model(model, log).findings if not any(f.sentence in w for w in log.warnings)]
+        findings = [f for f in inspect_for_model(model, log).findings if not log.has_said(f.sentence)]
         print_warnings([f"{log.name}: {f.sentence} {f.cure}".strip() for f in findings])

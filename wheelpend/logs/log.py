@@ -124,6 +124,10 @@ class Log:
     def _gapless_ranges(self) -> list[tuple[int, int]]:
         return gapless_ranges(self, 0, len(self))
 
+    def has_said(self, sentence: str) -> bool:
+        """True where one of its warnings holds a sentence already."""
+        return any(sentence in warning for warning in self.warnings)
+
     def excerpt(self) -> Log:
         """Equally long pieces spread over a long log, a missing sample between them; a short log as it is."""
         if len(self) <= EXCERPT_SAMPLES:
