@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from wheelpend.estimation.criteria import WRONG_START_ERROR_RATIO
 from wheelpend.estimation.estimate import Estimate, LogValue
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
 
+MAX_ASTRAY_SIGMA_RATIO = 10.0  # standard error over the largest value of its unit above which an astray value is none
 MAX_WHITE_NOISE_ERROR_RATIO = 1.05  # error over noise floor up to which the noise explains a residual
 
 
 def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, Estimate]:
     """Estimate of every parameter of a model, by name."""
     names = free_names(problem, problem.model.effects)
-    lost = {p.name for p in fitted.unidentifiable}
+    lost = {p.name for p in fitted.unidentifiable} | _runaway_names(problem, fitted, names)
     units = dict(zip(problem.module.PARAMETERS, problem.module.UNITS, strict=True))
     several = per_log_names(names) if len(problem.logs) > 1 else ()
     return {
@@ -26,6 +30,19 @@ def parameter_table(problem: EstimationProblem, fitted: Fit) -> dict[str, Estima
         )
         for n in names
     }
+
+
+def _runaway_names(problem: EstimationProblem, fitted: Fit, names: Sequence[str]) -> set[str]:
+    """Parameters of the plant whose standard error is many times all values of their unit, in a fit that went astray.
+
+    A fit that explains its log may well find one at zero, whatever its error: there the error is small in its unit.
+    """
+    if fitted.error <= WRONG_START_ERROR_RATIO * problem.floor:
+        return set()
+    units = dict(zip(problem.module.PARAMETERS, problem.module.UNITS, strict=True))
+    own = [n for n in names if "." not in n]
+    size = {u: max(abs(fitted.of_log(0)[n]) for n in own if units[n] == u) for u in {units[n] for n in own}}
+    return {n for n in own if standard_error(problem, fitted, n) > MAX_ASTRAY_SIGMA_RATIO * size[units[n]]}
 
 
 def _values_of_logs(problem: EstimationProblem, fitted: Fit, name: str) -> tuple[LogValue, ...]:
