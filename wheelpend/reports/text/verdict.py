@@ -33,8 +33,8 @@ def verdict_text(result: Diagnosis, model: Model) -> str:
         return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
                 "naming.")  # fmt: skip
     if result.verdict == "unexplained":
-        return (f"Something is missing (error {error}, noise floor {floor}), and no effect of the library accounts "
-                f"for it.{partial_explanation_text(result)}")  # fmt: skip
+        return (f"Something is missing (error {error}, noise floor {floor}), and no single effect of the library "
+                f"accounts for it.{partial_explanation_text(result)}")  # fmt: skip
     return best_candidate_text(result.candidates[0], result, model)
 
 
@@ -121,7 +121,8 @@ def title_text(explanation: Ladder) -> str:
     names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
     found = " and ".join(", ".join(names).rsplit(", ", 1))
     if explanation.verdict == "unexplained":
-        also = f"{found} explains a part, but something of what is missing is not in the library"
+        explain = "explains" if len(names) == 1 else "explain"
+        also = f"{found} {explain} a part, but something of what is missing is not in the library"
         return also if found else "Something is missing that the library does not hold"
     return f"The model was missing {found}" if found else "Nothing is missing in this model"
 
