@@ -12,6 +12,7 @@ import pytest
 
 from tests.support import CHANNELS, CONSTANTS, X
 from wheelpend import Model, diagnose
+from wheelpend.estimation import data
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
@@ -184,3 +185,10 @@ def test_memory_of_friction_is_followed_through_the_warm_up():
     _, found = fit_states(Simulator(module), segments, initial_states(module, segments), parameters)
     per_value = found.gram[:, -1, -1] / (3 * 500 - 4)
     assert per_value[:-1] == pytest.approx(1.0, abs=0.25) and np.isnan(found.residual[:150]).all()
+
+
+@pytest.mark.parametrize(("interval", "warned"), [(0.2, False), (0.1, True)])
+def test_samples_further_apart_than_the_input_is_remembered_need_no_warning(interval, warned):
+    t = np.arange(4) * interval
+    log = Log("slow.csv", t, np.sin(t), np.sin(t)[:, None], ("x",), range_channel="", rates={}, memory_s=0.15)
+    assert any("too short to leave out" in w for w in data._warnings_of(log)) == warned
