@@ -1,5 +1,7 @@
 """How a log is cut into segments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,15 @@ def test_a_part_knows_the_commands_before_it():
     times, commands = log.part(400, 1000).earlier
     assert times.tolist() == log.t[350:400].tolist() and commands.tolist() == log.voltage[350:400].tolist()
     assert log.part(0, 500).earlier is None
+
+
+def test_a_log_that_begins_at_rest_is_judged_from_its_first_sample():
+    log = synthetic(1000)
+    log.measured[:] = np.sin(9 * log.t)[:, None]
+    still = log.t < 0.3
+    log.measured[still], log.voltage[still] = 0.0, 0.0
+    assert segment_bounds(log, 0.5)[0].tolist() == [0, 50]
+    for moved in (log.measured[:, 0], log.voltage):
+        kept, moved[still] = moved[still].copy(), 0.5 * np.sin(40 * log.t[still])
+        assert segment_bounds(replace(log), 0.5)[0].tolist() == [15, 65]
+        moved[still] = kept

@@ -119,7 +119,8 @@ def error_at(
         return HorizonError(horizon, None, True)
     predicted = _predict(problem, cut, kernel_parameters(problem.module, values, segments.log), horizon, motion)
     error = segments_rms_error(cut, predicted)
-    diverged = not np.isfinite(error) or is_out_of_range(problem.module, cut, predicted.residual)
+    lost = horizon > problem.horizon and is_out_of_range(problem.module, cut, predicted.residual)
+    diverged = lost or not np.isfinite(error)  # over the horizon of every score, an error is one however large
     return HorizonError(horizon, None if diverged else error, diverged)
 
 

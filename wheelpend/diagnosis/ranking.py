@@ -31,7 +31,7 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
     ordered = sorted(candidates, key=rank)
     if not ordered:
         return []
-    best = ordered[0]
+    best = next((c for c in ordered if c.physical), ordered[0])  # one of an impossible size is no rival
     far = best.error_after >= WRONG_START_ERROR_RATIO * problem.floor
     similar = MAX_SIMILAR_ERROR_RATIO if far else 1.0 + MAX_EQUIVALENT_ERROR_DIFFERENCE
     nested = nested_effects(problem, best.effect)

@@ -26,6 +26,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
 MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
 COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
+REST_DURATION_S, REST_SHARE = 0.05, 0.01  # s; share of a signal's range within which it rests
 MAX_WARM_UP_SHARE = 1 / 3  # of a log's usable samples, and of those in the third that gives its own parameters
 
 
@@ -201,12 +202,26 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
 def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
     """First sample of a range after a warm-up [s]; the range's end if there is none.
 
-    Where only a sensor jumped, the commands before are known, and no warm-up is needed.
+    Where only a sensor jumped, the commands before are known, and no warm-up is needed; nor where the machine rests.
     """
-    if begin in log.breaks:
+    if begin in log.breaks or _begins_at_rest(log, begin, end):
         return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
     return begin + int(np.searchsorted(log.t[begin:end], after))
+
+
+def _begins_at_rest(log: Log, begin: int, end: int) -> bool:
+    """True where nothing moves and next to nothing is commanded as a range begins: nothing was just before, either."""
+    last = min(begin + max(int(np.searchsorted(log.t[begin:end], log.t[begin] + REST_DURATION_S)), 2), end)
+    for signals, from_zero in ((log.measured.T, False), (log.inputs, True)):
+        for signal in signals:
+            first, known = signal[begin:last], signal[np.isfinite(signal)]
+            if not known.size or not np.isfinite(first).all():
+                return False
+            spread = np.abs(first).max() if from_zero else np.ptp(first)
+            if spread > REST_SHARE * (np.abs(known).max() if from_zero else np.ptp(known)):
+                return False
+    return True
 
 
 def gapless_ranges(log: Log, start: int, stop: int) -> list[tuple[int, int]]:
