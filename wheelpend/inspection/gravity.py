@@ -25,13 +25,15 @@ def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str]) -> 
     rows = signals.rows
     angle, speed, bend = (signals.smooth(place, k)[rows] for k in range(3))
     plain = [np.ones(len(rows)), speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
-    plain += [signals.smooth(i)[rows] for i in inputs]
+    plain += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]  # a rare command is not among them
     pulled = [*plain[1:], np.sin(angle), np.cos(angle)]
     left = [residual_power(np.column_stack(columns), bend) for columns in (plain, pulled)]
     if np.ptp(angle) < MIN_SWING_RAD or left[0][0] < MIN_GRAVITY_GAIN * left[1][0]:
         return None
     sine, cosine = left[1][1][-2:]
-    return float(math.atan2(cosine, -sine))
+    zero = float(math.atan2(cosine, -sine))
+    upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD  # ±π alike: that on whose side the log begins
+    return math.copysign(zero, math.remainder(float(angle[0]), 4 * math.pi)) if upright else zero
 
 
 def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray]:
@@ -45,4 +47,4 @@ def zero_offset(zero: float) -> float:
     if abs(zero) < MAX_ZERO_DEVIATION_RAD:
         return 0.0
     upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD
-    return -math.pi if upright else -zero
+    return -math.copysign(math.pi, zero) if upright else -zero

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
 from derive import plants
 from derive.plant_signature import PlantSignature
+from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
-from wheelpend.logs.columns import ColumnTable, guess_columns, guess_unit
+from wheelpend.logs.columns import ColumnTable, guess_columns
 
 
 class Candidate(NamedTuple):
@@ -22,6 +24,7 @@ class Candidate(NamedTuple):
     columns: Mapping[str, str]  # our name: the file's
     named: int  # of them under its own name or another known one
     computed: int  # of its rates, those that are no sensor of their own and not called so
+    by_name: bool = False  # the file has every one of its columns under its own name, whatever they do
 
     @property
     def swings(self) -> bool:
@@ -44,7 +47,17 @@ def candidates(survey: Survey, among: Sequence[str]) -> list[Candidate]:
             signature = plant_signature(plant, plants.complete_assumptions(plant, chosen))
             if candidate := fitted(plant, chosen, signature, survey):
                 found.append(candidate)
-    return found
+    by_name = [c for c in found if c.by_name]
+    most = max((len(c.columns) for c in by_name), default=0)
+    found = [c for c in found if not c.by_name or len(c.columns) == most]
+    return [c for c in found if input_suits(c)] or found
+
+
+def input_suits(candidate: Candidate) -> bool:
+    """False where an input in N m would push the plant's first coordinate along, or one in N would turn it."""
+    first = candidate.table.units[places_of(candidate.table)[0]]
+    bases = {suggested_input_base(candidate.columns[n]) for n in candidate.table.inputs}
+    return ("m" if "N m" in bases else "rad" if "N" in bases else "") != first
 
 
 def column_choices(plant: str) -> list[dict[str, Any]]:
@@ -87,7 +100,10 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     """A plant with the file's columns in its places; None where their kinds or numbers differ."""
     table = ColumnTable.of(signature)
     inputs, places = survey.of_role("input"), survey.of_role("position")
-    own = places_of(table)
+    own, names = places_of(table), [c.name for c in survey.columns]
+    if set(table.required) <= set(names):
+        every = {n: n for n in table.required[1:]}
+        return Candidate(plant, chosen, table, every, len(every), 0, by_name=True)
     if len(table.inputs) != len(inputs) or len(own) != len(places):
         return None
     columns = {**in_order(table.inputs, inputs, table), **in_order(own, places, table)}
@@ -99,6 +115,8 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
         if rate is None:
             return None
         columns[channel] = rate
+    if any(stated_base(columns[c]) not in ("", table.units[c]) for c in own):
+        return None  # an angle by its unit is no way along a slide
     named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
     computed = sum(n != c and survey.is_computed(c) for n, c in columns.items() if n not in (*own, *table.inputs))
     return Candidate(plant, chosen, table, columns, named, computed)
@@ -133,11 +151,11 @@ def preference(candidate: Candidate, gravity: bool) -> float:
     first = candidate.table.units[places_of(candidate.table)[0]]
     fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0
     called = 0.1 * candidate.named
-    unit = 0.2 * any(guess_unit(first, c) not in ("", first) for c in candidate.columns.values())
+    unit = 0.2 * any(unit_within(first, c) not in ("", first) for c in candidate.columns.values())
     return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions) - candidate.computed
 
 
 def toml_value(value: Any) -> str:
     """A value as TOML writes it."""
     return {True: "true", False: "false"}[value] if isinstance(value, bool) else (
-        f'"{value}"' if isinstance(value, str) else f"{value:.7g}")  # fmt: skip
+        json.dumps(value, ensure_ascii=False) if isinstance(value, str) else f"{value:.7g}")  # fmt: skip

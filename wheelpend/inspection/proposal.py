@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 from derive import plants
 from wheelpend.errors import Failure
+from wheelpend.inspection.column_names import input_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, zero_offset
 from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, preference, toml_value
-from wheelpend.inspection.survey import Survey, input_unit
-from wheelpend.logs.columns import ColumnMap, guess_unit
+from wheelpend.inspection.survey import FileColumn, Survey
+from wheelpend.logs.columns import ColumnMap
 
 
 class Proposal(NamedTuple):
@@ -37,7 +38,7 @@ def propose(survey: Survey, plant: str = "") -> Proposal:
     unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
     maps = column_maps(best, survey, unit)
-    sentences = [plants_sentence(found), *role_sentences(survey), *offset_sentence(best, maps, gravity, offset)]
+    sentences = [plants_sentence(found), *role_sentences(survey, best), *offset_sentence(best, maps, gravity, offset)]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
     text = model_text(best, maps, unit, offsets)
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found)))
@@ -49,9 +50,10 @@ def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float 
         return []
     name = places_of(best.table)[0]
     column = maps[name].column if name in maps else name
-    rest = zero if abs(offset) < math.pi else math.copysign(zero, 1.0)
-    where = "near π: it is measured from upright" if abs(offset) == math.pi else "and not at 0"
-    return [f"{column} hangs at {rest:.4g} rad, {where}; {name} is 0 hanging down, hence the offset."]
+    where = (
+        f"near {'-' if zero < 0 else ''}π: it is measured from upright" if abs(offset) == math.pi else "and not at 0"
+    )
+    return [f"{column} hangs at {zero:.4g} rad, {where}; {name} is 0 hanging down, hence the offset."]
 
 
 def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnMap]:
@@ -59,7 +61,7 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
     maps = {}
     for name, column in best.columns.items():
         own = unit if name in best.table.inputs else best.table.units[name]
-        stated = guess_unit(own, column)
+        stated = unit_within(own, column)
         if name != column or stated not in ("", own):
             maps[name] = ColumnMap(column, stated if stated != own else "")
     if survey.clock.column != "t" or survey.clock.unit not in ("", "s"):
@@ -88,16 +90,30 @@ def plants_sentence(found: list[Candidate]) -> str:
     return f"By its columns this is a log of the plant {words[0]}.{others}"
 
 
-def role_sentences(survey: Survey) -> list[str]:
+def role_sentences(survey: Survey, best: Candidate) -> list[str]:
     """What is said of rates, references and constants."""
     found = [f"{c.name} is the derivative of {c.of}. {c.remark}".strip() for c in survey.columns if c.role == "rate"]
     found += [f"{c.name} comes in steps. {c.remark}" for c in survey.columns if c.role == "position" and c.remark]
     found += [
         f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of
     ]
-    found += [f"{c.name} is none of its channels, and is ignored." for c in survey.columns if c.role == "further"]
-    found += [f"{c.name} is {c.minimum:g} throughout." for c in survey.columns if c.role == "constant"]
+    used = [*best.columns.values()]
+    found += [
+        f"{c.name} is none of its channels, and is ignored."
+        for c in survey.columns
+        if c.role == "further" and c.name not in used
+    ]
+    found += [f"{c.name} {constant_words(c, best)}" for c in survey.columns if c.role == "constant"]
     return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]
+
+
+def constant_words(column: FileColumn, best: Candidate) -> str:
+    """What is said of a column that never changes, after its name."""
+    known = next((n for n, c in best.columns.items() if c == column.name), "")
+    if math.isnan(column.minimum):
+        return "has no values at all: " + ("it must be measured." if known else "it is not connected, or not logged.")
+    dead = ": this sensor is dead, or is not connected" if known in best.table.channels else ""
+    return f"is {column.minimum:g} throughout{dead}."
 
 
 def count(number: int, what: str) -> str:

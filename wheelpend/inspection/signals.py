@@ -68,10 +68,11 @@ class TimeShift(NamedTuple):
         return inside and abs(self.samples) > 5 * self.sigma and self.gain > gain
 
 
-def uniform_signals(log: Log, input: str, *, in_range: bool) -> Signals | None:
+def uniform_signals(log: Log, input: str, *, in_range: bool, all_needed: bool = True) -> Signals | None:
     """The log's longest gapless stretch on a uniform grid, at most MAX_ANALYSED_SAMPLES; None where it is too short.
 
     ``in_range`` leaves out samples beyond the plant's range; ``input`` is the column of its only input, if any.
+    A channel that is read too seldom is left out, or leaves nothing to analyse where ``all_needed``.
     """
     runs = gapless_ranges(log if in_range else replace(log, range_channel=""), 0, len(log))
     first, last = max(runs, key=lambda r: r[1] - r[0], default=(0, 0))
@@ -87,9 +88,10 @@ def uniform_signals(log: Log, input: str, *, in_range: bool) -> Signals | None:
     channels = {}
     for name, values in zip(log.channels, log.measured[first:last].T, strict=True):
         known = np.isfinite(values)
-        if known.sum() < MIN_ANALYSED_SAMPLES // 4:
-            return None
-        channels[name] = np.interp(grid, t[known], values[known])
+        if known.sum() >= MIN_ANALYSED_SAMPLES // 4:
+            channels[name] = np.interp(grid, t[known], values[known])
+    if not channels or (all_needed and len(channels) < len(log.channels)):
+        return None
     signals = Signals(dt, np.diff(np.interp(edges, t, charge)) / dt, channels, input)
     return signals if len(signals.rows) >= 4 * JACKKNIFE_BLOCKS else None
 

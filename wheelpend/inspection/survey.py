@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Sequence
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from wheelpend.errors import Failure
+from wheelpend.inspection.column_names import (
+    REFERENCE_NAMES,
+    contains,
+    inputs_among,
+    is_called_rate,
+    kind_by_name,
+    stated_factor,
+)
+from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, uniform_signals
 from wheelpend.logs.checks import check_time
-from wheelpend.logs.columns import INPUT_ALIASES, TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap, guess_unit
-from wheelpend.logs.log import Log
+from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.noise import find_quantum
+from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
 from wheelpend.logs.read import find_time_column, open_file
 from wheelpend.logs.tables import check_length, scalars_of
 from wheelpend.logs.white_noise import difference_noise
 from wheelpend.numerics import gaussian_smoothed
 
-REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
-RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos")
-TORQUE_NAMES = ("tau", "trq", "torque")
-INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
@@ -34,7 +38,8 @@ COMPUTED = "no sensor of its own."
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
-MAX_PLACE_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
+MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
+MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has at most
 ERROR_SMOOTHING_SAMPLES = 3.0  # standard deviation of the Gaussian beyond which a signal is error
 MAX_FILTER_SAMPLES = 15  # samples before and after, from which such a filter takes them
 
@@ -81,9 +86,9 @@ class Survey(NamedTuple):
 def survey_file(path: Path) -> Survey:
     """What each column of a file is; raises Failure where it has no time that grows."""
     file, path = open_file(path), Path(path)
-    values = numeric_columns(file.read, file.names)
+    values = numeric_columns(path, file)
     likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
-    clock = find_time_column(file, likely, list(values))
+    clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None:
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
                       "does. Sort the rows, or add the times.")  # fmt: skip
@@ -91,28 +96,17 @@ def survey_file(path: Path) -> Survey:
     check_length(path.name, len(raw))
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
-    moving = {n: v for n, v in values.items() if np.isfinite(v).any() and np.nanmin(v) < np.nanmax(v)}
-    log = Log(path.name, t, np.zeros(len(t)), np.column_stack(list(moving.values())), tuple(moving), rates={})
-    signals = uniform_signals(log, "", in_range=False)
+    log = analysed(path.name, t, moving_columns(path, values))
+    moving = dict(zip(log.channels, log.measured.T, strict=True))
+    signals = uniform_signals(log, "", in_range=False, all_needed=False)
     roles = roles_of(moving, signals)
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
-        remark = rate_remark(moving[of], v, t) if role == "rate" else ""
-        remark = step_remark(find_quantum(v)) if role == "position" else remark
+        remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
+        remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
-
-
-def numeric_columns(read: Callable[[list[str]], dict[str, np.ndarray]], names: Sequence[str]) -> dict[str, np.ndarray]:
-    """The columns of a file that hold numbers."""
-    found = {}
-    for name in names:
-        try:
-            found[name] = read([name])[name]
-        except Failure:
-            continue  # text, which no quantity is
-    return found
 
 
 def column_of(name: str, role: str, of: str, values: np.ndarray, remark: str) -> FileColumn:
@@ -122,23 +116,19 @@ def column_of(name: str, role: str, of: str, values: np.ndarray, remark: str) ->
     return FileColumn(name, role, of, low, high, find_quantum(values) if role != "time" else 0.0, remark)
 
 
-def contains(name: str, words: Sequence[str]) -> bool:
-    """True of a name that is one of the words, or has one of more than two letters in it."""
-    low = name.lower()
-    return any(re.sub(r"\d+$", "", low) == w or (len(w) > 2 and w in low) for w in words)
-
-
 def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str, tuple[str, str]]:
-    """Role of each column that changes, and of rates and references the position: by names, then by what they do."""
-    roles: dict[str, tuple[str, str]] = {}
-    for name in values:
-        if contains(name, (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")) and not contains(name, REFERENCE_NAMES):
-            roles[name] = ("input", "")
-    free = [n for n in values if n not in roles]
+    """Role of each column that changes, and of rates and references the position: by names, then by what they do.
+
+    A column that is read too seldom to be among the signals is none of a machine's.
+    """
+    roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
+    seldom = {n for n in values if signals is not None and n not in signals.channels}
+    free = [n for n in values if n not in roles and n not in seldom and kind_by_name(n) != "input"]
     roles |= rates_among(free, signals)
-    free = [n for n in free if n not in roles]
+    free = [n for n in free if n not in roles and kind_by_name(n) != "rate"]
     roles |= references_among(free, values)
-    roles |= {n: ("position" if is_place(values[n]) else "further", "") for n in free if n not in roles}
+    roles |= {n: ("position", "") for n in free if n not in roles and is_place(values[n])}
+    roles |= {n: ("further", "") for n in values if n not in roles}
     if not any(r == "input" for r, _ in roles.values()):
         return roles | {n: ("input", "") for n in roles if contains(n, ("cmd", "motor", "effort"))}
     return roles
@@ -148,40 +138,58 @@ def rates_among(names: list[str], signals: Signals | None) -> dict[str, tuple[st
     """Columns that are derivatives of others, with these."""
     if signals is None:
         return {}
-    misfit = {(a, b): rate_misfit(signals, RatePair(a, b), own=False) for a, b in permutations(names, 2)}
+    pairs = [(a, b) for a, b in permutations(names, 2) if kind_by_name(a) != "rate" and kind_by_name(b) != "position"]
+    misfit = {(a, b): rate_misfit(signals, RatePair(a, b), own=False) for a, b in pairs}
     misfit |= {(a, b): rate_misfit(signals, RatePair(a, b), lenient=True) for a, b in misfit
-               if contains(b, RATE_NAMES) and not contains(a, RATE_NAMES) and misfit[a, b] == 1.0}  # fmt: skip
+               if is_called_rate(b) and not is_called_rate(a) and misfit[a, b] == 1.0}  # fmt: skip
     found: dict[str, tuple[str, str]] = {}
     for a, b in sorted(misfit, key=lambda p: misfit[p]):
-        limit = MIN_NAMED_RATE_SHARE if contains(b, RATE_NAMES) else MAX_SWAPPED_MISFIT_SHARE
+        limit = MIN_NAMED_RATE_SHARE if is_called_rate(b) else MAX_SWAPPED_MISFIT_SHARE
         if misfit[a, b] < limit and a not in found and b not in found and not contains(a, REFERENCE_NAMES):
             found[b] = ("rate", a)
     return found
 
 
 def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[str, tuple[str, str]]:
-    """Columns that a position follows: called so, or nearly the position a moment before."""
+    """Columns that a position follows, called so or ahead of it and smoother; and filtered copies, as further ones."""
     found: dict[str, tuple[str, str]] = {}
     for a, b in permutations(names, 2):
         apart = values[a] - values[b]
-        speed = np.gradient(values[b])
-        known = np.isfinite(apart) & np.isfinite(speed)
-        close = np.mean(apart[known] ** 2) < MAX_FOLLOWING_SHARE * np.nanvar(values[a])
-        follows = contains(b, REFERENCE_NAMES) or float(np.sum(apart[known] * speed[known])) < 0
-        if close and follows and a not in found and b not in found:
+        known = np.isfinite(apart)
+        close = known.any() and np.mean(apart[known] ** 2) < MAX_FOLLOWING_SHARE * np.nanvar(values[a])
+        if not close or a in found or b in found:
+            continue
+        smoother = difference_noise(values[b][known]) < MAX_COPY_ROUGHNESS * difference_noise(values[a][known])
+        lead = lead_samples(values[a], values[b])
+        if contains(b, REFERENCE_NAMES) or (smoother and lead >= 1):
             found[b] = ("reference", a)
+        elif smoother and not contains(a, REFERENCE_NAMES):
+            found[b] = ("further", "")
     return found | {n: ("reference", "") for n in names if contains(n, REFERENCE_NAMES) and n not in found}
 
 
+def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
+    """Samples by which a signal (N,) is ahead of another (N,): those of least squares, negative where it is behind."""
+    costs = {}
+    for k in range(-MAX_LEAD_SAMPLES, MAX_LEAD_SAMPLES + 1):
+        late, early = (follower[k:], leader[: len(leader) - k]) if k >= 0 else (follower[:k], leader[-k:])
+        costs[k] = float(np.nanmean((late - early) ** 2))
+    return min(costs, key=lambda k: (costs[k], abs(k)))
+
+
 def is_place(values: np.ndarray) -> bool:
-    """True of a signal (N,) that moves on from where it was, as a place does; wrapped angles are made continuous."""
-    steps = np.abs(np.diff(values[np.isfinite(values)]))
-    whole = np.ptp(values[np.isfinite(values)])
-    jumps = steps > MAX_PLACE_STEP_SHARE * whole
-    if len(np.unique(values)) < MIN_PLACES:
+    """True of a signal (N,), without wraps, that moves on from where it was, as a place does, but for single spikes."""
+    known = values[np.isfinite(values)]
+    if len(np.unique(known)) < MIN_PLACES:
         return False
-    turns = np.abs(steps[jumps] - 2 * np.pi) < 0.5 * np.pi
-    return bool(turns.all())
+    if np.mean(jump_mask(known)) > MAX_SPIKE_SHARE:
+        return False
+    return not jump_mask(median_filter(known, 2 * MAX_SPIKE_SAMPLES + 1)).any()
+
+
+def jump_mask(values: np.ndarray) -> np.ndarray:
+    """Mask (N - 1,) of the steps of a signal (N,) that no place makes from sample to sample."""
+    return np.abs(np.diff(values)) > MAX_STEP_SHARE * np.ptp(values)
 
 
 def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
@@ -218,11 +226,3 @@ def step_remark(step: float) -> str:
     counts = 2 * np.pi / step if step else 0.0
     bits = round(float(np.log2(counts))) if counts >= MIN_ENCODER_COUNTS else 0
     return f"Its step is that of {2**bits} counts a turn." if bits and abs(counts / 2**bits - 1) < 0.002 else ""
-
-
-def input_unit(names: Sequence[str]) -> str:
-    """Unit of inputs by their names: V where nothing tells."""
-    for unit, words in INPUT_UNITS.items():
-        if any(contains(n, words) for n in names):
-            return unit
-    return next((u for n in names if (u := guess_unit("V", n))), "V")

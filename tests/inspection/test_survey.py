@@ -1,0 +1,163 @@
+"""What a file's columns are taken for: by the units in their names, by their names, and then by what they do."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support import simulated
+from wheelpend import Failure
+from wheelpend.inspection.column_names import inputs_among, kind_by_name, stated_unit
+from wheelpend.inspection.proposal import Proposal, propose
+from wheelpend.inspection.survey import survey_file
+
+pytestmark = pytest.mark.filterwarnings("error")
+DT_S = 0.005
+
+
+def written(path: Path, columns: dict[str, np.ndarray]) -> Path:
+    """A CSV file of columns (N,), with an empty cell for each NaN."""
+    rows = [",".join("" if np.isnan(v) else f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True)]
+    path.write_text("\n".join([",".join(columns), *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def roles(path: Path) -> dict[str, str]:
+    return {c.name: c.role for c in survey_file(path).columns}
+
+
+def proposed(path: Path) -> tuple[Proposal, dict]:
+    proposal = propose(survey_file(path))
+    return proposal, tomllib.loads(proposal.text)
+
+
+def pendulum_swing(turns_over: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s], torques [N m] and angles from hanging [rad] of a driven pendulum, (N,) each."""
+    t = np.arange(4000) * DT_S
+    torque = 0.9 * np.sin(2 * np.pi * (0.2 + 0.04 * t) * t) + 0.4 * np.sin(2 * np.pi * 0.31 * t)
+    torque *= 1.0 if turns_over else 0.5
+    angle, speed, states = 0.0, 0.0, []
+    for u in torque:
+        states.append(angle)
+        for _ in range(5):
+            speed += DT_S / 5 * (u - 1.2 * np.sin(angle) - 0.03 * speed) / 0.05
+            angle += DT_S / 5 * speed
+    step = 2 * np.pi / 2048
+    return t, np.round(torque, 4), np.round(np.array(states) / step) * step
+
+
+def robot(**changed: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns (N,) of a balancing robot's log under their own names, with others in their place."""
+    log = simulated(duration=8.0)
+    columns = {"t": log.t, "v_in": log.voltage, **dict(zip(log.channels, log.measured.T, strict=True))}
+    return {n: v.copy() for n, v in columns.items()} | changed
+
+
+@pytest.mark.parametrize(("name", "unit", "kind"), [
+    ("torque_Nm", "N m", "input"), ("Drehmoment_Nm", "N m", "input"), ("tau [N m]", "N m", "input"),
+    ("current_A", "A", "input"), ("u_mV", "mV", "input"), ("v_V", "V", "input"), ("angle_deg", "deg", "position"),
+    ("theta_1_deg", "deg", "position"), ("pos_mm", "mm", "position"), ("gyro_dps", "deg/s", "rate"),
+    ("rate_deg_s", "deg/s", "rate"), ("rate_rad_per_s", "rad/s", "rate"), ("wheel_turns", "rev", "position"),
+    ("motor_pos_mm", "mm", "position"), ("x_a", "", ""), ("theta_n", "", ""), ("theta", "", ""),
+])  # fmt: skip
+def test_a_name_states_its_unit_and_that_what_a_column_can_be(name, unit, kind):
+    assert (stated_unit(name), kind_by_name(name)) == (unit, kind)
+
+
+def test_a_supply_voltage_is_no_input_beside_the_command():
+    assert inputs_among(["u_V", "vbat_V", "motor_angle_deg"]) == ["u_V"]
+    assert inputs_among(["v_V", "pos_mm"]) == ["v_V"]
+
+
+@pytest.mark.parametrize("changed", [{}, {"v_in": 3.0}])
+def test_a_file_of_nothing_but_constants_is_refused_with_what_they_are(changed, tmp_path):
+    t = np.arange(500) * DT_S
+    path = written(tmp_path / "log.csv", {"t": t} | {n: np.full(500, v) for n, v in changed.items()})
+    with pytest.raises(Failure, match=r"must vary.*(v_in is 3 throughout|there is none)\. Record a log"):
+        survey_file(path)
+
+
+def test_columns_that_end_at_different_rows_have_one_length(tmp_path):
+    columns = robot()
+    columns["note"] = np.where(np.arange(len(columns["t"])) < 500, columns["theta_w"], np.nan)
+    columns["dtheta_p"][-300:] = np.nan
+    path = written(tmp_path / "log.csv", columns)
+    assert {len(v) for v in survey_file(path).values.values()} == {len(columns["t"])}
+
+
+def test_a_header_in_the_middle_is_named_with_its_row(tmp_path):
+    path = written(tmp_path / "log.csv", robot())
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines.insert(700, lines[0])
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(Failure, match=r"must hold numbers, and no column does.*row 700 of column t has 't'"):
+        survey_file(path)
+
+
+@pytest.mark.parametrize("names", [("t", "torque_Nm", "angle_deg"), ("Zeit_s", "Drehmoment_Nm", "Winkel_deg")])
+@pytest.mark.parametrize("turns_over", [True, False])
+def test_a_pendulum_in_degrees_from_upright_is_one_however_often_it_turned_over(names, turns_over, tmp_path):
+    t, torque, angle = pendulum_swing(turns_over)
+    assert (np.ptp(angle) > 3 * np.pi) == turns_over
+    _, found = proposed(
+        written(tmp_path / "log.csv", dict(zip(names, (t, torque, np.degrees(angle) - 180), strict=True)))
+    )
+    assert (found["plant"], found["assumptions"], found["input"]) == ("pendulum", {"driven": True}, {"unit": "N m"})
+    mapped = {"column": names[2], "unit": "deg", "offset": pytest.approx(np.pi, abs=1e-6)}
+    assert found["columns"]["theta_1"] == mapped
+
+
+@pytest.mark.parametrize(("unit", "turn"), [("_deg", 360.0), ("", 2 * np.pi)])
+def test_a_wrapped_angle_is_a_place_with_its_offset(unit, turn, tmp_path):
+    t, torque, angle = pendulum_swing(True)
+    wrapped = (angle / (2 * np.pi)) % 1.0 * turn - 0.5 * turn  # hangs at minus half a turn
+    _, found = proposed(written(tmp_path / "log.csv", {"t": t, "torque_Nm": torque, f"theta{unit}": wrapped}))
+    assert found["plant"] == "pendulum"
+    assert abs(found["columns"]["theta_1"]["offset"]) == pytest.approx(np.pi, abs=1e-6)
+
+
+def test_a_robot_in_units_of_its_own_is_a_wheel_pendulum(tmp_path):
+    own = robot()
+    columns = {"time_ms": 1e3 * own["t"], "u_mV": 1e3 * own["v_in"], "wheel_deg": np.degrees(own["theta_w"]),
+               "pitch_deg": np.degrees(own["theta_p"]), "gyro_dps": np.degrees(own["dtheta_p"])}  # fmt: skip
+    _, found = proposed(written(tmp_path / "log.csv", columns))
+    assert found == {"plant": "wheel_pendulum", "columns": {
+        "v_in": {"column": "u_mV", "unit": "mV"}, "theta_w": {"column": "wheel_deg", "unit": "deg"},
+        "theta_p": {"column": "pitch_deg", "unit": "deg"}, "dtheta_p": {"column": "gyro_dps", "unit": "deg/s"},
+        "t": {"column": "time_ms", "unit": "ms"}}}  # fmt: skip
+
+
+@pytest.mark.parametrize("sensor", ["dtheta_p", "theta_w", "theta_p", "v_in"])
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_dead_sensor_is_named_and_the_plant_is_still_that_of_the_names(sensor, value, tmp_path):
+    size = len(robot()["t"])
+    proposal, found = proposed(written(tmp_path / "log.csv", robot(**{sensor: np.full(size, value)})))
+    assert found["plant"] == "wheel_pendulum"
+    said = "has no values at all" if np.isnan(value) else "is 0 throughout"
+    assert any(s.startswith(f"{sensor} {said}") for s in proposal.sentences)
+    assert any("dead" in s for s in proposal.sentences) == (value == 0.0 and sensor != "v_in")
+
+
+def test_spikes_do_not_change_what_a_column_is(tmp_path):
+    columns = robot()
+    rng = np.random.default_rng(3)
+    at = rng.choice(len(columns["t"]) - 10, 15, replace=False)
+    columns["theta_p"][np.append(at, at[0] + 2)] += rng.choice([-1, 1], 16) * rng.uniform(0.3, 1, 16)
+    path = written(tmp_path / "log.csv", columns)
+    assert roles(path) == {
+        "t": "time", "v_in": "input", "theta_w": "position", "theta_p": "position", "dtheta_p": "rate",
+    }  # fmt: skip
+    assert proposed(path)[1]["plant"] == "wheel_pendulum"
+
+
+def test_a_column_read_now_and_then_is_left_out_and_spoils_nothing(tmp_path):
+    columns = robot()
+    battery = np.full(len(columns["t"]), np.nan)
+    battery[::100] = np.linspace(12.4, 11.9, len(battery[::100]))
+    path = written(tmp_path / "log.csv", columns | {"battery": battery})
+    found = roles(path)
+    assert (found["battery"], found["dtheta_p"]) == ("further", "rate")
+    assert survey_file(path).signals is not None

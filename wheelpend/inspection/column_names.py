@@ -1,0 +1,97 @@
+"""What the name of a file's column says of it: the unit that it ends with, and the words of the field in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERSIONS
+
+REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
+RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos")
+TORQUE_NAMES = ("tau", "trq", "torque")
+SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
+INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
+INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
+KIND_OF_UNIT = {"rad": "position", "m": "position", "rad/s": "rate", "m/s": "rate",
+                "V": "input", "A": "input", "N m": "input", "N": "input"}  # fmt: skip
+SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s"), "rad/s": ("rps", "rad_s", "rad_per_s"), "m/s": ("m_s", "m_per_s"),
+             "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"), "deg": ("degrees", "deg")}  # fmt: skip
+
+
+def contains(name: str, words: Sequence[str]) -> bool:
+    """True of a name that is one of the words, or has one of more than two letters in it."""
+    low = name.lower()
+    return any(re.sub(r"\d+$", "", low) == w or (len(w) > 2 and w in low) for w in words)
+
+
+def stated_unit(name: str) -> str:
+    """The unit that a column's name ends with, in any of the field's spellings; nothing of one that states none.
+
+    A unit of a single letter counts in its own case only: x_a and x_n are no amperes and no newtons.
+    """
+    ending = name.replace("(", "_").replace("[", "_").rstrip(")] ")
+    found = {}
+    for unit in UNIT_CONVERSIONS:
+        for spelling in {unit, unit.replace(" ", ""), unit.replace(" ", "_"), *SPELLINGS.get(unit, ())}:
+            alike = ending if len(spelling) == 1 else ending.lower()
+            if alike.endswith(f"_{spelling if len(spelling) == 1 else spelling.lower()}"):
+                found[spelling] = unit
+    return found[max(found, key=len)] if found else ""
+
+
+def stated_base(name: str) -> str:
+    """The unit of SI that the unit in a column's name becomes; nothing of a name without one."""
+    unit = stated_unit(name)
+    return UNIT_CONVERSIONS[unit][0] if unit else ""
+
+
+def stated_factor(name: str) -> float:
+    """Factor that brings a column to the unit of SI, by its name; 1 where that states none."""
+    unit = stated_unit(name)
+    return UNIT_CONVERSIONS[unit][1] if unit else 1.0
+
+
+def unit_within(own: str, name: str) -> str:
+    """The unit that a column's name states, of those that turn into a quantity's own; nothing of any other."""
+    return stated_unit(name) if stated_base(name) == own else ""
+
+
+def kind_by_name(name: str) -> str:
+    """What a column can only be by the unit in its name: position, rate or input; nothing where none is stated."""
+    return KIND_OF_UNIT.get(stated_base(name), "")
+
+
+def is_called_rate(name: str) -> bool:
+    """True of a column that is a rate by its unit, or by its words where it states no unit."""
+    kind = kind_by_name(name)
+    return kind == "rate" if kind else contains(name, RATE_NAMES)
+
+
+def without_unit(name: str) -> str:
+    """A name without the unit that it ends with: u of u_mV."""
+    return re.sub(r"[_\[(][^_\[(]*$", "", name) if stated_unit(name) else name
+
+
+def inputs_among(names: Sequence[str]) -> list[str]:
+    """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
+    open_names = [n for n in names if kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)]
+    called = [n for n in open_names if contains(n, INPUT_WORDS) or contains(without_unit(n), INPUT_WORDS)]
+    stated = [n for n in open_names if kind_by_name(n) == "input"]
+    return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
+
+
+def input_unit(names: Sequence[str]) -> str:
+    """Unit of inputs by their names: the one stated, the one their words suggest, or V where nothing tells."""
+    for name in names:
+        if base := stated_base(name):
+            return base
+    for unit, words in INPUT_UNITS.items():
+        if any(contains(n, words) for n in names):
+            return unit
+    return "V"
+
+
+def suggested_input_base(name: str) -> str:
+    """Unit of SI of an input that its name states or suggests; nothing where it tells nothing."""
+    return stated_base(name) or next((u for word, u in INPUT_NAME_UNITS.items() if word in name.lower()), "")

@@ -1,0 +1,76 @@
+"""The numbers of a file's columns, read at once, and made ready to be compared: in SI units, no spikes, no wraps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.inspection.column_names import kind_by_name, stated_factor
+from wheelpend.logs.log import Log
+from wheelpend.logs.noise import find_quantum
+from wheelpend.logs.outliers import find_outliers, without_outliers
+from wheelpend.logs.tables import Table
+
+TURNS = (2 * math.pi, 360.0)  # a whole turn in rad and in degrees
+MAX_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
+TURN_TOLERANCE = 0.25  # of a turn, by which a wrapped angle's jump may differ from one
+
+
+def numeric_columns(path: Path, file: Table) -> dict[str, np.ndarray]:
+    """The columns (N,) of a file that hold numbers, all of one length; raises Failure where none does."""
+    read = (lambda names: file.read_on_one_clock(names, [])) if file.read_on_one_clock else file.read
+    try:
+        return read(list(file.names))
+    except Failure:
+        found, reason = [], ""
+    for name in file.names:
+        try:
+            file.read([name])
+        except Failure as failure:  # text, which no quantity is
+            reason = reason or str(failure)
+        else:
+            found.append(name)
+    if not found:
+        raise Failure(f"{path.name}: at least the time and one column beside it must hold numbers, and no column does. "
+                      f"{reason}")  # fmt: skip
+    return read(found)
+
+
+def moving_columns(path: Path, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The columns (N,) that change; raises Failure where none does."""
+    found = {n: v for n, v in values.items() if np.isfinite(v).any() and np.nanmin(v) < np.nanmax(v)}
+    if found:
+        return found
+    still = ", ".join(f"{n} is {v[np.isfinite(v)][0]:g}" if np.isfinite(v).any() else f"{n} has no values"
+                      for n, v in values.items())  # fmt: skip
+    what = f"{still} throughout" if still else "there is none"
+    raise Failure(
+        f"{path.name}: a column beside the time must vary for anything to be learnt, but {what}. Record a log in which "
+        "the machine is driven and moves, and check that its sensors are connected."
+    )
+
+
+def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
+    """A log of columns (N,) at times (N,) [s] for analysis: in SI units by their names, without spikes and wraps."""
+    columns = [continuous(v * stated_factor(n)) for n, v in values.items()]
+    log = Log(name, t, np.zeros(len(t)), np.column_stack(columns), tuple(values), rates={})
+    places = [n for n in values if kind_by_name(n) in ("", "position")]  # their spikes may last two samples
+    found = find_outliers(log, [find_quantum(c) for c in columns], places)
+    return without_outliers(log, found._replace(jumps=()))
+
+
+def continuous(values: np.ndarray) -> np.ndarray:
+    """A signal (N,) without the jumps by a turn of a wrapped angle, in rad or in degrees; any other as it is."""
+    known = np.flatnonzero(np.isfinite(values))
+    steps = np.abs(np.diff(values[known]))
+    jumps = steps[steps > MAX_STEP_SHARE * np.ptp(values[known])]
+    for turn in TURNS:
+        if jumps.size and bool(np.all(np.abs(jumps - turn) < TURN_TOLERANCE * turn)):
+            result = values.copy()
+            result[known] = np.unwrap(values[known], period=turn)
+            return result
+    return values
