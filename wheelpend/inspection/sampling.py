@@ -16,6 +16,7 @@ from wheelpend.logs.white_noise import difference_noise
 
 MIN_DROPPED_SHARE = 1e-3  # share of the rows, from which on missing ones are named
 WHOLE_INTERVAL_TOLERANCE = 0.15  # of an interval, by which a multiple of the usual one may be off
+MIN_WHOLE_PER_BETWEEN = 3.0  # whole multiples for each interval just between two: an irregular clock gives about one
 FAST_STEP_SIGMAS = 8.0  # a step that tells its time is so many times its scatter
 NEIGHBOUR_STEPS = 9  # steps whose median says how fast the place moves
 MIN_DOUBLE_STEPS = 20  # steps twice as long as their neighbours, from which on rows were dropped
@@ -45,9 +46,11 @@ def dropped_rows(log: Log) -> list[Finding]:
     ratio = np.diff(log.t) / log.dt
     whole = np.round(ratio)
     skips = (whole >= 2) & (ratio <= GAP_INTERVAL_RATIO) & (np.abs(ratio - whole) < WHOLE_INTERVAL_TOLERANCE)
+    between = (ratio > 1.5 - WHOLE_INTERVAL_TOLERANCE) & (ratio <= GAP_INTERVAL_RATIO)
+    between &= np.abs(ratio - np.floor(ratio) - 0.5) < WHOLE_INTERVAL_TOLERANCE
     missing = float(np.sum(whole[skips] - 1))
     share = missing / (len(log) + missing)
-    if share < MIN_DROPPED_SHARE:
+    if share < MIN_DROPPED_SHARE or skips.sum() < MIN_WHOLE_PER_BETWEEN * between.sum():
         return []
     multiples = f"{int(skips.sum())} intervals are whole multiples of the usual one"
     sentence = f"{100 * share:.2g} % of the rows are missing: {multiples}."
