@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
@@ -61,7 +62,7 @@ class LogCorrections:
         scale = known.scale * self.scale[name] if name in self.scale else known.scale
         offset = known.offset * self.sign.get(name, 1)
         parts = [
-            f'column = "{known.column}"',
+            f"column = {json.dumps(known.column, ensure_ascii=False)}",
             *([f'unit = "{unit}"'] if unit else []),
             *([f"scale = {scale!r}"] if scale != 1.0 else []),
             *(["sign = -1"] if sign < 0 else []),

@@ -107,7 +107,7 @@ def inspect_log(
         channels=channel_statistics(raw, noise, table),
         findings=tuple(findings),
         proposal=corrections.text(),
-        sensors=sensors_section_text(log, noise, table),
+        sensors=sensors_section_text(log, noise, table, corrections.source),
         stand_still=standstills(log, noise, table),
     )
 
@@ -154,12 +154,17 @@ def channel_statistics(log: Log, noise: Noise, table: ColumnTable) -> dict[str, 
     }
 
 
-def sensors_section_text(log: Log, noise: Noise, table: ColumnTable) -> str:
-    """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps."""
+def sensors_section_text(log: Log, noise: Noise, table: ColumnTable, source: Mapping[str, str] | None = None) -> str:
+    """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps.
+
+    ``source`` names the columns of interchanged quantities: a step belongs to what its column holds.
+    """
+    holds = {column: name for name, column in (source or {}).items()}
     levels: dict[str, float] = {}
     steps: dict[str, float] = {}
     for name, sigma, step in zip(log.channels, noise.sigma, noise.quantum, strict=True):
-        (steps if step else levels)[name] = float(step or sigma)
+        if holds.get(name, name) in table.channels:
+            (steps if step else levels)[holds.get(name, name)] = float(step or sigma)
     own = []
     counts, noise_keys = ({c: getattr(s, k) for c, s in table.sensors.items()} for k in ("counts_key", "noise_key"))
     own += [f"{counts[c]} = {round(2 * math.pi / steps.pop(c))}" for c in [*steps] if counts.get(c)]
