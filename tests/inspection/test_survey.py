@@ -11,6 +11,7 @@ import pytest
 from tests.support import simulated
 from wheelpend import Failure
 from wheelpend.inspection.column_names import inputs_among, kind_by_name, stated_unit
+from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose
 from wheelpend.inspection.survey import survey_file
 
@@ -161,3 +162,45 @@ def test_a_column_read_now_and_then_is_left_out_and_spoils_nothing(tmp_path):
     found = roles(path)
     assert (found["battery"], found["dtheta_p"]) == ("further", "rate")
     assert survey_file(path).signals is not None
+
+
+def roles_of_pair(second: np.ndarray, path: Path, name: str = "q2") -> str:
+    """The role of a column beside a position with noise, both of a machine that is driven."""
+    columns = driven_position()
+    return roles(written(path / "log.csv", columns | {name: second}))[name]
+
+
+def driven_position() -> dict[str, np.ndarray]:
+    t = np.arange(3000) * DT_S
+    return {"t": t, "u": np.sin(3.1 * t), "q": path_at(t) + 1e-3 * np.random.default_rng(7).normal(size=t.size)}
+
+
+def path_at(t: np.ndarray) -> np.ndarray:
+    return np.sin(2.0 * t) + 0.4 * np.sin(5.3 * t + 1)
+
+
+def test_two_wheels_that_move_alike_are_two_positions(tmp_path):
+    t = driven_position()["t"]
+    for seed in range(3):
+        other = path_at(t) + 1e-3 * np.random.default_rng(seed).normal(size=t.size)
+        assert roles_of_pair(other, tmp_path) == "position"
+
+
+def test_a_filtered_copy_beside_the_raw_one_is_neither_a_reference_nor_a_second_position(tmp_path):
+    columns = driven_position()
+    weights = np.exp(-np.arange(30) / 6.0)
+    filtered = np.convolve(columns["q"], weights / weights.sum())[: len(columns["t"])]
+    assert roles_of_pair(filtered, tmp_path) == "further"
+
+
+def test_what_leads_and_is_smoother_is_the_reference_and_a_name_is_enough(tmp_path):
+    t = driven_position()["t"]
+    assert roles_of_pair(path_at(t + 4 * DT_S), tmp_path) == "reference"
+    assert roles_of_pair(path_at(t), tmp_path, "q_ref") == "reference"
+
+
+def test_names_with_quotes_and_backslashes_stand_in_the_model(tmp_path):
+    t, torque, angle = pendulum_swing(False)
+    path = written(tmp_path / "log.csv", {"t": t, "tau": torque, "\\theta": angle})
+    assert proposed(path)[1]["columns"]["theta_1"]["column"] == "\\theta"
+    assert tomllib.loads(f"x = {toml_value('a' + chr(34) + 'b' + chr(10))}") == {"x": 'a"b\n'}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from wheelpend.inspection.column_names import stated_base
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.signals import is_whole
 from wheelpend.logs.columns import ColumnMap
@@ -22,34 +23,52 @@ def find_duty(log: Log, corrections: LogCorrections) -> list[Finding]:
     found = []
     for name, values in zip(table.inputs, log.inputs, strict=False):
         mapped = corrections.known.get(name, ColumnMap(name))
-        if table.units.get(name) == "V" and not mapped.unit and mapped.scale == 1.0:
+        if table.units.get(name) == "V" and not mapped.unit and mapped.scale == 1.0 and not states_volts(mapped.column):
             found += duty_findings(name, mapped.column, values)
     return found
 
 
+def states_volts(column: str) -> bool:
+    """True of a column whose name says that it is in volts."""
+    return stated_base(column) == "V" or "volt" in column.lower()
+
+
 def duty_findings(name: str, column: str, values: np.ndarray) -> list[Finding]:
-    """The finding that an input is a duty, with its full scale; none of one that may be volts."""
-    limit = full_scale(column, values[np.isfinite(values)])
-    if not limit:
+    """The finding that an input is a duty, with its full scale; none of one that may as well be volts.
+
+    That it is clipped at a round number is the weakest evidence: a supply may be limited there too.
+    """
+    known = values[np.isfinite(values)]
+    limit = full_scale(column, known)
+    clipped = 0.0 if limit else clipping_limit(known)
+    if not (limit or clipped):
         return []
+    limit, looks = limit or clipped, "looks like" if limit else "may be"
     peak, scale = float(np.nanmax(np.abs(values))), f"{limit:g}"
     kind = "a duty" if limit == 1.0 else "a duty in % or PWM counts" if limit == 100 else "PWM counts"
-    sentence = f"{name} looks like {kind} of ±{scale} and not like volts: it reaches {peak:g}" + (
-        " in whole numbers." if is_whole(values) else "."
-    )
+    whole = " in whole numbers" if is_whole(values) else ""
+    reaches = f"it reaches {peak:g}{whole}." if not clipped else f"it is clipped at just {peak:g}."
+    sentence = f"{name} {looks} {kind} of ±{scale} and not {'like ' if not clipped else ''}volts: {reaches}"
     cure = f"Map it in [columns] with scale = the supply's volts / {scale}; which supply, the log cannot tell."
+    if clipped:
+        cure = f'If it is volts, say so in [columns] with unit = "V". If not: {cure[0].lower()}{cure[1:]}'
     return [Finding("duty", name, sentence, cure, limit)]
 
 
 def full_scale(column: str, values: np.ndarray) -> float:
-    """Full scale of an input (N,) that is a duty; 0 of one that may be volts."""
+    """Full scale of an input (N,) that is a duty by its whole numbers or its name; 0 of any other."""
     if not values.size:
         return 0.0
     peak = float(np.abs(values).max())
     if is_whole(values) and peak > MIN_PWM_PEAK:
         return float(next((limit for limit in PWM_LIMITS if peak <= limit), 0))
-    clipped = [d for d in DUTY_LIMITS if peak == d and int(np.sum(np.abs(values) == d)) >= MIN_CLIPPED_SAMPLES]
-    if clipped:
-        return clipped[0]
     named = any(word in column.lower() for word in DUTY_NAMES)
     return next((d for d in (*DUTY_LIMITS, *PWM_LIMITS) if peak <= d), 0.0) if named else 0.0
+
+
+def clipping_limit(values: np.ndarray) -> float:
+    """Limit of a duty at which an input (N,) is clipped; 0 of one that is not, or that only switches between values."""
+    sizes = np.abs(values)
+    peak = float(sizes.max(initial=0.0))
+    clipped, between = int(np.sum(sizes == peak)), int(np.sum((sizes < peak) & (sizes > 0.0)))
+    return peak if peak in DUTY_LIMITS and clipped >= MIN_CLIPPED_SAMPLES and between > clipped else 0.0

@@ -1,0 +1,68 @@
+"""An input is questioned only where nothing says that it is volts; times that are irregular are no lost rows."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests import faulty_logs as faulty
+from wheelpend.inspection.findings import LogCorrections
+from wheelpend.inspection.inspect import inspect_log
+from wheelpend.inspection.raw_units import find_duty
+from wheelpend.inspection.sampling import dropped_rows
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+def said(values: np.ndarray, column: ColumnMap) -> list[str]:
+    log = replace(faulty.clean(), voltage=values)
+    return [f.sentence for f in find_duty(log, LogCorrections({"v_in": column}, DEFAULT_TABLE, ()))]
+
+
+def volts(peak: float) -> np.ndarray:
+    values = faulty.clean().voltage
+    return values * peak / float(np.abs(values).max())
+
+
+def test_volts_that_are_called_so_are_never_questioned():
+    for column in ("pwm_volt", "duty_V", "pwm_mV"):
+        assert said(volts(4.97), ColumnMap(column)) == []
+    assert said(np.round(volts(255.0)), ColumnMap("pwm", "V")) == []
+    assert len(said(volts(4.97), ColumnMap("pwm"))) == 1
+
+
+def test_a_square_wave_of_one_volt_is_no_duty():
+    wave = np.sign(np.sin(4.0 * faulty.clean().t + 0.1))
+    assert set(np.unique(wave)) == {-1.0, 1.0}
+    assert said(wave, ColumnMap("u")) == []
+
+
+def test_clipping_alone_is_said_with_its_doubt():
+    (sentence,) = said(np.clip(volts(1.5), -1, 1), ColumnMap("u"))
+    assert "may be a duty of ±1" in sentence and "looks like" not in sentence
+    assert "looks like PWM counts" in said(np.round(volts(255.0)), ColumnMap("u"))[0]
+
+
+@pytest.mark.parametrize("shape", [4.0, 10.0, 30.0])
+def test_an_irregular_clock_lost_no_rows(shape):
+    log = faulty.clean()
+    intervals = np.random.default_rng(2).gamma(shape, log.dt / shape, len(log) - 1)
+    assert dropped_rows(replace(log, t=np.concatenate(([0.0], np.cumsum(intervals))))) == []
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+def test_rows_that_were_lost_are_counted(share):
+    (finding,) = dropped_rows(faulty.dropped(faulty.clean(), share))
+    assert finding.size == pytest.approx(share, rel=0.25)
+
+
+def test_the_step_of_an_interchanged_encoder_goes_to_the_channel_that_it_is():
+    log = faulty.clean()
+    swapped = faulty.with_columns(log, theta_w=faulty.column(log, "theta_p"), theta_p=faulty.column(log, "theta_w"))
+    right, found = (tomllib.loads(inspect_log(each).sensors)["sensors"] for each in (log, swapped))
+    assert found["encoder_counts"] == right["encoder_counts"]
+    assert "theta_p" not in found.get("step", {})
