@@ -154,6 +154,25 @@ def test_spikes_do_not_change_what_a_column_is(tmp_path):
     assert proposed(path)[1]["plant"] == "wheel_pendulum"
 
 
+def test_two_spikes_two_samples_apart_do_not_change_whose_rate_a_gyro_is(tmp_path):
+    columns = robot()
+    columns["theta_p"][[500, 502]] += 0.6
+    survey = survey_file(written(tmp_path / "log.csv", columns))
+    assert (survey.column("dtheta_p").role, survey.column("dtheta_p").of) == ("rate", "theta_p")
+
+
+def test_a_supply_that_sags_is_no_place_of_a_machine(tmp_path):
+    columns = robot()
+    columns["vbat"] = 12.4 - 0.05 * columns["t"] + 0.002 * np.random.default_rng(1).normal(size=len(columns["t"]))
+    assert roles(written(tmp_path / "log.csv", columns))["vbat"] == "further"
+
+
+def test_a_file_with_a_header_alone_is_too_short(tmp_path):
+    (tmp_path / "log.csv").write_text("t,v_in,theta_w\n", encoding="utf-8")
+    with pytest.raises(Failure, match="too short"):
+        survey_file(tmp_path / "log.csv")
+
+
 def test_a_column_read_now_and_then_is_left_out_and_spoils_nothing(tmp_path):
     columns = robot()
     battery = np.full(len(columns["t"]), np.nan)

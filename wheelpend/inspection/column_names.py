@@ -62,6 +62,12 @@ def kind_by_name(name: str) -> str:
     return KIND_OF_UNIT.get(stated_base(name), "")
 
 
+def may_be_sensor(name: str) -> bool:
+    """False of a column that is a voltage, a current or a force by its unit, or a supply by its words."""
+    kind = kind_by_name(name)
+    return kind in ("position", "rate") or (not kind and not contains(name, SUPPLY_NAMES))
+
+
 def is_called_rate(name: str) -> bool:
     """True of a column that is a rate by its unit, or by its words where it states no unit."""
     kind = kind_by_name(name)

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import kind_by_name, stated_factor
 from wheelpend.logs.log import Log
 from wheelpend.logs.noise import find_quantum
-from wheelpend.logs.outliers import find_outliers, without_outliers
+from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE, find_outliers, without_outliers
 from wheelpend.logs.tables import Table
 
 TURNS = (2 * math.pi, 360.0)  # a whole turn in rad and in degrees
 MAX_STEP_SHARE = 0.3  # of its range, by which a place moves from sample to sample at most
 TURN_TOLERANCE = 0.25  # of a turn, by which a wrapped angle's jump may differ from one
+MIN_MEDIAN_RATIO = 8.0  # of a spike's distance from the running median to the usual one: 5.6 σ of white noise
 
 
 def numeric_columns(path: Path, file: Table) -> dict[str, np.ndarray]:
@@ -60,7 +63,20 @@ def analysed(name: str, t: np.ndarray, values: Mapping[str, np.ndarray]) -> Log:
     log = Log(name, t, np.zeros(len(t)), np.column_stack(columns), tuple(values), rates={})
     places = [n for n in values if kind_by_name(n) in ("", "position")]  # their spikes may last two samples
     found = find_outliers(log, [find_quantum(c) for c in columns], places)
-    return without_outliers(log, found._replace(jumps=()))
+    log = without_outliers(log, found._replace(jumps=()))
+    return replace(log, measured=np.column_stack([without_rest(c) for c in log.measured.T]))
+
+
+def without_rest(values: np.ndarray) -> np.ndarray:
+    """A signal (N,) without the spikes that stand close together: what is far from its running median, if little is."""
+    known = np.flatnonzero(np.isfinite(values))
+    off = np.abs(values[known] - median_filter(values[known], 2 * MAX_SPIKE_SAMPLES + 1))
+    far = off > MIN_MEDIAN_RATIO * np.mean(off)
+    if np.mean(far) > MAX_SPIKE_SHARE:
+        return values
+    result = values.copy()
+    result[known[far]] = np.nan
+    return result
 
 
 def continuous(values: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from wheelpend.inspection.column_names import (
     inputs_among,
     is_called_rate,
     kind_by_name,
+    may_be_sensor,
     stated_factor,
 )
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
@@ -87,13 +88,13 @@ def survey_file(path: Path) -> Survey:
     """What each column of a file is; raises Failure where it has no time that grows."""
     file, path = open_file(path), Path(path)
     values = numeric_columns(path, file)
+    check_length(path.name, len(next(iter(values.values()))))
     likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))
     if clock is None:
         raise Failure(f"{path.name}: one column must be the time, growing from row to row; none of {', '.join(values)} "
                       "does. Sort the rows, or add the times.")  # fmt: skip
     raw = values.pop(clock.column)
-    check_length(path.name, len(raw))
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
     log = analysed(path.name, t, moving_columns(path, values))
@@ -123,7 +124,7 @@ def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str
     """
     roles: dict[str, tuple[str, str]] = dict.fromkeys(inputs_among(list(values)), ("input", ""))
     seldom = {n for n in values if signals is not None and n not in signals.channels}
-    free = [n for n in values if n not in roles and n not in seldom and kind_by_name(n) != "input"]
+    free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
     roles |= rates_among(free, signals)
     free = [n for n in free if n not in roles and kind_by_name(n) != "rate"]
     roles |= references_among(free, values)
