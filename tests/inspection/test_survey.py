@@ -111,6 +111,18 @@ def test_a_pendulum_in_degrees_from_upright_is_one_however_often_it_turned_over(
     assert found["columns"]["theta_1"] == mapped
 
 
+@pytest.mark.parametrize(("inputs", "place", "first"), [
+    ("u_V", "angle_deg", "pendulum"), ("u_V", "pos_mm", "slide"), ("torque_Nm", "q", "pendulum"),
+    ("force_N", "q", "slide"),
+])  # fmt: skip
+def test_a_unit_of_angle_or_torque_excludes_the_slide_and_one_of_length_or_force_the_pendulum(
+    inputs, place, first, tmp_path
+):
+    t = np.arange(3000) * DT_S
+    path = written(tmp_path / "log.csv", {"t": t, inputs: np.sin(3.1 * t), place: path_at(t)})
+    assert {p.split()[0] for p in proposed(path)[0].plants} == {first}
+
+
 @pytest.mark.parametrize(("unit", "turn"), [("_deg", 360.0), ("", 2 * np.pi)])
 def test_a_wrapped_angle_is_a_place_with_its_offset(unit, turn, tmp_path):
     t, torque, angle = pendulum_swing(True)

@@ -6,6 +6,7 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
 - first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
   `gravity` where an angle hangs, `proposal` writes the model.toml
+- file_values: the numbers of a file's columns without a model; column_names: what their names state
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
