@@ -192,3 +192,14 @@ def test_a_twin_fits_as_well_with_the_opposite_size(hidden, twin, size):
     assert other.cost == pytest.approx(true.cost, rel=1e-6)
     assert abs(true.of_log(0)[hidden] - size) < 4.0 * true.sigma(hidden) < 0.2 * size
     assert other.of_log(0)[twin] == pytest.approx(-true.of_log(0)[hidden], rel=1e-4)
+
+
+def test_an_effect_of_an_impossible_size_is_no_rival_of_a_simpler_one(rough):
+    problem, _, candidate, _ = rough
+    far = 50.0 * problem.floor
+    sizes = {name: Estimate(1.0, 0.1, "V") for name in ("torque", "stiffness")}
+    impossible = replace(candidate, effect="stribeck_drive", estimates=sizes, error_after=0.2 * far, physical=False)
+    larger = replace(candidate, effect="presliding_drive", estimates=sizes, error_after=far)
+    simple = replace(candidate, effect="viscous_drive", error_after=1.01 * far)
+    order = rank_candidates(problem, [larger, simple, impossible])
+    assert [c.effect for c in order if c.physical] == ["viscous_drive", "presliding_drive"]
