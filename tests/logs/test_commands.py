@@ -130,3 +130,37 @@ def test_the_log_before_an_unknown_stretch_is_used_too():
     after = identify(Model.default(), [log.part(int(np.argmax(log.t >= 5.5)), len(log))])
     assert both.parameters["X5"].sigma < 0.7 * after.parameters["X5"].sigma
     assert both.error < 1.05 * both.noise_floor
+
+
+def test_a_part_in_one_piece_holds_no_jump_of_a_sensor():
+    log = replace(made(switched_off()), breaks=(230, 450))
+    part, remark = longest_known_part(log)
+    assert (len(part), part.t[0], part.breaks) == (200, 0.0, ())
+    assert "elsewhere the input is unknown for a while and a sensor jumps" in remark
+    part, remark = longest_known_part(replace(made(np.sin(np.arange(600))), breaks=(100,)))
+    assert (len(part), part.t[0], part.breaks) == (500, 1.0, ())
+    assert "elsewhere a sensor jumps." in remark
+
+
+def test_differentiation_runs_across_no_jump_of_the_encoder():
+    from tests.support import simulated
+
+    log = simulated(duration=8.0)
+    measured = log.measured.copy()
+    measured[2000:, 0] += 0.5
+    jumped = identify(Model.default(), [replace(log, measured=measured)], method="differentiation", test_bias=False)
+    after = identify(Model.default(), [log.part(2000, len(log))], method="differentiation", test_bias=False)
+    for name in ("X1", "X5"):
+        assert jumped.parameters[name].value == pytest.approx(after.parameters[name].value, rel=0.02), name
+
+
+def test_a_part_in_one_piece_is_of_one_recording_and_each_warms_up_by_itself():
+    from tests import faulty_logs as faulty
+    from wheelpend.logs.recording import cured
+
+    log = cured(faulty.joined(faulty.clean().part(0, 9000), faulty.clean(1)), Model.default().table)
+    assert log.breaks == (9000,)
+    part, _ = longest_known_part(log)
+    assert part.t[0] == pytest.approx(log.t[9000]) and len(part) == len(log) - 9000
+    second = next(s for s in log.stretches if s.begin == 9000)
+    assert second.settled > second.begin

@@ -54,12 +54,14 @@ def unknown_stretches(inputs: np.ndarray) -> list[tuple[int, int]]:
 
 
 def longest_known_part(log: Log) -> tuple[Log, str]:
-    """The longest part in which no command is unknown for longer than a gap, and a sentence where that is not all.
+    """The longest part without a break and without a command unknown for longer than a gap; says where it is not all.
 
     For methods that take a log in one piece; single lost commands are left to their interpolation.
     """
     longest = GAP_INTERVAL_RATIO * log.dt
-    cuts = [(a, b) for a, b in unknown_stretches(log.inputs) if (b - a) * log.dt > longest]
+    unknown = [(a, b) for a, b in unknown_stretches(log.inputs) if (b - a) * log.dt > longest]
+    breaks = [(k, k) for k in log.breaks if not any(a <= k <= b for a, b in unknown)]
+    cuts = sorted([*unknown, *breaks])
     if not cuts:
         return log, ""
     edges = [0, *(k for cut in cuts for k in cut), len(log)]
@@ -68,11 +70,13 @@ def longest_known_part(log: Log) -> tuple[Log, str]:
     if end - begin < MIN_PART_SAMPLES:
         raise Failure(
             f"{log.name} must have commands for at least {MIN_PART_SAMPLES} samples in a row, but the longest part "
-            f"between stretches without any has {end - begin}. Record a log in which the input is always written."
+            f"between stretches without any and jumps of a sensor has {end - begin}. Record a log in which the input "
+            "is always written and no sensor jumps."
         )
+    why = [*(["the input is unknown for a while"] if unknown else []), *(["a sensor jumps"] if breaks else [])]
     return part, (
         f"Only the part from t = {part.t[0]:.6g} s to {part.t[-1]:.6g} s is used: this method takes a log in one "
-        "piece, and elsewhere the input is unknown for a while. `--method shooting` uses all parts."
+        f"piece, and elsewhere {' and '.join(why)}. `--method shooting` uses all parts."
     )
 
 

@@ -202,9 +202,11 @@ def segments_of_ranges(log: Log, horizon_s: float, ranges: Sequence[tuple[int, i
 def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
     """First sample of a range after a warm-up [s]; the range's end if there is none.
 
-    Where only a sensor jumped, the commands before are known, and no warm-up is needed; nor where the machine rests.
+    Where only a sensor jumped, the commands before are known, and no warm-up is needed; where another recording begins
+    they are not. Where the machine rests, nothing was commanded before.
     """
-    if begin in log.breaks or _begins_at_rest(log, begin, end):
+    only_jumped = begin in log.breaks and not np.isnan(log.voltage[begin - 1]).any()
+    if only_jumped or _begins_at_rest(log, begin, end):
         return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it
     return begin + int(np.searchsorted(log.t[begin:end], after))

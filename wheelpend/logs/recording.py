@@ -51,4 +51,6 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
         return log
     inputs = log.voltage.astype(float)
     inputs[without_input] = np.nan
-    return replace(log, voltage=inputs, measured=np.column_stack(list(channels.values())), faults=tuple(faults))
+    measured = np.column_stack(list(channels.values()))
+    breaks = tuple(sorted({*log.breaks, *(k + 1 for k, _ in seams)}))
+    return replace(log, voltage=inputs, measured=measured, breaks=breaks, faults=tuple(faults))
