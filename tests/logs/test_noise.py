@@ -1,5 +1,7 @@
 """Sensor noise is read off the log alone, whatever its rate, its gaps and its distribution."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -9,6 +11,7 @@ from tests.support import simulated
 from wheelpend import Log, Model, simulate
 from wheelpend.benchmarks.hidden_effects.nonideal_sensors import complete_log, student
 from wheelpend.estimation import data
+from wheelpend.logs.coloured_noise import angle_rate_inconsistency
 from wheelpend.logs.noise import find_quantum, sensor_noise
 from wheelpend.logs.outliers import find_outliers, without_outliers
 from wheelpend.simulation.simulate import noise_levels
@@ -173,3 +176,47 @@ def test_steps_are_found_in_numbers_of_few_digits():
     random = np.random.default_rng(0)
     counts = np.cumsum(random.integers(-1, 2, size=3000)) * 1.3975e-3
     assert find_quantum(counts.astype(np.float32).astype(float)) == pytest.approx(1.3975e-3, rel=1e-3)
+
+
+def smooth_pitch():
+    """A log whose pitch has noise with colour of a thousandth of a rad, and the log's clean rate."""
+    log, random = simulated("aggressive", noise=False), np.random.default_rng(0)
+    coloured = lfilter([1], [1, -0.95], random.standard_normal(len(log)))
+    measured = log.measured.copy()
+    measured[:, 1] += 1e-3 * coloured / coloured.std()
+    return replace(log, measured=measured)
+
+
+def without_rows(log, *ranges):
+    keep = ~np.any([(log.t >= a) & (log.t < b) for a, b in ranges], axis=0)
+    return replace(log, t=log.t[keep], voltage=log.voltage[keep], measured=log.measured[keep], reference=None)
+
+
+def test_an_angle_contradicts_its_rate_no_more_in_a_log_with_gaps_and_jumps():
+    log = smooth_pitch()
+    whole = angle_rate_inconsistency(log, "theta_p")
+    assert 0.7e-3 < whole < 1.1e-3
+    gappy = without_rows(log, (2.2, 3.1), (5.3, 6.7), (11.1, 12.9))
+    assert angle_rate_inconsistency(gappy, "theta_p") == pytest.approx(whole, rel=0.15)
+    measured = log.measured.copy()
+    measured[7200:, 1] += 0.3
+    jumped = replace(log, measured=measured, breaks=(7200,))
+    assert angle_rate_inconsistency(jumped, "theta_p") == pytest.approx(whole, rel=0.1)
+
+
+def test_the_pieces_of_a_long_log_are_not_taken_for_one(monkeypatch):
+    monkeypatch.setattr("wheelpend.logs.log.EXCERPT_SAMPLES", 8_000)
+    log = replace(smooth_pitch(), breaks=(300, 15_000, 19_500))
+    pieces = log.excerpt()
+    assert len(pieces) == 8_000 and pieces.breaks == (300, *range(1000, 8000, 1000), 7499)
+    assert np.isnan(pieces.measured[1000]).all()
+    whole = angle_rate_inconsistency(log, "theta_p")
+    assert angle_rate_inconsistency(pieces, "theta_p") == pytest.approx(whole, rel=0.2)
+    assert all(s.settled > s.begin for s in pieces.stretches if s.begin % 1000 == 0)
+
+
+def test_an_angle_known_in_every_tenth_sample_only_still_contradicts_its_rate():
+    log = smooth_pitch()
+    measured = log.measured.copy()
+    measured[np.arange(len(log)) % 10 > 0, 1] = np.nan
+    assert 0.5e-3 < angle_rate_inconsistency(replace(log, measured=measured), "theta_p") < 2e-3

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import comb
 
 import numpy as np
 
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.white_noise import DIFFERENCE_ORDERS, difference_noise
 
 COLOUR_LAG_SAMPLES = 4  # samples; noise has colour where the scatter at this lag exceeds that from sample to sample
@@ -105,9 +106,8 @@ def angle_rate_inconsistency(log: Log, channel: str) -> float:
     length = max(8, round(0.5 / log.dt))
     width = 2 * max(1, round(0.01 / log.dt)) + 1
     squares = []
-    for first in range(0, len(t) - length + 1, length):
-        window = slice(first, first + length)
-        x = t[window] - t[first]
+    for window in _whole_windows(log, good, length):
+        x = t[window] - t[window.start]
         rest = difference[window] - np.polyval(np.polyfit(x, difference[window], 1), x)
         if channel == rate:
             rest = np.gradient(np.convolve(rest, np.ones(width) / width, mode="valid"), log.dt)
@@ -118,3 +118,12 @@ def angle_rate_inconsistency(log: Log, channel: str) -> float:
     if channel == rate:
         angle_variance = (difference_noise(angles) / (width * log.dt)) ** 2
     return float(np.sqrt(variance - angle_variance)) if angle_variance < 0.5 * variance else 0.0
+
+
+def _whole_windows(log: Log, good: np.ndarray, length: int) -> list[slice]:
+    """Windows of so many good samples (mask (N,)) without a gap or a break: over those a rate cannot be integrated."""
+    step = np.diff(log.t[good])
+    longest = GAP_INTERVAL_RATIO * max(log.dt, float(np.median(step)) if step.size else 0.0)
+    jumps = np.cumsum(good)[np.array(log.breaks, dtype=int) - 1] if log.breaks else np.zeros(0, dtype=int)
+    edges = np.unique(np.concatenate([[0], np.flatnonzero(step > longest) + 1, jumps, [int(good.sum())]])).tolist()
+    return [slice(k, k + length) for a, b in pairwise(edges) for k in range(a, b - length + 1, length)]

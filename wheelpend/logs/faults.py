@@ -17,6 +17,8 @@ CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at
 MIN_CEILING_SAMPLES = 10  # of them in all
 MIN_CEILING_STEPS = 3.0  # quanta by which a reading enters or leaves a ceiling; a machine that stops creeps by one
 MIN_CEILING_KINK = 0.1  # the same of a reading without quanta, in usual steps
+MAX_REST_SHARE = 0.05  # of the largest speed, up to which a machine counts as at rest, whatever the gyro's offset
+USUAL_LARGEST = 0.99  # quantile of the speeds that counts as the largest, spikes apart
 LYING_ANGLE_RAD = 0.35  # from upright, from where on no wheel catches the body: 20°
 LYING_BAND_RAD = 0.05  # within which a body that lies stays; a free one falls further within LYING_TIME_S
 LYING_TIME_S = 0.5
@@ -35,11 +37,12 @@ def runs_of(mask: np.ndarray) -> np.ndarray:
     return edges.reshape(-1, 2) - [0, 1]
 
 
-def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
+def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> tuple[np.ndarray, float]:
     """Mask (N,) of the readings that repeat the largest or the least value, and that value; none of a sound channel.
 
     A machine that stops creeps into its extreme, and noise never repeats a value: readings that run into the extreme at
-    full speed and stay are a sensor at its ceiling.
+    full speed and stay are a sensor at its ceiling. ``speed`` (N,) is the channel's rate, or a rate itself, where known:
+    an extreme at which the machine rests is none.
     """
     found, ceiling = np.zeros(len(values), dtype=bool), 0.0
     known = values[np.isfinite(values)]
@@ -50,7 +53,7 @@ def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
     for extreme in (known.max(), known.min()):
         runs = runs_of(values == extreme)
         runs = runs[runs[:, 1] - runs[:, 0] + 1 >= CEILING_RUN_SAMPLES]
-        if int(np.sum(runs[:, 1] - runs[:, 0] + 1)) < MIN_CEILING_SAMPLES:
+        if int(np.sum(runs[:, 1] - runs[:, 0] + 1)) < MIN_CEILING_SAMPLES or rests(values == extreme, speed):
             continue
         inside = values != extreme
         least = max(usual, MIN_CEILING_STEPS * find_quantum(values[inside]))
@@ -58,6 +61,14 @@ def readings_at_ceiling(values: np.ndarray) -> tuple[np.ndarray, float]:
             found |= values == extreme
             ceiling = float(extreme) if abs(extreme) > abs(ceiling) else ceiling
     return found, ceiling
+
+
+def rests(samples: np.ndarray, speed: np.ndarray | None) -> bool:
+    """True where a machine of known speed (N,) is at rest in most of the samples of a mask (N,)."""
+    if speed is None or not np.isfinite(speed[samples]).any():
+        return False
+    size = np.abs(speed)
+    return bool(np.nanmedian(size[samples]) <= MAX_REST_SHARE * np.nanquantile(size, USUAL_LARGEST))
 
 
 def kinks(values: np.ndarray, runs: np.ndarray) -> float:
@@ -68,9 +79,9 @@ def kinks(values: np.ndarray, runs: np.ndarray) -> float:
     return float(np.median(largest)) if largest else 0.0
 
 
-def saturated(name: str, values: np.ndarray) -> tuple[np.ndarray, list[Finding]]:
-    """A channel (N,) without the readings at its ceiling, and the finding on them."""
-    at_ceiling, ceiling = readings_at_ceiling(values)
+def saturated(name: str, values: np.ndarray, speed: np.ndarray | None) -> tuple[np.ndarray, list[Finding]]:
+    """A channel (N,) without the readings at its ceiling, and the finding on them; ``speed`` as readings_at_ceiling."""
+    at_ceiling, ceiling = readings_at_ceiling(values, speed)
     if not at_ceiling.any():
         return values, []
     count = int(at_ceiling.sum())

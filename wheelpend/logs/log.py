@@ -130,7 +130,7 @@ class Log:
         return any(sentence in warning for warning in self.warnings)
 
     def excerpt(self) -> Log:
-        """Equally long pieces spread over a long log, a missing sample between them; a short log as it is."""
+        """Equally long pieces spread over a long log, a missing sample and a break between them; a short log as is."""
         if len(self) <= EXCERPT_SAMPLES:
             return self
         length = EXCERPT_SAMPLES // EXCERPT_PARTS
@@ -139,8 +139,10 @@ class Log:
         measured = self.measured[places]
         measured[::length] = np.nan
         reference = None if self.reference is None else self.reference[places]
+        own = [j * length + k - a for j, a in enumerate(begins.tolist()) for k in self.breaks if a < k < a + length]
+        breaks = tuple(sorted({*range(length, len(places), length), *own}))
         return replace(
-            self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference, breaks=()
+            self, t=self.t[places], voltage=self.voltage[places], measured=measured, reference=reference, breaks=breaks
         )
 
     def part(self, first: int, last: int) -> Log:
@@ -205,7 +207,8 @@ def _settled(log: Log, begin: int, end: int, warm_up: float) -> int:
     Where only a sensor jumped, the commands before are known, and no warm-up is needed; where another recording begins
     they are not. Where the machine rests, nothing was commanded before.
     """
-    only_jumped = begin in log.breaks and not np.isnan(log.voltage[begin - 1]).any()
+    known = begin in log.breaks and not np.isnan(log.voltage[begin - 1]).any()
+    only_jumped = known and log.t[begin] - log.t[begin - 1] <= GAP_INTERVAL_RATIO * log.dt
     if only_jumped or _begins_at_rest(log, begin, end):
         return begin
     after = log.t[begin] + warm_up - 0.5 * log.dt  # the sample nearest to it

@@ -77,7 +77,7 @@ def channel_noise(
     ``predicted`` is σ by prediction from the past and its relative standard error.
     """
     signal = log.measured[:, log.channels.index(channel)]
-    step = quantum_of(_longest_stretch(signal, log.breaks), stated_step)
+    step = quantum_of(_richest_stretch(signal, log.breaks), stated_step)
     if stated_sigma:
         return stated_sigma, step, 1.0
     rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted)
@@ -98,11 +98,9 @@ def quantum_of(signal: np.ndarray, stated: float | None) -> float:
     return found if found > 1.5 * stated else stated
 
 
-def _longest_stretch(signal: np.ndarray, breaks: Sequence[int]) -> np.ndarray:
-    """The longest part of a signal (N,) without a jump: behind one, the grid of its steps may be another."""
-    edges = [0, *breaks, len(signal)]
-    longest = int(np.argmax(np.diff(edges)))
-    return signal[edges[longest] : edges[longest + 1]]
+def _richest_stretch(signal: np.ndarray, breaks: Sequence[int]) -> np.ndarray:
+    """The part of a signal (N,) with most values without a break: behind one, the grid of its steps may be another."""
+    return max(np.split(signal, list(breaks)), key=lambda part: np.unique(part[np.isfinite(part)]).size)
 
 
 def find_quantum(signal: np.ndarray) -> float:

@@ -32,7 +32,8 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
     """
     if log.faults:
         return log
-    channels = dict(zip(log.channels, log.measured.T, strict=True))
+    measured = dict(zip(log.channels, log.measured.T, strict=True))
+    channels = dict(measured)
     faults: list[Finding] = []
     without_input = np.zeros(len(log), dtype=bool)
     if seams := seams_of(log.t, channels, table) if seams is None else seams:
@@ -45,12 +46,13 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
                           "Record a log in which it stands.")  # fmt: skip
         without_input |= lying
     for name in (c for c in channels if c in table.rates or c == table.range_channel):
-        channels[name], found = saturated(name, channels[name])
+        rate = name if name in table.rates else next((r for r, a in table.rates.items() if a == name), "")
+        channels[name], found = saturated(name, channels[name], measured.get(rate))
         faults += found
     if not faults:
         return log
     inputs = log.voltage.astype(float)
     inputs[without_input] = np.nan
-    measured = np.column_stack(list(channels.values()))
+    left = np.column_stack(list(channels.values()))
     breaks = tuple(sorted({*log.breaks, *(k + 1 for k, _ in seams)}))
-    return replace(log, voltage=inputs, measured=measured, breaks=breaks, faults=tuple(faults))
+    return replace(log, voltage=inputs, measured=left, breaks=breaks, faults=tuple(faults))
