@@ -29,7 +29,7 @@ def test_a_rate_that_only_goes_forward_is_not_saturated_at_rest(offset):
 
 def test_an_angle_at_which_the_machine_stops_is_not_saturated_though_it_stops_hard():
     t = np.arange(4000) * 5e-3
-    angle = np.round(np.minimum(1.037 * np.abs((t % 4) - 2), 1.0) / 1e-3) * 1e-3  # against a stop
+    angle = np.minimum(1.037 * np.abs((t % 4) - 2) + 0.01 * np.sin(7 * t), 1.0)  # against a stop
     rate = np.where(1.037 * np.abs(t % 4 - 2) < 1, np.sign(t % 4 - 2), 0.0)
     assert readings_at_ceiling(angle)[0].any() and not readings_at_ceiling(angle, rate)[0].any()
     still_moving = np.sign(t % 4 - 2)
