@@ -1,12 +1,14 @@
 """What is no measurement is left out of a log, quickly, and what is one stays."""
 
 from dataclasses import replace
+from time import process_time
 
 import numpy as np
 import pytest
 
 from tests import faulty_logs as faulty
-from wheelpend import Model
+from tests.support import CHANNELS
+from wheelpend import Log, Model
 from wheelpend.logs.faults import readings_at_ceiling
 from wheelpend.logs.recording import cured
 
@@ -29,8 +31,8 @@ def test_a_rate_that_only_goes_forward_is_not_saturated_at_rest(offset):
 
 def test_an_angle_at_which_the_machine_stops_is_not_saturated_though_it_stops_hard():
     t = np.arange(4000) * 5e-3
-    angle = np.minimum(1.037 * np.abs((t % 4) - 2) + 0.01 * np.sin(7 * t), 1.0)  # against a stop
-    rate = np.where(1.037 * np.abs(t % 4 - 2) < 1, np.sign(t % 4 - 2), 0.0)
+    angle = np.minimum(1.037 * np.abs((t % 4) - 2) + 0.01 * np.sin(7 * t), 1.5)  # against a stop
+    rate = np.where(1.037 * np.abs(t % 4 - 2) < 1.5, np.sign(t % 4 - 2), 0.0)
     assert readings_at_ceiling(angle)[0].any() and not readings_at_ceiling(angle, rate)[0].any()
     still_moving = np.sign(t % 4 - 2)
     assert readings_at_ceiling(angle, still_moving)[0].any()
@@ -42,3 +44,32 @@ def test_a_log_whose_gyro_rests_at_nought_keeps_its_standstills():
     log = replace(faulty.with_columns(log, dtheta_p=rate), faults=())
     left = cured(log, TABLE)
     assert "saturation" not in [f.kind for f in left.faults] and np.isfinite(left.measured[:, 2]).all()
+
+
+def long_log(samples=300_000):
+    """A long log whose encoder stands, its pitch known in every second sample only."""
+    random, t = np.random.default_rng(0), np.arange(samples) * 1e-3
+    pitch = np.where(np.arange(samples) % 2 > 0, np.nan, 0.1 * np.sin(3 * t) + 0.003 * random.standard_normal(samples))
+    rate = 0.3 * np.cos(3 * t) + 0.003 * random.standard_normal(samples)
+    return Log("long", t, np.sin(t), np.column_stack([0.01 * (t // 40), pitch, rate]), CHANNELS)
+
+
+def test_a_long_log_with_an_angle_in_every_second_sample_takes_no_quadratic_time():
+    log = long_log()
+    begin = process_time()
+    assert not cured(log, TABLE).faults and process_time() - begin < 2.0
+
+
+def test_more_recordings_than_twenty_are_cut_apart_in_a_long_log():
+    log = faulty.joined(faulty.clean(), faulty.clean(1))
+    other = np.arange(len(log)) // 1500 % 2  # every 1.5 s the other of two machines
+    wheel, pitch = faulty.column(log, "theta_w") + other, faulty.column(log, "theta_p") + 0.2 * other
+    left = cured(faulty.with_columns(log, theta_w=wheel, theta_p=pitch), TABLE)
+    assert set(range(1500, len(log), 1500)) <= set(left.breaks) and 26 <= len(left.breaks) <= 27
+
+
+def test_a_machine_that_lies_is_found_though_its_pitch_is_known_in_every_second_sample_only():
+    log = faulty.on_the_floor(faulty.clean(), 5, 12)
+    pitch = np.where(np.arange(len(log)) % 2 > 0, np.nan, faulty.column(log, "theta_p"))
+    left = cured(faulty.with_columns(log, theta_p=pitch), TABLE)
+    assert [f.kind for f in left.faults] == ["lying"] and left.faults[0].size == pytest.approx(7.0, abs=0.5)

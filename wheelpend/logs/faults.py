@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from wheelpend.logs.finding import Finding
+from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO
 from wheelpend.logs.noise import find_quantum, rounding_sigma
 from wheelpend.logs.white_noise import difference_noise
 
@@ -28,7 +29,7 @@ MIN_SEAM_TURN = 2.5  # the same of a change of speed
 MIN_SEAM_SIGMAS = 12.0  # by which a speed jumps
 MIN_SEAM_STEPS = 5.0  # times the largest of the steps around
 MIN_NEIGHBOUR_SIGMAS = 6.0  # the same of the means of its neighbours, where another channel jumps already
-MAX_SEAMS = 20  # of a log, beyond which jumps are something else
+MAX_SEAMS, MAX_SEAM_SHARE = 20, 1e-3  # of a log, and of its samples, beyond both of which jumps are something else
 
 
 def runs_of(mask: np.ndarray) -> np.ndarray:
@@ -99,12 +100,16 @@ def lying_samples(t: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """
     found = np.zeros(len(t), dtype=bool)
     far = np.abs(np.where(np.isfinite(angle), angle, 0.0)) > LYING_ANGLE_RAD
-    block = max(round(LYING_BLOCK_S / float(np.median(np.diff(t)))), 1)
-    for first, last in runs_of(far | np.isnan(angle)):
+    interval = float(np.median(np.diff(t)))
+    block = max(round(LYING_BLOCK_S / interval), 1)
+    width = max(round(LYING_TIME_S / interval / block), 2)
+    runs = runs_of(far | np.isnan(angle))
+    far_before = np.concatenate([[0], np.cumsum(far)])
+    long = (runs[:, 1] - runs[:, 0] >= (width - 1) * block) & (far_before[runs[:, 1] + 1] > far_before[runs[:, 0]])
+    for first, last in runs[long]:
         means = [np.nanmean(part) for k in range(first, last + 1, block)
                  if np.isfinite(part := angle[k : min(k + block, last + 1)]).any()]  # fmt: skip
-        width = max(round(LYING_TIME_S / float(np.median(np.diff(t))) / block), 2)
-        if len(means) >= width and far[first : last + 1].any():
+        if len(means) >= width:
             windows = np.lib.stride_tricks.sliding_window_view(means, width)
             found[first : last + 1] |= bool((np.ptp(windows, axis=1) < LYING_BAND_RAD).any())
     return found
@@ -127,19 +132,24 @@ def find_seams(t: np.ndarray, channels: Mapping[str, np.ndarray], positions: lis
     another channel or the place's own speed, must jump.
     """
     interval = np.diff(t)
-    evidence: dict[int, list[str]] = {}
-    for name, values in channels.items():
-        for k in jumps_of(values):
-            if 2 * SEAM_NEIGHBOURS <= k < len(t) - 2 * SEAM_NEIGHBOURS - 1 and interval[k] < 5 * np.median(interval):
-                evidence.setdefault(int(k), []).append(name)
-    seams = [k for k, names in evidence.items() if set(names) & set(positions)]
-    if not 0 < len(seams) <= MAX_SEAMS:
+    near = interval < GAP_INTERVAL_RATIO * np.median(interval)
+    near[: 2 * SEAM_NEIGHBOURS] = near[len(near) - 2 * SEAM_NEIGHBOURS :] = False
+    jumps = {name: (places := jumps_of(values))[near[places]] for name, values in channels.items()}
+    seams = np.unique(np.concatenate([np.zeros(0, dtype=int), *(jumps[name] for name in positions)])).tolist()
+    if not 0 < len(seams) <= max(MAX_SEAMS, MAX_SEAM_SHARE * len(t)):
         return []
-    return [(k, names) for k in sorted(seams) if len(names := joined_channels(k, evidence[k], channels)) > 1]
+    evidence = {k: [name for name, places in jumps.items() if k in places] for k in seams}
+    noise = {c: max(difference_noise(v), rounding_sigma(find_quantum(v))) for c, v in channels.items()}
+    return [(k, names) for k in seams if len(names := joined_channels(k, evidence[k], channels, noise)) > 1]
 
 
-def joined_channels(k: int, level: list[str], channels: Mapping[str, np.ndarray]) -> list[str]:
-    """Channels whose value or speed jumps for good after sample k, those in ``level`` in one step by far."""
+def joined_channels(
+    k: int, level: list[str], channels: Mapping[str, np.ndarray], noises: Mapping[str, float]
+) -> list[str]:
+    """Channels whose value or speed jumps for good after sample k, those in ``level`` in one step by far.
+
+    ``noises`` are their standard deviations.
+    """
     found = []
     n, x = SEAM_NEIGHBOURS, np.arange(SEAM_NEIGHBOURS) - 0.5 * (SEAM_NEIGHBOURS - 1)
     for name, values in channels.items():
@@ -147,7 +157,7 @@ def joined_channels(k: int, level: list[str], channels: Mapping[str, np.ndarray]
         if not np.isfinite(windows).all():
             continue
         slopes, means = windows @ x / (x @ x), windows.mean(axis=1)
-        noise = max(difference_noise(values), rounding_sigma(find_quantum(values))) + 1e-9 * abs(values[k])
+        noise = noises[name] + 1e-9 * abs(values[k])
         spread = noise * np.sqrt(2 / n + n**2 / (2 * (x @ x)))
         if abs(means[2] - means[1]) > MIN_NEIGHBOUR_SIGMAS * spread + 1.5 * n * np.abs(slopes[1:3]).max():
             found.append(name)
@@ -165,10 +175,16 @@ def jumps_of(values: np.ndarray) -> np.ndarray:
     if len(steps) < width or np.isnan(steps).all():
         return np.zeros(0, dtype=int)
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(steps, SEAM_NEIGHBOURS), width)
-    largest = np.flatnonzero(steps >= windows.max(axis=1))
-    others = np.array([np.sort(windows[k])[-2] for k in largest])
     usual = float(np.nanmedian(steps))
-    return largest[steps[largest] > MIN_SEAM_STEPS * np.maximum(others, usual)]
+    far = np.flatnonzero(steps > MIN_SEAM_STEPS * usual)
+    largest = np.concatenate([far[:0], *(part[steps[part] >= windows[part].max(axis=1)] for part in _blocks(far))])
+    others = [np.partition(windows[part], -2, axis=1)[:, -2] for part in _blocks(largest)]
+    return largest[steps[largest] > MIN_SEAM_STEPS * np.concatenate([steps[:0], *others])]
+
+
+def _blocks(places: np.ndarray) -> list[np.ndarray]:
+    """Indices (n,) in blocks, so that the windows around those of a block take little memory."""
+    return [places[k : k + EXCERPT_SAMPLES // SEAM_NEIGHBOURS] for k in range(0, len(places), EXCERPT_SAMPLES // SEAM_NEIGHBOURS)]
 
 
 def seam_finding(t: np.ndarray, seams: list[tuple[int, list[str]]]) -> Finding:
