@@ -7,7 +7,7 @@ import pytest
 
 from tests.support import simulated
 from wheelpend import Model, simulate
-from wheelpend.estimation.data import noise_of, prepare
+from wheelpend.estimation.data import noise_of, prepare, read_logs
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.logs.log import segment_bounds
 from wheelpend.logs.outliers import outliers_of, without_outliers
@@ -94,3 +94,71 @@ def test_an_encoder_that_flickers_by_a_count_has_no_spikes():
     random, measured = np.random.default_rng(0), log.measured.copy()
     measured[:, 0] = 0.01 * (np.arange(len(log)) // 1000) + 0.01 * (random.random(len(log)) < 0.01)
     assert not found_in(replace(log, measured=measured)).spikes
+
+
+def shifted(log, channel, sizes):
+    """The log with these deviations of a channel, by sample."""
+    measured = log.measured.copy()
+    for sample, size in sizes.items():
+        measured[sample, channel] += size
+    return replace(log, measured=measured)
+
+
+@pytest.mark.parametrize("apart", range(1, 9))
+@pytest.mark.parametrize("second", [0.6, -0.6])
+def test_two_spikes_are_found_however_close_they_are(apart, second):
+    log = shifted(simulated(duration=8.0), 1, {3000: 0.6, 3000 + apart: second})
+    assert [s.sample for s in found_in(log).spikes] == [3000, 3000 + apart]
+
+
+@pytest.mark.parametrize("apart", range(2, 9))
+def test_two_spikes_of_a_rate_are_found_with_readings_between_them(apart):
+    log = shifted(simulated(duration=8.0), 2, {3000: 2.0, 3000 + apart: 1.5})
+    assert [s.sample for s in found_in(log).spikes] == [3000, 3000 + apart]
+
+
+def test_three_spikes_with_a_reading_between_them_are_found_with_their_sizes():
+    found = found_in(shifted(simulated(duration=8.0), 1, {3000: 0.6, 3002: 0.7, 3004: -0.5})).spikes
+    assert [s.sample for s in found] == [3000, 3002, 3004]
+    assert [s.size for s in found] == pytest.approx([0.6, 0.7, -0.5], abs=0.05)
+
+
+def with_wheel(log, wheel):
+    return replace(log, measured=np.column_stack([wheel, log.measured[:, 1:]]))
+
+
+def test_an_encoder_that_moves_by_one_count_in_all_has_not_jumped():
+    log = simulated(duration=8.0)
+    assert not found_in(with_wheel(log, 0.0015 * (log.t > 4.0))).jumps
+    assert not found_in(with_wheel(log, 0.0015 * (log.t > 4.0) + 0.0015 * (log.t > 6.0))).jumps
+
+
+def test_counts_that_were_rounded_as_degrees_are_no_jumps_and_lost_ones_are():
+    log, count = simulated(duration=8.0), 2 * np.pi / 4096
+    creeping = np.floor(0.01 * log.t**2 / count) * count
+    rounded = np.radians(np.round(np.degrees(creeping), 3))
+    assert not found_in(with_wheel(log, rounded)).jumps
+    (jump,) = found_in(with_wheel(log, rounded + 20 * count * (log.t > 3.0))).jumps
+    assert jump.sample == int(np.argmax(log.t > 3.0)) and jump.size == pytest.approx(20 * count, rel=0.1)
+
+
+def test_a_log_that_was_split_already_is_not_split_again():
+    log, _ = with_spikes(with_jump(simulated(duration=8.0), 5000))
+    once = read_logs([log], MODEL)[0]
+    twice = read_logs([once], MODEL)[0]
+    assert once.breaks == twice.breaks == (5000,)
+    assert twice.warnings == once.warnings and sum("jumps 1 time" in w for w in twice.warnings) == 1
+
+
+def test_an_encoder_that_slips_now_and_then_splits_a_long_log_however_often():
+    log = simulated(duration=60.0)
+    slips = np.arange(1000, 60_000, 2000)
+    slipped = with_wheel(log, log.measured[:, 0] + 0.7 * np.searchsorted(slips, np.arange(len(log)), side="right"))
+    assert [j.sample for j in found_in(slipped).jumps] == slips.tolist()
+
+
+def test_spikes_are_the_same_wherever_a_long_log_is_cut_to_save_memory(monkeypatch):
+    log, places = with_spikes(shifted(simulated(duration=8.0), 1, {1999: 0.6, 2001: 0.6, 4000: 0.5}))
+    whole = found_in(log)
+    monkeypatch.setattr("wheelpend.logs.outliers.EXCERPT_SAMPLES", 1000)
+    assert found_in(log) == whole and {*places, 1999, 2001, 4000} == {s.sample for s in whole.spikes}

@@ -7,28 +7,30 @@ samples, however sudden its friction or a push. A spike becomes a missing value.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from wheelpend.logs.columns import ColumnTable
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.unwrap import TURN_RAD
 
 SIDE_SAMPLES = 3  # readings on each side with which one is compared
 MAX_SPIKE_SAMPLES = 2  # samples that a spike of a position lasts at most; a rate's, which a blow can make, one
+MAX_BURST_SAMPLES = 7  # readings within which several spikes may stand with sound ones between them
+OVERLAP_SAMPLES = 100  # by which parts of a long log overlap, so that every spike is seen with its neighbours
 MIN_SPIKE_SIGMAS = 6.0  # standard deviations from the nearest of its neighbours: 1e-9 of Gaussian readings
 MIN_SPIKE_RANGE_RATIO = 2.0  # times the range of its neighbours; a sine gives 0.3 at six samples in a period
-MIN_OUTLIER_STEPS = 2.5  # steps of a quantised channel: one that flickers by a count or two is none
+MIN_OUTLIER_STEPS = 2.5  # steps of a quantised channel, or usual ones: one that flickers by a count or two is none
 MIN_JUMP_RATIO = 6.0  # times the fastest speed among the intervals on both sides
 MAD_PER_SIGMA = 0.6745  # median of the size of a Gaussian value
 ROBUST_ORDERS = range(1, 5)  # orders of the differences whose median size gives a scatter that outliers do not move
 SMALLEST_SHARE = 1e-6  # of a channel's range: smaller deviations are its digits
 MAX_SPIKE_SHARE = 0.02  # share of readings above which they are no spikes but how the channel is
-MAX_JUMPS = 20  # jumps above which they are how the channel moves
+MAX_JUMPS, MAX_JUMP_SHARE = 20, 1e-3  # jumps, and share of the readings, above both of which the channel moves so
 
 TURN_MARGIN = 0.05 * TURN_RAD  # rad by which a jump may differ from a turn: such an angle was wrapped
 
@@ -50,28 +52,38 @@ class Outliers(NamedTuple):
 
 
 def outliers_of(log: Log, table: ColumnTable) -> Outliers:
-    """Outliers of a log of a plant with these columns."""
+    """Outliers of a log of a plant with these columns; jumps at which it is split already are none."""
     positions = [c for c in log.channels if table.units.get(c) in ("rad", "m")]
-    found = find_outliers(log, [find_quantum(c) for c in log.measured.T], positions)
-    wrapped = [j for j in found.jumps if table.units[j.channel] == "rad" and abs(abs(j.size) - TURN_RAD) < TURN_MARGIN]
-    return found._replace(jumps=tuple(j for j in found.jumps if j not in wrapped))
+    found = find_outliers(log, [find_quantum(c) for c in log.excerpt().measured.T], positions)
+    known = {j for j in found.jumps if j.sample in log.breaks or _is_turn(j, table)}
+    return found._replace(jumps=tuple(j for j in found.jumps if j not in known))
+
+
+def _is_turn(jump: Outlier, table: ColumnTable) -> bool:
+    return table.units[jump.channel] == "rad" and abs(abs(jump.size) - TURN_RAD) < TURN_MARGIN
 
 
 def find_outliers(log: Log, quanta: Sequence[float], positions: Sequence[str]) -> Outliers:
     """Spikes of every channel, and jumps of those that are positions; ``quanta`` are the channels' steps or 0."""
     spikes: list[Outlier] = []
     jumps: list[Outlier] = []
+    excerpt = log.excerpt()
     for column, (channel, step) in enumerate(zip(log.channels, quanta, strict=True)):
         signal = log.measured[:, column]
-        limit = _smallest_outlier(signal, step)
+        limit = _smallest_outlier(excerpt.measured[:, column], step)
         found = spike_sizes(signal, limit, MAX_SPIKE_SAMPLES if channel in positions else 1)
-        cleaned = signal.copy()
-        cleaned[list(found)] = np.nan
         spikes += [Outlier(channel, k, float(log.t[k]), size) for k, size in found.items()]
         if channel in positions:
-            steps = jump_sizes(cleaned, log.t, limit)
+            steps = jump_sizes(_without(signal, found), log.t, limit)
             jumps += [Outlier(channel, k, float(log.t[k]), size) for k, size in steps.items()]
     return Outliers(tuple(spikes), tuple(jumps))
+
+
+def _without(signal: np.ndarray, samples: Iterable[int]) -> np.ndarray:
+    """A signal (N,) with some samples missing."""
+    left = np.array(signal, dtype=float)
+    left[list(samples)] = np.nan
+    return left
 
 
 def without_outliers(log: Log, found: Outliers) -> Log:
@@ -117,26 +129,54 @@ def _when_and_size(own: Sequence[Outlier]) -> str:
 def spike_sizes(signal: np.ndarray, limit: float, longest: int = MAX_SPIKE_SAMPLES) -> dict[int, float]:
     """Sample and size of the spikes of a signal (N,) that are off by more than a limit [its unit].
 
-    They last ``longest`` samples at most.
+    They last ``longest`` samples at most; several may stand within MAX_BURST_SAMPLES, sound readings between them.
     """
     found: dict[int, float] = {}
-    for width in range(1, longest + 1):
+    for first in range(0, len(signal), EXCERPT_SAMPLES):  # saves memory
+        last = first + EXCERPT_SAMPLES
+        begin = max(first - OVERLAP_SAMPLES, 0)
+        part = _spikes_of_part(signal[begin : last + OVERLAP_SAMPLES], limit, longest)
+        found |= {begin + k: size for k, size in part.items() if first <= begin + k < last}
+    return found if len(found) <= MAX_SPIKE_SHARE * len(signal) else {}
+
+
+def _spikes_of_part(signal: np.ndarray, limit: float, longest: int) -> dict[int, float]:
+    """The spikes of a part of a signal (N,), in the order of their samples."""
+    found: dict[int, float] = {}
+    for width in range(1, MAX_BURST_SAMPLES + 1):
         known = np.flatnonzero(np.isfinite(signal))
         if known.size < 2 * SIDE_SAMPLES + width:
             break
-        values = signal[known]
-        windows = np.lib.stride_tricks.sliding_window_view(values, 2 * SIDE_SAMPLES + width)
-        inside = windows[:, SIDE_SAMPLES : SIDE_SAMPLES + width]
-        around = np.concatenate([windows[:, :SIDE_SAMPLES], windows[:, SIDE_SAMPLES + width :]], axis=1)
-        low, high = around.min(axis=1), around.max(axis=1)
-        threshold = np.maximum(limit, MIN_SPIKE_RANGE_RATIO * (high - low))
-        far = (inside.min(axis=1) > high + threshold) | (inside.max(axis=1) < low - threshold)
-        for k in np.flatnonzero(far):
-            centre = float(np.median(around[k]))
-            found |= {int(known[k + SIDE_SAMPLES + j]): float(inside[k, j]) - centre for j in range(width)}
-        signal = signal.copy()
-        signal[list(found)] = np.nan
-    return dict(sorted(found.items())) if len(found) <= MAX_SPIKE_SHARE * len(signal) else {}
+        own = _bursts(signal[known], limit, width, longest)
+        found |= {int(known[k]): size for k, size in own.items()}
+        signal = _without(signal, found)
+    return dict(sorted(found.items()))
+
+
+def _bursts(values: np.ndarray, limit: float, width: int, longest: int) -> dict[int, float]:
+    """Spikes among so many readings of a signal (N,), the first and last of which are spikes, between sound ones."""
+    count = values.size - 2 * SIDE_SAMPLES - width + 1
+    starts = [*range(SIDE_SAMPLES), *range(SIDE_SAMPLES + width, 2 * SIDE_SAMPLES + width)]
+    low, high = values[:count].copy(), values[:count].copy()  # of the neighbours on both sides
+    for k in starts[1:]:
+        np.minimum(low, values[k : k + count], out=low)
+        np.maximum(high, values[k : k + count], out=high)
+    threshold = np.maximum(limit, MIN_SPIKE_RANGE_RATIO * (high - low))
+    low, high = low - threshold, high + threshold
+    ends = [values[k : k + count] for k in (SIDE_SAMPLES, SIDE_SAMPLES + width - 1)]
+    found: dict[int, float] = {}
+    for k in np.flatnonzero(np.logical_and.reduce([(e < low) | (e > high) for e in ends])):
+        inside = values[k + SIDE_SAMPLES : k + SIDE_SAMPLES + width]
+        far = (inside < low[k]) | (inside > high[k])
+        if _longest_run(far) <= longest:
+            centre = float(np.median(values[k + np.array(starts)]))
+            found |= {int(k + SIDE_SAMPLES + j): float(inside[j]) - centre for j in np.flatnonzero(far)}
+    return found
+
+
+def _longest_run(mask: np.ndarray) -> int:
+    """The most true values in a row of a mask (n,)."""
+    return max(len(run) for run in "".join("x" if m else " " for m in mask).split(" "))
 
 
 def jump_sizes(signal: np.ndarray, t: np.ndarray, limit: float) -> dict[int, float]:
@@ -148,27 +188,38 @@ def jump_sizes(signal: np.ndarray, t: np.ndarray, limit: float) -> dict[int, flo
     if known.size < 4 * SIDE_SAMPLES:
         return {}
     steps, interval = np.diff(signal[known]), np.diff(t[known])
-    windows = np.lib.stride_tricks.sliding_window_view(steps / interval, 2 * SIDE_SAMPLES + 1)
-    around = np.delete(windows, SIDE_SAMPLES, axis=1)
-    middle, fastest = slice(SIDE_SAMPLES, -SIDE_SAMPLES), np.abs(around).max(axis=1)
-    beyond = steps[middle] - np.median(around, axis=1) * interval[middle]
-    least = np.maximum(limit, MIN_JUMP_RATIO * fastest * interval[middle])
-    near = interval[middle] <= GAP_INTERVAL_RATIO * float(np.median(interval))
-    places = np.flatnonzero((np.abs(beyond) > least) & near)
-    if places.size > MAX_JUMPS:
-        return {}
-    return {int(known[k + SIDE_SAMPLES + 1]): float(beyond[k]) for k in places}
+    speed = steps / interval
+    count = speed.size - 2 * SIDE_SAMPLES
+    starts = np.array([k for k in range(2 * SIDE_SAMPLES + 1) if k != SIDE_SAMPLES])
+    fastest = np.zeros(count)
+    for k in starts:
+        np.maximum(fastest, np.abs(speed[k : k + count]), out=fastest)
+    middle = slice(SIDE_SAMPLES, -SIDE_SAMPLES)
+    steps, interval, usual = steps[middle], interval[middle], float(np.median(interval))
+    least = np.maximum(limit, MIN_JUMP_RATIO * fastest * interval)
+    likely = (np.abs(steps) + fastest * interval > least) & (interval <= GAP_INTERVAL_RATIO * usual)
+    places = np.flatnonzero(likely)
+    around = speed[places[:, None] + starts]
+    beyond = steps[places] - np.median(around, axis=1) * interval[places]
+    jumps = {int(known[k + SIDE_SAMPLES + 1]): float(b) for k, b in zip(places, beyond, strict=True) if abs(b) > least[k]}
+    return jumps if len(jumps) <= max(MAX_JUMPS, MAX_JUMP_SHARE * known.size) else {}
 
 
 def _smallest_outlier(signal: np.ndarray, step: float) -> float:
-    """Deviation of an outlier at least [unit of the signal], from a scatter that outliers themselves do not move."""
+    """Deviation of an outlier at least [unit of the signal], from a scatter that outliers themselves do not move.
+
+    It is large against the usual step from one reading to another one too: that of an encoder, also where its counts
+    were converted and rounded.
+    """
     known = signal[np.isfinite(signal)]
-    if known.size < 2 * SIDE_SAMPLES:
+    changes = np.abs(np.diff(known))
+    changes = changes[changes > 0.0]
+    if known.size < 2 * SIDE_SAMPLES or not changes.size:
         return np.inf
     scatters = [robust_scatter(known, order) for order in ROBUST_ORDERS]
     return max(
         MIN_SPIKE_SIGMAS * min(scatters),
-        MIN_OUTLIER_STEPS * step,
+        MIN_OUTLIER_STEPS * max(step, float(np.median(changes))),
         SMALLEST_SHARE * float(np.ptp(known)),
     )
 
