@@ -162,3 +162,21 @@ def test_spikes_are_the_same_wherever_a_long_log_is_cut_to_save_memory(monkeypat
     whole = found_in(log)
     monkeypatch.setattr("wheelpend.logs.outliers.EXCERPT_SAMPLES", 1000)
     assert found_in(log) == whole and {*places, 1999, 2001, 4000} == {s.sample for s in whole.spikes}
+
+
+def test_an_encoder_that_flickers_by_some_counts_has_not_jumped():
+    log, count = simulated(duration=20.0), 2 * np.pi / 4096
+    shaken = np.cumsum(np.random.default_rng(0).normal(scale=0.65 * count, size=len(log)))
+    assert not found_in(with_wheel(log, np.round(shaken / count) * count)).jumps
+
+
+def test_an_encoder_that_hops_has_not_jumped():
+    log, count = simulated(duration=20.0), 2 * np.pi / 4096
+    assert not found_in(with_wheel(log, 7 * count * (np.arange(len(log)) // 1700))).jumps
+
+
+def test_a_slip_at_rest_is_found_in_a_log_with_fast_motion():
+    log = simulate(MODEL, sample=0.01, duration=20.0)
+    wheel = np.where(log.t < 10, 30.0 * np.sin(log.t - 10), 0.0) + 0.2 * (log.t > 15)
+    (jump,) = found_in(with_wheel(log, np.round(wheel / 1.5e-3) * 1.5e-3)).jumps
+    assert jump.size == pytest.approx(0.2, abs=0.01) and log.t[jump.sample] == pytest.approx(15.0, abs=0.02)

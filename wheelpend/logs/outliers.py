@@ -32,6 +32,11 @@ SMALLEST_SHARE = 1e-6  # of a channel's range: smaller deviations are its digits
 MAX_SPIKE_SHARE = 0.02  # share of readings above which they are no spikes but how the channel is
 MAX_JUMPS, MAX_JUMP_SHARE = 20, 1e-3  # jumps, and share of the readings, above both of which the channel moves so
 
+AROUND = np.array([k for k in range(2 * SIDE_SAMPLES + 1) if k != SIDE_SAMPLES])  # intervals around the middle one
+MAX_USUAL_STEPS = 20_000  # steps, spread over the log, that say what is usual
+USUAL_SHARE = 0.99  # of the steps, that count as usual: jumps are a tenth of the rest at most
+DIGITS_SHARE = 1e-9  # of a channel's range: smaller changes are those of its arithmetic
+
 TURN_MARGIN = 0.05 * TURN_RAD  # rad by which a jump may differ from a turn: such an angle was wrapped
 
 
@@ -190,30 +195,44 @@ def jump_sizes(signal: np.ndarray, t: np.ndarray, limit: float) -> dict[int, flo
     steps, interval = np.diff(signal[known]), np.diff(t[known])
     speed = steps / interval
     count = speed.size - 2 * SIDE_SAMPLES
-    starts = np.array([k for k in range(2 * SIDE_SAMPLES + 1) if k != SIDE_SAMPLES])
     fastest = np.zeros(count)
-    for k in starts:
+    for k in AROUND:
         np.maximum(fastest, np.abs(speed[k : k + count]), out=fastest)
     middle = slice(SIDE_SAMPLES, -SIDE_SAMPLES)
-    steps, interval, usual = steps[middle], interval[middle], float(np.median(interval))
-    least = np.maximum(limit, MIN_JUMP_RATIO * fastest * interval)
-    likely = (np.abs(steps) + fastest * interval > least) & (interval <= GAP_INTERVAL_RATIO * usual)
-    places = np.flatnonzero(likely)
-    around = speed[places[:, None] + starts]
-    beyond = steps[places] - np.median(around, axis=1) * interval[places]
-    jumps = {int(known[k + SIDE_SAMPLES + 1]): float(b) for k, b in zip(places, beyond, strict=True) if abs(b) > least[k]}
-    return jumps if len(jumps) <= max(MAX_JUMPS, MAX_JUMP_SHARE * known.size) else {}
+    steps, interval = steps[middle], interval[middle]
+    least = np.maximum(max(limit, _usual_step(speed, steps, interval)), MIN_JUMP_RATIO * fastest * interval)
+    near = interval <= GAP_INTERVAL_RATIO * float(np.median(interval))
+    places = np.flatnonzero((np.abs(steps) + fastest * interval > least) & near)
+    beyond = _beyond_motion(speed, steps, interval, places)
+    found = np.abs(beyond) > least[places]
+    if found.sum() > max(MAX_JUMPS, MAX_JUMP_SHARE * known.size):
+        return {}
+    return {int(known[k + SIDE_SAMPLES + 1]): float(b) for k, b in zip(places[found], beyond[found], strict=True)}
+
+
+def _beyond_motion(speed: np.ndarray, steps: np.ndarray, interval: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Steps (N,) at some places less the motion over their interval (N,) [s], at the usual speed around them."""
+    return np.asarray(steps[places] - np.median(speed[places[:, None] + AROUND], axis=1) * interval[places])
+
+
+def _usual_step(speed: np.ndarray, steps: np.ndarray, interval: np.ndarray) -> float:
+    """Least step that is large against all usual ones between different readings, each less the motion around it."""
+    places = np.flatnonzero(steps)
+    if not places.size:
+        return np.inf
+    beyond = np.abs(_beyond_motion(speed, steps, interval, places[:: -(-places.size // MAX_USUAL_STEPS)]))
+    return MIN_OUTLIER_STEPS * float(np.quantile(beyond, USUAL_SHARE, method="lower"))
 
 
 def _smallest_outlier(signal: np.ndarray, step: float) -> float:
     """Deviation of an outlier at least [unit of the signal], from a scatter that outliers themselves do not move.
 
-    It is large against the usual step from one reading to another one too: that of an encoder, also where its counts
+    It is large against the usual change of the step between readings too: a count of an encoder, also where its counts
     were converted and rounded.
     """
     known = signal[np.isfinite(signal)]
-    changes = np.abs(np.diff(known))
-    changes = changes[changes > 0.0]
+    changes = np.abs(np.diff(known, 2))  # of the step from one reading to the next
+    changes = changes[changes > DIGITS_SHARE * np.ptp(known)] if known.size else known
     if known.size < 2 * SIDE_SAMPLES or not changes.size:
         return np.inf
     scatters = [robust_scatter(known, order) for order in ROBUST_ORDERS]
