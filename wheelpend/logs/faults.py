@@ -42,8 +42,8 @@ def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> 
     """Mask (N,) of the readings that repeat the largest or the least value, and that value; none of a sound channel.
 
     A machine that stops creeps into its extreme, and noise never repeats a value: readings that run into the extreme at
-    full speed and stay are a sensor at its ceiling. ``speed`` (N,) is the channel's rate, or a rate itself, where known:
-    an extreme at which the machine rests is none.
+    full speed and stay are a sensor at its ceiling. An extreme at which the machine rests is none: ``speed`` (N,) is
+    the channel's rate, or the channel where it is a rate, None where unknown.
     """
     found, ceiling = np.zeros(len(values), dtype=bool), 0.0
     known = values[np.isfinite(values)]
@@ -184,7 +184,10 @@ def jumps_of(values: np.ndarray) -> np.ndarray:
 
 def _blocks(places: np.ndarray) -> list[np.ndarray]:
     """Indices (n,) in blocks, so that the windows around those of a block take little memory."""
-    return [places[k : k + EXCERPT_SAMPLES // SEAM_NEIGHBOURS] for k in range(0, len(places), EXCERPT_SAMPLES // SEAM_NEIGHBOURS)]
+    return [
+        places[k : k + EXCERPT_SAMPLES // SEAM_NEIGHBOURS]
+        for k in range(0, len(places), EXCERPT_SAMPLES // SEAM_NEIGHBOURS)
+    ]
 
 
 def seam_finding(t: np.ndarray, seams: list[tuple[int, list[str]]]) -> Finding:

@@ -36,7 +36,8 @@ def cured(log: Log, table: ColumnTable, seams: Seams | None = None) -> Log:
     channels = dict(measured)
     faults: list[Finding] = []
     without_input = np.zeros(len(log), dtype=bool)
-    if seams := seams_of(log.t, channels, table) if seams is None else seams:
+    seams = seams_of(log.t, channels, table) if seams is None else seams
+    if seams:
         faults.append(seam_finding(log.t, seams))
         without_input[[k for k, _ in seams]] = True
     if table.range_channel in channels and (lying := lying_samples(log.t, channels[table.range_channel])).any():
