@@ -180,3 +180,14 @@ def test_a_slip_at_rest_is_found_in_a_log_with_fast_motion():
     wheel = np.where(log.t < 10, 30.0 * np.sin(log.t - 10), 0.0) + 0.2 * (log.t > 15)
     (jump,) = found_in(with_wheel(log, np.round(wheel / 1.5e-3) * 1.5e-3)).jumps
     assert jump.size == pytest.approx(0.2, abs=0.01) and log.t[jump.sample] == pytest.approx(15.0, abs=0.02)
+
+
+def test_a_rate_that_goes_elsewhere_for_four_readings_has_no_spikes():
+    log = shifted(simulated(duration=8.0), 2, {3000: 2.0, 3001: 1.8, 3002: 1.7, 3003: 2.1})
+    assert not found_in(log).spikes
+    measured = np.column_stack([log.measured[:, :2], np.random.default_rng(0).uniform(-0.1, 0.1, len(log))])
+    measured[3000:3004, 2] = [-0.52, -0.45, -0.4, -0.55]  # about twice the range of the neighbours away
+    for scale in np.linspace(0.6, 1.6, 40):
+        scaled = measured.copy()
+        scaled[3000:3004, 2] *= scale
+        assert not found_in(replace(log, measured=scaled)).spikes

@@ -173,7 +173,9 @@ def _bursts(values: np.ndarray, limit: float, width: int, longest: int) -> dict[
     for k in np.flatnonzero(np.logical_and.reduce([(e < low) | (e > high) for e in ends])):
         inside = values[k + SIDE_SAMPLES : k + SIDE_SAMPLES + width]
         far = (inside < low[k]) | (inside > high[k])
-        if _longest_run(far) <= longest:
+        half = 0.5 * threshold[k]  # sound readings between spikes lie with their neighbours, not half way to the spikes
+        sound = (inside >= low[k] + half) & (inside <= high[k] - half)
+        if (far | sound).all() and _longest_run(far) <= longest:
             centre = float(np.median(values[k + np.array(starts)]))
             found |= {int(k + SIDE_SAMPLES + j): float(inside[j]) - centre for j in np.flatnonzero(far)}
     return found
