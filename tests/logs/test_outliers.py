@@ -164,10 +164,15 @@ def test_spikes_are_the_same_wherever_a_long_log_is_cut_to_save_memory(monkeypat
     assert found_in(log) == whole and {*places, 1999, 2001, 4000} == {s.sample for s in whole.spikes}
 
 
-def test_an_encoder_that_flickers_by_some_counts_has_not_jumped():
+def test_an_encoder_that_often_moves_by_some_counts_at_once_has_not_jumped():
     log, count = simulated(duration=20.0), 2 * np.pi / 4096
-    shaken = np.cumsum(np.random.default_rng(0).normal(scale=0.65 * count, size=len(log)))
-    assert not found_in(with_wheel(log, np.round(shaken / count) * count)).jumps
+    counts = np.zeros(len(log))
+    counts[40::50] = 1
+    counts[515::1500] = 4
+    assert not found_in(with_wheel(log, np.cumsum(counts) * count)).jumps
+    counts[2015::1500] = 0
+    (jump,) = found_in(with_wheel(log, np.cumsum(counts) * count)).jumps
+    assert jump.sample == 515
 
 
 def test_an_encoder_that_hops_has_not_jumped():
