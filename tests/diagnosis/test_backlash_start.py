@@ -17,7 +17,7 @@ def test_a_free_play_is_found_from_nominal_values_a_tenth_off():
     from wheelpend.estimation.data import prepare, shortened_segments
     from wheelpend.estimation.problem import with_stable_step
 
-    problem = prepare(Model.default(), [simulated(seed=3, backlash__gap=0.01)]).with_candidates("backlash")
+    problem = prepare(Model.default(), [simulated(seed=2, backlash__gap=0.01)]).with_candidates("backlash")
     far = {n: 0.9 * v if n.startswith("X") else v for n, v in {**KNOWN, **ROUNDED}.items()}
     free = [*problem.base, "backlash.gap"]
     near = find_backlash_start(problem, far, ({},), free, "backlash.gap")

@@ -106,7 +106,7 @@ def test_a_short_prediction_whose_states_were_not_found_begins_where_a_longer_on
     assert errors_at(problem, *rows[:2], 0.2).diverged
     found = errors_over(problem, *rows)
     assert [h.diverged for h in found] == [False] * 3
-    assert found[1].error == pytest.approx({h.seconds: h.error for h in compared.horizons}[0.2], rel=1e-2)
+    assert found[1].error == pytest.approx({h.seconds: h.error for h in compared.horizons}[0.2], rel=5e-2)
 
 
 def test_beyond_a_long_horizon_that_diverged_none_is_said_to_hold(monkeypatch):
