@@ -47,6 +47,15 @@ def test_the_arms_columns_are_two_angles_their_computed_rates_and_two_torques():
     assert survey_file(path).column("pos1").step == pytest.approx(3.8e-4, rel=0.01)
 
 
+def test_the_arm_is_a_pendulum_of_two_links_that_two_torques_drive():
+    found = tomllib.loads(first_look(measured("dfki_arm/measured.csv")).model)
+    assert (found["plant"], found["assumptions"]) == ("pendulum", {"links": 2, "driven": "both"})
+    assert found["input"] == {"unit": "N m"}
+    assert {n: c["column"] for n, c in found["columns"].items()} == {
+        "t": "time", "v_in": "tau1", "v_in_2": "tau2", "theta_1": "pos1", "theta_2": "pos2"
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize("file", ["DATA_EMPS.mat", "DATA_EMPS_PULSES.mat"])
 def test_the_axis_is_a_slide_with_a_reference_and_constants(file):
     path = measured(f"emps/{file}")
