@@ -70,9 +70,8 @@ def identify(
             except Failure:
                 print_log_findings(logs, opened)  # of which one may be why
                 raise
-        if not result.is_explained:
-            print_log_findings(logs, opened)
-        print_warnings(result.warnings)
+        said = [] if result.is_explained else print_log_findings(logs, opened)
+        print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(identification_text(result)))
         if tau_map and result.guide:
             from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
@@ -96,10 +95,10 @@ def compare(
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        print_log_findings(logs, opened)
+        said = print_log_findings(logs, opened)
         with progress("reading") as update:
             result = run(opened, logs, holdout or [], progress=update)
-        print_warnings(result.warnings)
+        print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(comparison_text(result, opened)))
 
 
@@ -123,11 +122,11 @@ def diagnose(
     with exit_on_failure(json):
         opened = open_model(model, plant)
         check_law_name(opened, accept)
-        print_log_findings(logs, opened)
+        said = print_log_findings(logs, opened)
         with progress("reading") as update:
             asked = LawRequest(law or accept is not None, accept is not None)
             result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
-        print_warnings(result.warnings)
+        print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(diagnosis_text(result, opened, asked)))
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
@@ -186,13 +185,13 @@ def explain(
     with exit_on_failure(json):
         opened = open_model(model, plant)
         check_law_name(opened, accept)
-        print_log_findings(logs, opened)
+        said = print_log_findings(logs, opened)
         with progress("reading") as update:
             asked, left_out = LawRequest(law or accept is not None, accept is not None), without or []
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
             )
-        print_warnings(result.warnings)
+        print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(explanation_text(result, asked)))
         if save:
             save_explanation(result, logs, holdout or [])

@@ -91,12 +91,15 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
     return times
 
 
-def print_log_findings(logs: list[Path], model: Model) -> None:
-    """Print what inspection finds in the logs, as warnings before a result."""
+def print_log_findings(logs: list[Path], model: Model) -> list[str]:
+    """Print what inspection finds in the logs, as warnings before a result; returns what was said."""
     # imported late: the list of commands needs neither logs nor NumPy
     from wheelpend.estimation.data import read_logs
     from wheelpend.inspection.inspect import inspect_for_model
 
+    said = []
     for log in read_logs(logs, model):
         findings = [f for f in inspect_for_model(model, log).findings if not log.has_said(f.sentence)]
-        print_warnings([f"{log.name}: {f.sentence} {f.cure}".strip() for f in findings])
+        said += [f"{log.name}: {f.sentence} {f.cure}".strip() for f in findings]
+    print_warnings(said)
+    return said

@@ -13,6 +13,7 @@ from wheelpend.identification.bandwidth import cutoffs_below
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, gapless_ranges
 from wheelpend.logs.noise import sensor_noise
+from wheelpend.logs.runs import runs_of
 
 BUTTERWORTH_ORDER = 4  # of the Butterworth filter for positions and their derivatives
 MAX_MOTION_CUTOFF_HZ = 100.0  # Hz, of that filter, as published; less where the log is slow or noisy
@@ -27,11 +28,9 @@ def measured_stretches(log: Log) -> list[Log]:
     for a, b in gapless_ranges(log, 0, len(log)):
         lost = np.zeros(b - a, dtype=bool)
         for signal in log.measured[a:b].T:
-            edges = np.flatnonzero(np.diff(np.concatenate(([0], np.isnan(signal).astype(int), [0]))))
-            for first, last in edges.reshape(-1, 2):
+            for first, last in runs_of(np.isnan(signal)):
                 lost[first:last] |= last - first > longest
-        edges = np.flatnonzero(np.diff(np.concatenate(([0], (~lost).astype(int), [0]))))
-        found += [log.part(a + int(first), a + int(last)) for first, last in edges.reshape(-1, 2)]
+        found += [log.part(a + int(first), a + int(last)) for first, last in runs_of(~lost)]
     return [part for part in found if len(part) >= MIN_STRETCH_SAMPLES and part.duration >= MIN_STRETCH_S]
 
 

@@ -9,6 +9,7 @@ from wheelpend.logs.checks import MOVE_CURE, stillness
 from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.noise import Noise
+from wheelpend.logs.runs import runs_of
 
 STANDSTILL_BAND_SIGMAS = 6.0  # standard deviations within which a position stays that stands still
 STANDSTILL_BAND_STEPS = 2.01  # steps of a quantised one: the reading next to an edge flickers, the gears give a little
@@ -87,9 +88,8 @@ def constant_runs(signal: np.ndarray, band: float, dt: float) -> list[tuple[int,
     cut = signal[: blocks * width].reshape(blocks, width)
     still = np.ptp(cut, axis=1) <= band
     level = cut[:, 0]
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], still.astype(int), [0]))))
     runs = []
-    for first, last in edges.reshape(-1, 2):
+    for first, last in runs_of(still):
         begin = first
         for k in range(first + 1, last + 1):  # a run ends where its level changes
             if k == last or abs(level[k] - level[begin]) > band:

@@ -11,6 +11,7 @@ the noise of its channels. Question: what was measured, when, and how well?
 - checks: errors and warnings of a log that was read
 - recording: a log without what is no measurement, by `faults` (saturated sensors, joined recordings, a machine on the
   floor), which are `finding`s
+- runs: the stretches of samples in which something holds
 - shipped: the logs that come with the package
 - unwrap: wrapped angles and reset counters, made continuous
 - noise: standard deviation and quantisation of every channel

@@ -10,6 +10,7 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.runs import runs_of
 
 MIN_PART_SAMPLES = 20  # samples, the shortest log that is read
 MIN_SPARSE_SHARE = 0.5  # of the cells, empty in a sparse column
@@ -48,9 +49,7 @@ def is_sparse(values: np.ndarray, known: np.ndarray) -> bool:
 
 def unknown_stretches(inputs: np.ndarray) -> list[tuple[int, int]]:
     """Half-open ranges of samples in which some of the inputs (inputs, N) are unknown."""
-    unknown = np.isnan(inputs).any(axis=0)
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], unknown, [False]))))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+    return [(int(a), int(b)) for a, b in runs_of(np.isnan(inputs).any(axis=0))]
 
 
 def longest_known_part(log: Log) -> tuple[Log, str]:

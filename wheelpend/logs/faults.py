@@ -12,6 +12,7 @@ import numpy as np
 from wheelpend.logs.finding import Finding
 from wheelpend.logs.log import EXCERPT_SAMPLES, GAP_INTERVAL_RATIO
 from wheelpend.logs.noise import find_quantum, rounding_sigma
+from wheelpend.logs.runs import runs_of
 from wheelpend.logs.white_noise import difference_noise
 
 CEILING_RUN_SAMPLES = 3  # equal readings in a row, from which on a sensor is at its ceiling
@@ -32,12 +33,6 @@ MIN_NEIGHBOUR_SIGMAS = 6.0  # the same of the means of its neighbours, where ano
 MAX_SEAMS, MAX_SEAM_SHARE = 20, 1e-3  # of a log, and of its samples, beyond both of which jumps are something else
 
 
-def runs_of(mask: np.ndarray) -> np.ndarray:
-    """First and last indices (runs, 2) of the stretches in which a mask (N,) is true."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
-    return edges.reshape(-1, 2) - [0, 1]
-
-
 def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> tuple[np.ndarray, float]:
     """Mask (N,) of the readings that repeat the largest or the least value, and that value; none of a sound channel.
 
@@ -52,7 +47,7 @@ def readings_at_ceiling(values: np.ndarray, speed: np.ndarray | None = None) -> 
     steps = np.abs(np.diff(values))
     usual = MIN_CEILING_KINK * float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
     for extreme in (known.max(), known.min()):
-        runs = runs_of(values == extreme)
+        runs = runs_of(values == extreme) - [0, 1]  # first and last samples
         runs = runs[runs[:, 1] - runs[:, 0] + 1 >= CEILING_RUN_SAMPLES]
         if int(np.sum(runs[:, 1] - runs[:, 0] + 1)) < MIN_CEILING_SAMPLES or rests(values == extreme, speed):
             continue
@@ -103,7 +98,7 @@ def lying_samples(t: np.ndarray, angle: np.ndarray) -> np.ndarray:
     interval = float(np.median(np.diff(t)))
     block = max(round(LYING_BLOCK_S / interval), 1)
     width = max(round(LYING_TIME_S / interval / block), 2)
-    runs = runs_of(far | np.isnan(angle))
+    runs = runs_of(far | np.isnan(angle)) - [0, 1]  # first and last samples
     far_before = np.concatenate([[0], np.cumsum(far)])
     long = (runs[:, 1] - runs[:, 0] >= (width - 1) * block) & (far_before[runs[:, 1] + 1] > far_before[runs[:, 0]])
     for first, last in runs[long]:
@@ -117,7 +112,7 @@ def lying_samples(t: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def lying_finding(name: str, t: np.ndarray, lying: np.ndarray, machine: str) -> Finding:
     """The finding on the stretches in which a machine lies on the floor."""
-    runs = runs_of(lying)
+    runs = runs_of(lying) - [0, 1]  # first and last samples
     total = float(sum(t[b] - t[a] for a, b in runs))
     first = runs[0][0]
     what = "throughout" if lying.mean() > 0.99 else f"for {total:.3g} s in all, first from t = {t[first]:.6g} s"

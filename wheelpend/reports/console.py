@@ -111,7 +111,7 @@ def print_line(text: str) -> None:
     out.print(_without_markup(text))
 
 
-def print_warnings(warnings: Sequence[str]) -> None:
-    """Print warnings on standard error."""
-    for warning in warnings:
+def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
+    """Print warnings on standard error, without those that stand in one that was said before."""
+    for warning in (w for w in warnings if not any(w in earlier for earlier in said)):
         err.print(f"[yellow]Warning:[/] {_without_markup(warning)}")
