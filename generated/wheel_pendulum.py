@@ -77,6 +77,13 @@ PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body'
 INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has none
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+RARE = 1e-4  # probability below which a surface does not stick, and nats per part that a merger may cost
+REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
+MIN_PART = 1e-3  # of a step, shorter than which none is split off
+ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
+WEIGHT, VOLUME = 0, 1  # of a part of a mixture, in its last column
+TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)  # blocks after the parts: a merged covariance, its factors, what adds to every one
+BY_VARIABLE, PUSH, ON_SLIP = range(3)  # rows of a slip: its derivatives in the variables, theirs in what friction takes from it, their regression on it
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 SERIES_RANGE = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
 BATCH_SIZE = 64  # machines that are advanced side by side
@@ -102,16 +109,23 @@ def _sine_pair(x):
     fourth = square * square  # the series in halves that need not wait for each other
     sine = rest + rest * square * (
         (-1.66666666666666324348e-01 + square * 8.33333333332248946124e-03)
-        + fourth * (
+        + fourth
+        * (
             (-1.98412698298579493134e-04 + square * 2.75573137070700676789e-06)
             + fourth * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
         )
     )
-    cosine = 1.0 - 0.5 * square + fourth * (
-        (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
-        + fourth * (
-            (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
-            + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
+    cosine = (
+        1.0
+        - 0.5 * square
+        + fourth
+        * (
+            (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
+            + fourth
+            * (
+                (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
+                + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
+            )
         )
     )
     turn = quarters - 4.0 * ((0.25 * quarters - 0.375 + ROUNDING) - ROUNDING)  # 0, 1, 2 or 3
@@ -124,9 +138,7 @@ def _sine_pair(x):
 def _series(x, square):
     """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
-    sine = x + x * square * (
-        (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
-    )
+    sine = x + x * square * ((-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0))
     return sine, square * ((0.5 - square / 24.0) + fourth * (1.0 / 720.0 - square / 40320.0))
 
 
@@ -311,6 +323,11 @@ def _slip_directions(state, dry):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
+@inlined
+def _friction_limits(t, state, voltage, parameters, dry):
+    """Friction of each surface as it slips forward, in dry[UPPER], and backward, in dry[LOWER]; sticking, it lies between them."""
+
+
 @internal
 def _stick_or_slip(t, state, voltage, parameters, dry):
     """Set the direction of slip of each surface, 0 where it sticks, in dry[DIRECTION], and its limits in dry[UPPER] and dry[LOWER].
@@ -318,6 +335,7 @@ def _stick_or_slip(t, state, voltage, parameters, dry):
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
     _slip_directions(state, dry)
+    _friction_limits(t, state, voltage, parameters, dry)
     stuck = False
     for i in range(SURFACES):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
@@ -963,12 +981,38 @@ def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters,
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
         cost = _fit_start(
-            t, voltage, measured, weight, segment, start, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
+            t,
+            voltage,
+            measured,
+            weight,
+            segment,
+            start,
+            parameters,
+            max_step,
+            rounds,
+            gram,
+            trial_gram,
+            residual,
+            normal,
+            step,
         )
         if from_before and ended == bounds[s, 0] and np.isfinite(arrived).all():
             other[0] = arrived
             if cost > _fit_start(
-                t, voltage, measured, weight, segment, other, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
+                t,
+                voltage,
+                measured,
+                weight,
+                segment,
+                other,
+                parameters,
+                max_step,
+                rounds,
+                gram,
+                trial_gram,
+                residual,
+                normal,
+                step,
             ):
                 start[0] = other[0]
         states[s] = start[0, :NX]
@@ -1027,6 +1071,302 @@ def _damped_step(gram, damping, normal, step):
         if not np.isfinite(step[i]):
             step[:] = 0.0
             break
+
+
+@compiled
+def filter_error(
+    t, voltage, measured, weight, bounds, states, spread, parameters, columns, forces, mixing, reads, noise, max_step, parts,
+    gram, log_det, innovation, means, covariances, transitions, samples,
+):  # fmt: skip
+    """Run an extended Kalman filter and gather its whitened innovations as a least-squares problem.
+
+    measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges. Where one does not go
+    on where the one before ended, the filter starts anew, in states (S, NX) with standard deviations spread (NS,).
+    Sources, first-order and zero-mean with rms, correlation time and 1 or 0 noise (m, 3), act on the rows of the unknown
+    forces (indices among the parameters) with the weights mixing (rows, m), and on readings with the weights reads
+    (NY, m); with 1, as the error of a low-pass filter of this time does. While a surface may stick, the distribution has
+    as many Gaussian parts as parts at most; otherwise one.
+    gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
+    columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
+    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], and
+    means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
+    step, predicted and then filtered.
+    Returns the number of these steps.
+    """
+    n, m = columns.size, noise.shape[0]
+    first, size = NS + forces.size, NS + m
+    chosen = np.full(NS - NX + forces.size + n, FITTED, np.int64)
+    chosen[NS - NX : first - NX], chosen[first - NX :] = forces, columns
+    parameters = parameters.copy()
+    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, first + n)), np.zeros(NY), np.zeros(NX)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    by_state, reading_by, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(n + 1)
+    rubbing, friction, along, row_slope = np.zeros(SURFACES), np.zeros((2, SURFACES, n + 1)), np.zeros(NS), np.zeros(first + n)
+    force, force_by, gain, crossed, by = np.zeros(m), np.zeros((m, n)), np.zeros(size), np.zeros(size), np.zeros(size)
+    covariance, transition, product, added = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((NS, NS))
+    before, sens_before, lagging = np.zeros(NS), np.zeros((NS, n)), np.any(noise[:, 2] != 0.0)
+    delay, sensor_delay, linearise = _input_delay(parameters), _sensor_delay(parameters), True
+    step_count, store, k, early, last, now_t, acting = 0, samples.size > 0, FIRST_SAMPLE, FIRST_SAMPLE, FIRST_SAMPLE, 0.0, FIRST_SAMPLE
+    for s in range(bounds.shape[0]):
+        gram[s], log_det[s] = 0.0, 0.0
+        if s == 0 or bounds[s, 0] != bounds[s - 1, 1]:  # a stretch begins
+            last = s
+            while last + 1 < bounds.shape[0] and bounds[last + 1, 0] == bounds[last, 1]:
+                last += 1
+            k = early = bounds[s, 0]
+            now_t = t[k]
+            acting = _acting_sample(t, k, now_t, parameters)
+            _initial_state(now_t, t, voltage, acting, states[s], parameters, chosen, now, sens)
+            _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+            _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition)
+            while early < bounds[last, 1] and t[early] - sensor_delay < now_t:
+                early += 1  # what delayed sensors read of the time before is not known to the filter
+        while k < bounds[s, 1]:
+            goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < bounds[last, 1] else t[k])
+            if store:
+                _stand_still(transitions[step_count])
+            while now_t < goal:
+                while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                    if linearise:
+                        _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, chosen, dry)
+                    acting += 1
+                until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                begin = now_t
+                while begin < until:
+                    length = until - begin if until - begin < 1.5 * h else h
+                    end = begin + length if length < until - begin else until
+                    if lagging:
+                        before[:], sens_before[:] = now, sens[:, first:]
+                    _hold_forces(sens, force, mixing, forces, rubbing, parameters)
+                    dry[DIRECTION] = 0.0  # friction is one of the held forces
+                    _runge_kutta(begin, length, now, voltage[acting], parameters, now, dry, True, True, stages, by_parameter)
+                    _propagate(length, sens, chosen, stages, by_parameter, lanes)
+                    _move_sources(length, sens, mixing, noise, force, force_by, transition)
+                    if lagging:
+                        _lag_sensors(length, before, sens_before, now, sens, by_state, reads, noise, force, force_by, transition)
+                    _spread(noise, added, covariance, transition, product)
+                    if store:
+                        _follow(transition, transitions[step_count], product)
+                    begin = end
+                now_t = until
+            on_time, ahead = t[k] <= now_t, early < bounds[last, 1] and t[early] - sensor_delay <= now_t
+            if store:
+                _store_step(step_count, 0, now, force, covariance, means, covariances)
+                samples[step_count] = k
+            read_sensors(now_t, now, parameters, reading)
+            _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+            _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, chosen, dry, slope, by_state, reading_by)
+            slope[:] = now[:NX]  # about which the readings are linear
+            for y in range(NY):
+                sample = early if DELAYED[y] else k
+                if not (ahead if DELAYED[y] else on_time) or np.isnan(measured[sample, y]):
+                    continue
+                error = measured[sample, y] - reading[y]
+                for i in range(NX):
+                    error -= by_state[y, i] * (now[i] - slope[i])
+                for j in range(m):
+                    error -= reads[y, j] * force[j]
+                for c in range(n):
+                    row[c] = reading_by[y, columns[c]]
+                    for i in range(NX):
+                        row[c] += by_state[y, i] * sens[i, first + c]
+                    for j in range(m):
+                        row[c] += reads[y, j] * force_by[j, c]
+                _reading_direction(y, by_state, reads, by)
+                root = _assimilate(error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, product, gain, crossed)
+                white, log_variance = error / root, 2.0 * math.log(root * weight[y])
+                log_det[s] += log_variance
+                for c in range(n):
+                    row[c] /= root
+                row[n] = white
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        gram[s, a, b] += row[a] * row[b]
+                if innovation.shape[0] > 0:
+                    innovation[sample, y, 0], innovation[sample, y, 1] = row[n], log_variance
+            if store:
+                _store_step(step_count, 1, now, force, covariance, means, covariances)
+            step_count += 1
+            early += ahead
+            k += on_time
+        for a in range(n + 1):
+            for b in range(a):
+                gram[s, b, a] = gram[s, a, b]
+    return step_count
+
+
+@internal
+def _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition):
+    """Start with states of standard deviations spread (NS,) and sources of their own rms, both regardless of parameters.
+
+    What a low-pass filter has of a sensor's past is as unknown as the state.
+    """
+    sens[:], force[:], force_by[:], covariance[:], transition[:] = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(NS):
+        covariance[i, i], transition[i, i] = spread[i] ** 2, 1.0
+    for j in range(force.size):
+        covariance[NS + j, NS + j], transition[NS + j, NS + j] = noise[j, 0] ** 2, 1.0
+        for i in range(NX):
+            for y in range(NY):
+                covariance[NS + j, NS + j] += noise[j, 2] * (reads[y, j] * by_state[y, i] * spread[i]) ** 2
+
+
+@inlined
+def _hold_forces(sens, force, mixing, forces, rubbing, parameters):
+    """Let the random forces and friction act on their rows over a step that is linear in the states and in these forces."""
+    for r in range(forces.size):
+        total = 0.0
+        for i in range(SURFACES):
+            total -= SLIP_MATRIX[i, r] * rubbing[i]
+        for j in range(force.size):
+            total += mixing[r, j] * force[j]
+        parameters[forces[r]] = total
+    for i in range(NS):
+        for c in range(NS + forces.size):
+            sens[i, c] = 1.0 if i == c else 0.0
+
+
+@internal
+def _move_sources(elapsed, sens, mixing, noise, force, force_by, transition):
+    """Decay the sources over a step, and set the transition of the variables from the sensitivities of the states over it."""
+    rows, count = mixing.shape[0], force_by.shape[1]
+    for i in range(NS):
+        for j in range(NS):
+            transition[i, j] = sens[i, j]
+        for j in range(force.size):
+            total = 0.0
+            for r in range(rows):
+                total += sens[i, NS + r] * mixing[r, j]
+            transition[i, NS + j] = total
+            for c in range(count):
+                sens[i, NS + rows + c] += total * force_by[j, c]
+    for j in range(force.size):
+        decay = math.exp(-elapsed / noise[j, 1])
+        transition[NS + j, NS + j] = decay
+        force[j] *= decay
+        for c in range(count):
+            force_by[j, c] *= decay
+
+
+@internal
+def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise, force, force_by, transition):
+    """Move the errors of sensors behind a low-pass filter by what these should read: e' = -e/T - y'."""
+    first = sens.shape[1] - force_by.shape[1]
+    for j in range(force.size):
+        if noise[j, 2] == 0.0:
+            continue
+        share = noise[j, 1] * (1.0 - transition[NS + j, NS + j]) / elapsed
+        for v in range(transition.shape[0]):
+            moved = 0.0
+            for i in range(NX):
+                for y in range(NY):
+                    moved += reads[y, j] * by_state[y, i] * (transition[i, v] - (1.0 if i == v else 0.0))
+            if v != NS + j:
+                transition[NS + j, v] = -share * moved
+        for i in range(NX):
+            for y in range(NY):
+                along = share * reads[y, j] * by_state[y, i]
+                force[j] -= along * (now[i] - before[i])
+                for c in range(force_by.shape[1]):
+                    force_by[j, c] -= along * (sens[i, first + c] - sens_before[i, c])
+
+
+@internal
+def _spread(noise, added, covariance, transition, product):
+    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise."""
+    size = covariance.shape[0]
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for k in range(size):
+                total += transition[i, k] * covariance[k, j]
+            product[i, j] = total
+    for i in range(size):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(size):
+                total += product[i, k] * transition[j, k]
+            covariance[i, j] = covariance[j, i] = total
+    for i in range(NS):
+        for j in range(NS):
+            covariance[i, j] += added[i, j]
+    for j in range(noise.shape[0]):
+        covariance[NS + j, NS + j] += noise[j, 0] ** 2 * (1.0 - transition[NS + j, NS + j] ** 2)
+
+
+@inlined
+def _reading_direction(y, by_state, reads, by):
+    """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
+    by[:NX], by[NX:NS], by[NS:] = by_state[y], 0.0, reads[y]
+
+
+@internal
+def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
+    """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
+
+    Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
+    """
+    size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
+    total = variance
+    for i in range(size):
+        crossed[i] = 0.0
+        for k in range(size):
+            crossed[i] += covariance[i, k] * by[k]
+    for k in range(size):
+        total += by[k] * crossed[k]
+    for i in range(size):
+        gain[i] = crossed[i] / total
+        for j in range(size):
+            product[i, j] = covariance[i, j] - gain[i] * crossed[j]
+    for i in range(size):
+        left = 0.0
+        for k in range(size):
+            left += product[i, k] * by[k]
+        crossed[i] = left
+    for i in range(size):
+        for j in range(i + 1):
+            covariance[i, j] = covariance[j, i] = product[i, j] - crossed[i] * gain[j] + gain[i] * variance * gain[j]
+    for i in range(NS):
+        now[i] += gain[i] * error
+        for c in range(count):
+            sens[i, rows + c] -= gain[i] * row[c]
+    for j in range(force.size):
+        force[j] += gain[NS + j] * error
+        for c in range(count):
+            force_by[j, c] -= gain[NS + j] * row[c]
+    return math.sqrt(total)
+
+
+@internal
+def _stand_still(moved):
+    """The transition (variables, variables) over no time at all."""
+    moved[:] = 0.0
+    for i in range(moved.shape[0]):
+        moved[i, i] = 1.0
+
+
+@internal
+def _follow(transition, moved, product):
+    """Put a transition after those that moved holds."""
+    size = moved.shape[0]
+    for i in range(size):
+        for j in range(size):
+            product[i, j] = 0.0
+            for k in range(size):
+                product[i, j] += transition[i, k] * moved[k, j]
+    moved[:] = product
+
+
+@internal
+def _store_step(number, which, now, force, covariance, means, covariances):
+    """Store mean and covariance of a step: predicted (0) or filtered (1)."""
+    for i in range(NS):
+        means[number, which, i] = now[i]
+    for j in range(force.size):
+        means[number, which, NS + j] = force[j]
+    covariances[number, which] = covariance
 
 
 @compiled
@@ -1285,7 +1625,16 @@ def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, st
         weights[:9], weights[9] = filter_weights(h, taus[0], taus[1]), h
     if k:
         filter_advance(
-            t[k - 1], h, states[k - 1], states[k], voltage[k - 1], voltage[k], parameters, weights, first_order_hold, memory
+            t[k - 1],
+            h,
+            states[k - 1],
+            states[k],
+            voltage[k - 1],
+            voltage[k],
+            parameters,
+            weights,
+            first_order_hold,
+            memory,
         )
     else:
         filter_start(t[0], start, voltage[0], parameters, weights, memory)
@@ -1315,7 +1664,18 @@ def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
         _filter_sample(
-            k, t, states, voltage, parameters, times, first_order_hold, states[0], weights, memory, taus[k - 1], phis[k - 1]
+            k,
+            t,
+            states,
+            voltage,
+            parameters,
+            times,
+            first_order_hold,
+            states[0],
+            weights,
+            memory,
+            taus[k - 1],
+            phis[k - 1],
         )
     return taus, phis
 
@@ -1428,7 +1788,12 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     digits are lost that a QR decomposition would keep.
     """
     products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
-    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    lanes, value, tau, phi = (
+        np.zeros(FEATURE + FEATURES * BLOCK_SIZE),
+        np.zeros(SIGNALS),
+        np.zeros(NQ),
+        np.zeros((NQ, len(LINEAR))),
+    )
     k = 1
     while k < t.size:
         if k + BLOCK_SIZE <= t.size:
@@ -1450,7 +1815,9 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
             for row in range(NQ):
                 for a in range(len(LINEAR) + 1):
                     for b in range(len(LINEAR) + 1):
-                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
+                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (
+                            phi[row, b] if b < len(LINEAR) else tau[row]
+                        )
         k += 1
     _add_feature_products(products, gram)
 
@@ -1462,7 +1829,11 @@ def _free_decay(weights, lanes):
     for c in range(BLOCK_SIZE):
         coupled = weights[1] * coupled + weights[2] * first
         first, second = weights[0] * first, weights[1] * second
-        lanes[FREE_DECAY + c], lanes[FREE_DECAY + BLOCK_SIZE + c], lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] = first, second, coupled
+        lanes[FREE_DECAY + c], lanes[FREE_DECAY + BLOCK_SIZE + c], lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] = (
+            first,
+            second,
+            coupled,
+        )
 
 
 @internal

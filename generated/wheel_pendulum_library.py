@@ -107,6 +107,13 @@ PORTS = {'drive': (1.0, -1.0), 'axle': (1.0, -1.0), 'ground': (1.0, 0.0), 'body'
 INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has none
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
+RARE = 1e-4  # probability below which a surface does not stick, and nats per part that a merger may cost
+REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
+MIN_PART = 1e-3  # of a step, shorter than which none is split off
+ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
+WEIGHT, VOLUME = 0, 1  # of a part of a mixture, in its last column
+TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)  # blocks after the parts: a merged covariance, its factors, what adds to every one
+BY_VARIABLE, PUSH, ON_SLIP = range(3)  # rows of a slip: its derivatives in the variables, theirs in what friction takes from it, their regression on it
 LAG_MEMORY = 40.0  # time constants after which an old command is forgotten
 SERIES_RANGE = 0.125  # angle by which a sine is turned by its series: what it leaves out is below the last digit [rad]
 BATCH_SIZE = 64  # machines that are advanced side by side
@@ -132,16 +139,23 @@ def _sine_pair(x):
     fourth = square * square  # the series in halves that need not wait for each other
     sine = rest + rest * square * (
         (-1.66666666666666324348e-01 + square * 8.33333333332248946124e-03)
-        + fourth * (
+        + fourth
+        * (
             (-1.98412698298579493134e-04 + square * 2.75573137070700676789e-06)
             + fourth * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
         )
     )
-    cosine = 1.0 - 0.5 * square + fourth * (
-        (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
-        + fourth * (
-            (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
-            + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
+    cosine = (
+        1.0
+        - 0.5 * square
+        + fourth
+        * (
+            (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
+            + fourth
+            * (
+                (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
+                + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
+            )
         )
     )
     turn = quarters - 4.0 * ((0.25 * quarters - 0.375 + ROUNDING) - ROUNDING)  # 0, 1, 2 or 3
@@ -154,9 +168,7 @@ def _sine_pair(x):
 def _series(x, square):
     """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
-    sine = x + x * square * (
-        (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
-    )
+    sine = x + x * square * ((-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0))
     return sine, square * ((0.5 - square / 24.0) + fourth * (1.0 / 720.0 - square / 40320.0))
 
 
@@ -650,6 +662,13 @@ def _slip_directions(state, dry):
         dry[DIRECTION, i] = 1.0 if _slip(state, i) >= 0.0 else -1.0
 
 
+@inlined
+def _friction_limits(t, state, voltage, parameters, dry):
+    """Friction of each surface as it slips forward, in dry[UPPER], and backward, in dry[LOWER]; sticking, it lies between them."""
+    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), 1.0, 1.0)
+    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), -1.0, -1.0)
+
+
 @internal
 def _stick_or_slip(t, state, voltage, parameters, dry):
     """Set the direction of slip of each surface, 0 where it sticks, in dry[DIRECTION], and its limits in dry[UPPER] and dry[LOWER].
@@ -657,8 +676,7 @@ def _stick_or_slip(t, state, voltage, parameters, dry):
     A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
     """
     _slip_directions(state, dry)
-    dry[UPPER, 0], dry[UPPER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), 1.0, 1.0)
-    dry[LOWER, 0], dry[LOWER, 1], = _dry_law(t, state[0], state[1], state[2], state[3], state[4], voltage, _frozen(parameters), -1.0, -1.0)
+    _friction_limits(t, state, voltage, parameters, dry)
     stuck = False
     for i in range(SURFACES):
         if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
@@ -798,7 +816,9 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _initial_state(t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens)
+        _initial_state(
+            t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens
+        )
         acting[k] = state[NV]
     return acting
 
@@ -1522,12 +1542,38 @@ def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters,
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
         cost = _fit_start(
-            t, voltage, measured, weight, segment, start, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
+            t,
+            voltage,
+            measured,
+            weight,
+            segment,
+            start,
+            parameters,
+            max_step,
+            rounds,
+            gram,
+            trial_gram,
+            residual,
+            normal,
+            step,
         )
         if from_before and ended == bounds[s, 0] and np.isfinite(arrived).all():
             other[0] = arrived
             if cost > _fit_start(
-                t, voltage, measured, weight, segment, other, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
+                t,
+                voltage,
+                measured,
+                weight,
+                segment,
+                other,
+                parameters,
+                max_step,
+                rounds,
+                gram,
+                trial_gram,
+                residual,
+                normal,
+                step,
             ):
                 start[0] = other[0]
         states[s] = start[0, :NX]
@@ -1586,6 +1632,876 @@ def _damped_step(gram, damping, normal, step):
         if not np.isfinite(step[i]):
             step[:] = 0.0
             break
+
+
+@compiled
+def filter_error(
+    t, voltage, measured, weight, bounds, states, spread, parameters, columns, forces, mixing, reads, noise, max_step, parts,
+    gram, log_det, innovation, means, covariances, transitions, samples,
+):  # fmt: skip
+    """Run an extended Kalman filter and gather its whitened innovations as a least-squares problem.
+
+    measured (N, NY) may hold NaN; weight (NY,) is 1/σ; bounds (S, 2) are half-open sample ranges. Where one does not go
+    on where the one before ended, the filter starts anew, in states (S, NX) with standard deviations spread (NS,).
+    Sources, first-order and zero-mean with rms, correlation time and 1 or 0 noise (m, 3), act on the rows of the unknown
+    forces (indices among the parameters) with the weights mixing (rows, m), and on readings with the weights reads
+    (NY, m); with 1, as the error of a low-pass filter of this time does. While a surface may stick, the distribution has
+    as many Gaussian parts as parts at most; otherwise one.
+    gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
+    columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
+    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], and
+    means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
+    step, predicted and then filtered.
+    Returns the number of these steps.
+    """
+    n, m = columns.size, noise.shape[0]
+    first, size = NS + forces.size, NS + m
+    chosen = np.full(NS - NX + forces.size + n, FITTED, np.int64)
+    chosen[NS - NX : first - NX], chosen[first - NX :] = forces, columns
+    parameters = parameters.copy()
+    now, sens, reading, slope = np.zeros(NS), np.zeros((NS, first + n)), np.zeros(NY), np.zeros(NX)
+    new_state, stages, by_parameter, lanes, dry = _workspace()
+    by_state, reading_by, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(n + 1)
+    rubbing, friction, along, row_slope = np.zeros(SURFACES), np.zeros((2, SURFACES, n + 1)), np.zeros(NS), np.zeros(first + n)
+    force, force_by, gain, crossed, by = np.zeros(m), np.zeros((m, n)), np.zeros(size), np.zeros(size), np.zeros(size)
+    covariance, transition, product, added = np.zeros((size, size)), np.zeros((size, size)), np.zeros((size, size)), np.zeros((NS, NS))
+    before, sens_before, lagging = np.zeros(NS), np.zeros((NS, n)), np.any(noise[:, 2] != 0.0)
+    delay, sensor_delay, linearise = _input_delay(parameters), _sensor_delay(parameters), True
+    parts = 1 if lagging else parts  # what lags is followed in one part
+    count, (mixture, costs, rays) = 1, _empty_mixture(parts, size)
+    step_count, store, k, early, last, now_t, acting = 0, samples.size > 0, FIRST_SAMPLE, FIRST_SAMPLE, FIRST_SAMPLE, 0.0, FIRST_SAMPLE
+    for s in range(bounds.shape[0]):
+        gram[s], log_det[s] = 0.0, 0.0
+        if s == 0 or bounds[s, 0] != bounds[s - 1, 1]:  # a stretch begins
+            last = s
+            while last + 1 < bounds.shape[0] and bounds[last + 1, 0] == bounds[last, 1]:
+                last += 1
+            k = early = bounds[s, 0]
+            now_t = t[k]
+            acting = _acting_sample(t, k, now_t, parameters)
+            _initial_state(now_t, t, voltage, acting, states[s], parameters, chosen, now, sens)
+            rubbing[:], count = 0.0, 1
+            _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+            _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition)
+            while early < bounds[last, 1] and t[early] - sensor_delay < now_t:
+                early += 1  # what delayed sensors read of the time before is not known to the filter
+        while k < bounds[s, 1]:
+            goal = max(now_t, min(t[k], t[early] - sensor_delay) if early < bounds[last, 1] else t[k])
+            if store:
+                _stand_still(transitions[step_count])
+            while now_t < goal:
+                while acting + 1 < t.size and t[acting + 1] + delay <= now_t:  # a command begins to act, if delayed between samples
+                    if linearise:
+                        _delay_jump(sens, now, voltage[acting], voltage[acting + 1], now_t, parameters, chosen, dry)
+                    acting += 1
+                until = min(goal, t[acting + 1] + delay) if acting + 1 < t.size else goal
+                if parameters[29] == now_t and linearise:
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, chosen, dry, 29)
+                if now_t < parameters[29] < until:  # something begins or ends within
+                    until = parameters[29]
+                if parameters[31] == now_t and linearise:
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, chosen, dry, 31)
+                if now_t < parameters[31] < until:  # something begins or ends within
+                    until = parameters[31]
+                if parameters[32] == now_t and linearise:
+                    _event_jump(sens, now, voltage[acting], now_t, parameters, chosen, dry, 32)
+                if now_t < parameters[32] < until:  # something begins or ends within
+                    until = parameters[32]
+                steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
+                h = (until - now_t) / steps
+                begin = now_t
+                while begin < until:
+                    length = until - begin if until - begin < 1.5 * h else h
+                    length = _until_rest(begin, length, now, voltage[acting], force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter)
+                    end = begin + length if length < until - begin else until
+                    if lagging:
+                        before[:], sens_before[:] = now, sens[:, first:]
+                    _hold_forces(sens, force, mixing, forces, rubbing, parameters)
+                    dry[DIRECTION] = 0.0  # friction is one of the held forces
+                    _runge_kutta(begin, length, now, voltage[acting], parameters, now, dry, True, True, stages, by_parameter)
+                    _propagate(length, sens, chosen, stages, by_parameter, lanes)
+                    surface = 0
+                    if count == 1:
+                        surface = _rub(
+                            begin, now, sens, voltage[acting], mixing, parameters, columns, covariance, rubbing, added, friction, along, row_slope, dry, parts > 1,
+                        )  # fmt: skip
+                    if surface < SURFACES:
+                        count = _rub_parts(
+                            surface, count, begin, now, sens, voltage[acting], mixing, parameters, columns, covariance, rubbing, friction, along, row_slope, dry,
+                            transition, product, mixture, costs, rays,
+                        )  # fmt: skip
+                    _move_sources(length, sens, mixing, noise, force, force_by, transition)
+                    if lagging:
+                        _lag_sensors(length, before, sens_before, now, sens, by_state, reads, noise, force, force_by, transition)
+                    _spread(noise, added, covariance, transition, product)
+                    if surface < SURFACES:
+                        _end_parts(count, noise, now, force, covariance, transition, mixture)
+                    if store:
+                        _follow(transition, transitions[step_count], product)
+                    begin = end
+                now_t = until
+            on_time, ahead = t[k] <= now_t, early < bounds[last, 1] and t[early] - sensor_delay <= now_t
+            if store:
+                _store_step(step_count, 0, now, force, covariance, means, covariances)
+                samples[step_count] = k
+            read_sensors(now_t, now, parameters, reading)
+            _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
+            _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, chosen, dry, slope, by_state, reading_by)
+            slope[:] = now[:NX]  # about which the readings are linear
+            for y in range(NY):
+                sample = early if DELAYED[y] else k
+                if not (ahead if DELAYED[y] else on_time) or np.isnan(measured[sample, y]):
+                    continue
+                error = measured[sample, y] - reading[y]
+                for i in range(NX):
+                    error -= by_state[y, i] * (now[i] - slope[i])
+                for j in range(m):
+                    error -= reads[y, j] * force[j]
+                for c in range(n):
+                    row[c] = reading_by[y, columns[c]]
+                    for i in range(NX):
+                        row[c] += by_state[y, i] * sens[i, first + c]
+                    for j in range(m):
+                        row[c] += reads[y, j] * force_by[j, c]
+                _reading_direction(y, by_state, reads, by)
+                if count > 1:
+                    root, white, log_variance = _assimilate_parts(
+                        count, error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, gain, crossed, mixture
+                    )
+                    log_variance += 2.0 * math.log(weight[y])
+                else:
+                    root = _assimilate(error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, product, gain, crossed)
+                    white, log_variance = error / root, 2.0 * math.log(root * weight[y])
+                log_det[s] += log_variance
+                for c in range(n):
+                    row[c] /= root
+                row[n] = white
+                for a in range(n + 1):
+                    for b in range(a + 1):
+                        gram[s, a, b] += row[a] * row[b]
+                if innovation.shape[0] > 0:
+                    innovation[sample, y, 0], innovation[sample, y, 1] = row[n], log_variance
+            if store:
+                _store_step(step_count, 1, now, force, covariance, means, covariances)
+            step_count += 1
+            early += ahead
+            k += on_time
+        for a in range(n + 1):
+            for b in range(a):
+                gram[s, b, a] = gram[s, a, b]
+    return step_count
+
+
+@internal
+def _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition):
+    """Start with states of standard deviations spread (NS,) and sources of their own rms, both regardless of parameters.
+
+    What a low-pass filter has of a sensor's past is as unknown as the state.
+    """
+    sens[:], force[:], force_by[:], covariance[:], transition[:] = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(NS):
+        covariance[i, i], transition[i, i] = spread[i] ** 2, 1.0
+    for j in range(force.size):
+        covariance[NS + j, NS + j], transition[NS + j, NS + j] = noise[j, 0] ** 2, 1.0
+        for i in range(NX):
+            for y in range(NY):
+                covariance[NS + j, NS + j] += noise[j, 2] * (reads[y, j] * by_state[y, i] * spread[i]) ** 2
+
+
+@inlined
+def _hold_forces(sens, force, mixing, forces, rubbing, parameters):
+    """Let the random forces and friction act on their rows over a step that is linear in the states and in these forces."""
+    for r in range(forces.size):
+        total = 0.0
+        for i in range(SURFACES):
+            total -= SLIP_MATRIX[i, r] * rubbing[i]
+        for j in range(force.size):
+            total += mixing[r, j] * force[j]
+        parameters[forces[r]] = total
+    for i in range(NS):
+        for c in range(NS + forces.size):
+            sens[i, c] = 1.0 if i == c else 0.0
+
+
+@internal
+def _move_sources(elapsed, sens, mixing, noise, force, force_by, transition):
+    """Decay the sources over a step, and set the transition of the variables from the sensitivities of the states over it."""
+    rows, count = mixing.shape[0], force_by.shape[1]
+    for i in range(NS):
+        for j in range(NS):
+            transition[i, j] = sens[i, j]
+        for j in range(force.size):
+            total = 0.0
+            for r in range(rows):
+                total += sens[i, NS + r] * mixing[r, j]
+            transition[i, NS + j] = total
+            for c in range(count):
+                sens[i, NS + rows + c] += total * force_by[j, c]
+    for j in range(force.size):
+        decay = math.exp(-elapsed / noise[j, 1])
+        transition[NS + j, NS + j] = decay
+        force[j] *= decay
+        for c in range(count):
+            force_by[j, c] *= decay
+
+
+@internal
+def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise, force, force_by, transition):
+    """Move the errors of sensors behind a low-pass filter by what these should read: e' = -e/T - y'."""
+    first = sens.shape[1] - force_by.shape[1]
+    for j in range(force.size):
+        if noise[j, 2] == 0.0:
+            continue
+        share = noise[j, 1] * (1.0 - transition[NS + j, NS + j]) / elapsed
+        for v in range(transition.shape[0]):
+            moved = 0.0
+            for i in range(NX):
+                for y in range(NY):
+                    moved += reads[y, j] * by_state[y, i] * (transition[i, v] - (1.0 if i == v else 0.0))
+            if v != NS + j:
+                transition[NS + j, v] = -share * moved
+        for i in range(NX):
+            for y in range(NY):
+                along = share * reads[y, j] * by_state[y, i]
+                force[j] -= along * (now[i] - before[i])
+                for c in range(force_by.shape[1]):
+                    force_by[j, c] -= along * (sens[i, first + c] - sens_before[i, c])
+
+
+@internal
+def _spread(noise, added, covariance, transition, product):
+    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise."""
+    size = covariance.shape[0]
+    for i in range(size):
+        for j in range(size):
+            total = 0.0
+            for k in range(size):
+                total += transition[i, k] * covariance[k, j]
+            product[i, j] = total
+    for i in range(size):
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(size):
+                total += product[i, k] * transition[j, k]
+            covariance[i, j] = covariance[j, i] = total
+    for i in range(NS):
+        for j in range(NS):
+            covariance[i, j] += added[i, j]
+    for j in range(noise.shape[0]):
+        covariance[NS + j, NS + j] += noise[j, 0] ** 2 * (1.0 - transition[NS + j, NS + j] ** 2)
+
+
+@inlined
+def _reading_direction(y, by_state, reads, by):
+    """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
+    by[:NX], by[NX:NS], by[NS:] = by_state[y], 0.0, reads[y]
+
+
+@internal
+def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
+    """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
+
+    Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
+    """
+    size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
+    total = variance
+    for i in range(size):
+        crossed[i] = 0.0
+        for k in range(size):
+            crossed[i] += covariance[i, k] * by[k]
+    for k in range(size):
+        total += by[k] * crossed[k]
+    for i in range(size):
+        gain[i] = crossed[i] / total
+        for j in range(size):
+            product[i, j] = covariance[i, j] - gain[i] * crossed[j]
+    for i in range(size):
+        left = 0.0
+        for k in range(size):
+            left += product[i, k] * by[k]
+        crossed[i] = left
+    for i in range(size):
+        for j in range(i + 1):
+            covariance[i, j] = covariance[j, i] = product[i, j] - crossed[i] * gain[j] + gain[i] * variance * gain[j]
+    for i in range(NS):
+        now[i] += gain[i] * error
+        for c in range(count):
+            sens[i, rows + c] -= gain[i] * row[c]
+    for j in range(force.size):
+        force[j] += gain[NS + j] * error
+        for c in range(count):
+            force_by[j, c] -= gain[NS + j] * row[c]
+    return math.sqrt(total)
+
+
+@internal
+def _stand_still(moved):
+    """The transition (variables, variables) over no time at all."""
+    moved[:] = 0.0
+    for i in range(moved.shape[0]):
+        moved[i, i] = 1.0
+
+
+@internal
+def _follow(transition, moved, product):
+    """Put a transition after those that moved holds."""
+    size = moved.shape[0]
+    for i in range(size):
+        for j in range(size):
+            product[i, j] = 0.0
+            for k in range(size):
+                product[i, j] += transition[i, k] * moved[k, j]
+    moved[:] = product
+
+
+@internal
+def _store_step(number, which, now, force, covariance, means, covariances):
+    """Store mean and covariance of a step: predicted (0) or filtered (1)."""
+    for i in range(NS):
+        means[number, which, i] = now[i]
+    for j in range(force.size):
+        means[number, which, NS + j] = force[j]
+    covariances[number, which] = covariance
+
+
+@internal
+def _until_rest(
+    t, length, now, voltage, force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter
+):
+    """A step's length, or less where a surface that slips will first be at rest: there its friction changes within a step."""
+    _friction_limits(t, now, voltage, parameters, dry)
+    for r in range(forces.size):
+        total = 0.0
+        for i in range(SURFACES):
+            slip = _slip(now, i)
+            total -= SLIP_MATRIX[i, r] * (dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i])
+        for j in range(force.size):
+            total += mixing[r, j] * force[j]
+        parameters[forces[r]] = total
+    dry[DIRECTION] = 0.0
+    share, first = 1.0, SURFACES  # that will be at rest first
+    for attempt in range(REST_ATTEMPTS):
+        _runge_kutta(t, length * share, now, voltage, parameters, new_state, dry, True, False, stages, by_parameter)
+        if attempt > 0:
+            slip, later = _slip(now, first), _slip(new_state, first)
+            share = min(1.0, share * slip / (slip - later))
+            continue
+        for i in range(SURFACES):
+            slip, later = _slip(now, i), _slip(new_state, i)
+            if dry[UPPER, i] > dry[LOWER, i] and slip * later < 0.0 and slip / (slip - later) < share:
+                share, first = slip / (slip - later), i
+        if first == SURFACES or share < MIN_PART:
+            return length
+    return length * share if MIN_PART < share < 1.0 - MIN_PART else length
+
+
+@internal
+def _rub(
+    t, now, sens, voltage, mixing, parameters, columns, covariance, rubbing, added, friction, along, slope, dry, stops,
+):  # fmt: skip
+    """Dry friction over a step: an impulse that stops what slips, if it can, on the average over where the state may be.
+
+    Implicit time stepping after Moreau (1988): of the slip with which a step would end, friction of a half width κ leaves
+    what lies beyond ±κ. The filter knows that slip as a Gaussian variable; mean and slope of what is left follow in
+    closed form, and what a line cannot say of it adds to the covariance. Returns the number of surfaces; where it stops
+    before one that may stick, the number of those before.
+    """
+    rows = mixing.shape[0]
+    added[:] = 0.0
+    _friction_derivatives(t, now, voltage, parameters, columns, friction, dry)
+    for i in range(SURFACES):
+        middle, half = friction[0, i, columns.size], friction[1, i, columns.size]
+        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not np.any(friction[:, i]):
+            continue  # and none of the free parameters would change that
+        response = _slip_response(i, rows, sens, along, slope)
+        variance = _slip_variance(slope, mixing, covariance)
+        slip = _slip(now, i) + response * (rubbing[i] - middle)
+        left, share, signed, lost = _shrunk(slip, math.sqrt(max(variance, 1e-60)), response * half)
+        if stops and half > 0.0 and share < 1.0 - RARE:
+            return i
+        force = (slip - left) / response + middle
+        for a in range(NS):
+            for b in range(NS):
+                added[a, b] += along[a] * along[b] * lost / response**2
+        _push(i, force, response, share, signed, rows, now, sens, rubbing, friction, along, slope)
+    return SURFACES
+
+
+@internal
+def _rub_parts(
+    surface, count, t, now, sens, voltage, mixing, parameters, columns, covariance, rubbing, friction, along, slope, dry,
+    transition, product, mixture, costs, rays,
+):  # fmt: skip
+    """Dry friction over a step from a surface on, on the average over all parts; cut where it sticks. Returns their number."""
+    rows = mixing.shape[0]
+    if count > 1:
+        _friction_derivatives(t, now, voltage, parameters, columns, friction, dry)
+    _begin_parts(count, sens, mixing, covariance, transition, product, mixture)
+    for i in range(surface, SURFACES):
+        middle, half = friction[0, i, columns.size], friction[1, i, columns.size]
+        response = _slip_response(i, rows, sens, along, slope)
+        slip = _slip(now, i) + response * (rubbing[i] - middle)
+        left, share, signed = slip, 1.0, 0.0
+        if half > 0.0:
+            _slip_rays(i, along, response, rays)
+            count, left, share, signed = _split_parts(count, slip, response * half, rays, mixture, costs)
+        force = (slip - left) / response + middle
+        _push(i, force, response, share, signed, rows, now, sens, rubbing, friction, along, slope)
+    return count
+
+
+@inlined
+def _push(surface, force, response, share, signed, rows, now, sens, rubbing, friction, along, slope):
+    """Let a surface's friction act on the states and their sensitivities, instead of what acted over the step."""
+    for a in range(NS):
+        now[a] -= along[a] * (force - rubbing[surface])
+        for c in range(sens.shape[1]):
+            by = (share - 1.0) * slope[c] / response
+            if c >= NS + rows:
+                by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
+            sens[a, c] += along[a] * by
+    rubbing[surface] = force
+
+
+@inlined
+def _slip_response(surface, rows, sens, along, slope):
+    """Derivatives of the states in a force along a surface, into along, and of its slip in all, into slope.
+
+    Returns the slip's in that force.
+    """
+    for a in range(NS):
+        along[a] = 0.0
+        for r in range(rows):
+            along[a] += sens[a, NS + r] * SLIP_MATRIX[surface, r]
+    response = 0.0
+    for k in range(NA):
+        response += SLIP_MATRIX[surface, k] * along[RATES[k]]
+    for c in range(sens.shape[1]):
+        slope[c] = 0.0
+        for k in range(NA):
+            slope[c] += SLIP_MATRIX[surface, k] * sens[RATES[k], c]
+    return response
+
+
+@inlined
+def _slip_rays(surface, along, response, rays):
+    """Derivatives of a slip in the variables at the end of a step, and theirs in a slip that friction takes away."""
+    for a in range(rays.shape[1]):
+        rays[BY_VARIABLE, a] = 0.0
+        rays[PUSH, a] = along[a] / response if a < NS else 0.0
+    for k in range(NA):
+        rays[BY_VARIABLE, RATES[k]] = SLIP_MATRIX[surface, k]
+
+
+@internal
+def _friction_derivatives(t, state, voltage, parameters, columns, friction, dry):
+    """Middle and half width of each surface's friction, into friction (2, SURFACES, n + 1), after their derivatives."""
+    count = columns.size
+    for c in range(count, -1, -1):
+        step = 0.0
+        if c < count:
+            kept = parameters[columns[c]]
+            step = 1e-6 * max(abs(kept), 1e-3)
+            parameters[columns[c]] = kept + step
+        _friction_limits(t, state, voltage, parameters, dry)
+        for i in range(SURFACES):
+            friction[0, i, c] = 0.5 * (dry[UPPER, i] + dry[LOWER, i])
+            friction[1, i, c] = 0.5 * (dry[UPPER, i] - dry[LOWER, i])
+            if c < count:
+                friction[0, i, c] = (friction[0, i, c] - friction[0, i, count]) / step
+                friction[1, i, c] = (friction[1, i, c] - friction[1, i, count]) / step
+        if c < count:
+            parameters[columns[c]] = kept
+
+
+@inlined
+def _slip_variance(slope, mixing, covariance):
+    """Variance of a slip from its derivatives in the states and in the rows' forces at the beginning of the step."""
+    size, total = covariance.shape[0], 0.0
+    for a in range(size):
+        by = slope[a] if a < NS else 0.0
+        for r in range(mixing.shape[0] if a >= NS else 0):
+            by += slope[NS + r] * mixing[r, a - NS]
+        for b in range(size):
+            other = slope[b] if b < NS else 0.0
+            for r in range(mixing.shape[0] if b >= NS else 0):
+                other += slope[NS + r] * mixing[r, b - NS]
+            total += by * covariance[a, b] * other
+    return total
+
+
+@inlined
+def _tails(mean, sigma, width):
+    """Bounds ±width in standard deviations from the mean; probabilities beyond them; densities there [1/σ]."""
+    above, below = (width - mean) / sigma, (-width - mean) / sigma
+    upper, lower = 0.5 * math.erfc(above / math.sqrt(2.0)), 0.5 * math.erfc(-below / math.sqrt(2.0))
+    upper_density = math.exp(-0.5 * above * above) / math.sqrt(2.0 * math.pi)
+    lower_density = math.exp(-0.5 * below * below) / math.sqrt(2.0 * math.pi)
+    return above, below, upper, lower, upper_density, lower_density
+
+
+@internal
+def _shrunk(mean, sigma, width):
+    """What is left of a Gaussian variable s beyond ±width, shrunk by it: mean, slope, signed share, and variance off the line.
+
+    The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
+    """
+    _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)
+    left = sigma * (upper_density - lower_density) + (mean - width) * upper + (mean + width) * lower
+    square = (sigma**2 + (mean - width) ** 2) * upper + (mean - width) * sigma * upper_density
+    square += (sigma**2 + (mean + width) ** 2) * lower - (mean + width) * sigma * lower_density
+    share = upper + lower
+    return left, share, upper - lower, max(square - left**2 - (share * sigma) ** 2, 0.0)
+
+
+@inlined
+def _piece(share, density_low, density_high, bent):
+    """Mean and variance of a piece of the standard normal distribution (Johnson, Kotz and Balakrishnan 1994, 13.10).
+
+    Of its share, of the densities at its two ends, and of the difference between these times their places.
+    """
+    shift = (density_low - density_high) / share
+    return shift, max(1.0 + bent / share - shift**2, 0.0)
+
+
+@inlined
+def _empty_mixture(parts, size):
+    """Mixture with room for so many parts and the three that friction makes of each, costs of mergers, and a slip's rays."""
+    room = 4 * parts if parts > 1 else 0
+    return np.zeros((room + 3, size + 1, size + 1)), np.zeros((room, room)), np.zeros((3, size))
+
+
+@internal
+def _begin_parts(count, sens, mixing, covariance, transition, product, mixture):
+    """Move all parts to the end of a step without friction's change; where there was one, it is the filter's own."""
+    size = covariance.shape[0]
+    for a in range(size):
+        for b in range(size):
+            mixture[FLOOR, a, b] = 0.0
+            if count == 1:
+                mixture[0, a, b] = covariance[a, b]
+        if count == 1:
+            mixture[0, size, a] = 0.0
+    if count == 1:
+        mixture[0, WEIGHT, size] = 1.0
+    for i in range(NS):
+        for j in range(size):
+            transition[i, j] = sens[i, j] if j < NS else 0.0
+            for r in range(mixing.shape[0] if j >= NS else 0):
+                transition[i, j] += sens[i, NS + r] * mixing[r, j - NS]
+    for p in range(count):
+        _move_part_on(p, transition, product, mixture)
+
+
+@internal
+def _move_part_on(p, transition, product, mixture):
+    """Offset and covariance of a part after a step, by the first rows of a transition: only the states move in it."""
+    size = transition.shape[0]
+    for i in range(NS):
+        total = 0.0
+        for k in range(size):
+            total += transition[i, k] * mixture[p, size, k]
+        mixture[TRIAL, size, i] = total
+        for a in range(size):
+            total = 0.0
+            for k in range(size):
+                total += transition[i, k] * mixture[p, k, a]
+            product[i, a] = total
+    for i in range(NS):
+        mixture[p, size, i] = mixture[TRIAL, size, i]
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(size):
+                total += product[i, k] * transition[j, k]
+            mixture[p, i, j] = mixture[p, j, i] = total
+        for j in range(NS, size):
+            mixture[p, i, j] = mixture[p, j, i] = product[i, j]
+
+
+@internal
+def _split_parts(count, slip, width, rays, mixture, costs):
+    """Cut each part where friction does, and merge what is alike.
+
+    Returns how many parts there are then; and mean, slope and signed share of what friction leaves of the slip, whose
+    mean was slip. Offsets are then from that mean.
+    """
+    size, room, new = rays.shape[1], costs.shape[0] // 4, costs.shape[0] // 4
+    left, share, signed = 0.0, 0.0, 0.0
+    for p in range(count):
+        weight, (offset, variance) = mixture[p, WEIGHT, size], _regress_on_slip(p, rays, mixture)
+        mean, sigma = slip + offset, math.sqrt(variance)
+        above, below, upper, lower, at_upper, at_lower = _tails(mean, sigma, width)
+        left += weight * (sigma * (at_upper - at_lower) + (mean - width) * upper + (mean + width) * lower)
+        share += weight * (upper + lower)
+        signed += weight * (upper - lower)
+        sticks = 1.0 - upper - lower
+        if weight * sticks >= RARE:
+            shift, spread = _piece(sticks, at_lower, at_upper, below * at_lower - above * at_upper)
+            _cut_part(
+                p, new, sticks, shift * sigma, mean + shift * sigma, spread * variance, variance, True, rays, mixture
+            )
+            new += 1
+        if weight * upper >= RARE:
+            shift, spread = _piece(upper, at_upper, 0.0, above * at_upper)
+            _cut_part(p, new, upper, shift * sigma, width, spread * variance, variance, False, rays, mixture)
+            new += 1
+        if weight * lower >= RARE:
+            shift, spread = _piece(lower, 0.0, at_lower, -below * at_lower)
+            _cut_part(p, new, lower, shift * sigma, -width, spread * variance, variance, False, rays, mixture)
+            new += 1
+    _settle_parts(new - room, room, slip - left, width, rays, mixture)
+    return _reduce_parts(new - room, room, mixture, costs), left, share, signed
+
+
+@internal
+def _regress_on_slip(p, rays, mixture):
+    """Offset and variance of a part's slip; into rays the regression of its variables on it."""
+    size, offset, variance = rays.shape[1], 0.0, 0.0
+    for a in range(size):
+        total = 0.0
+        for b in range(size):
+            total += mixture[p, a, b] * rays[BY_VARIABLE, b]
+        rays[ON_SLIP, a] = total
+        offset += rays[BY_VARIABLE, a] * mixture[p, size, a]
+        variance += rays[BY_VARIABLE, a] * total
+    variance = max(variance, 1e-60)
+    for a in range(size):
+        rays[ON_SLIP, a] /= variance
+    return offset, variance
+
+
+@internal
+def _cut_part(old, new, share, shift, taken, spread, variance, sticks, rays, mixture):
+    """Moments of a part given that its slip has another mean and variance, from which friction takes what it does."""
+    size = rays.shape[1]
+    mixture[new, WEIGHT, size] = mixture[old, WEIGHT, size] * share
+    for a in range(size):
+        on_slip = rays[ON_SLIP, a]
+        by = on_slip - rays[PUSH, a] if sticks else on_slip
+        mixture[new, size, a] = mixture[old, size, a] + on_slip * shift - rays[PUSH, a] * taken
+        for b in range(a + 1):
+            other = rays[ON_SLIP, b] - rays[PUSH, b] if sticks else rays[ON_SLIP, b]
+            value = mixture[old, a, b] - on_slip * rays[ON_SLIP, b] * variance + by * other * spread
+            mixture[new, a, b] = mixture[new, b, a] = value
+
+
+@inlined
+def _settle_parts(count, first, taken, width, rays, mixture):
+    """Let what was cut be the mixture's parts, with weights of sum 1 and offsets from where friction leaves the mean."""
+    size, total = rays.shape[1], 0.0
+    for p in range(count):
+        total += mixture[first + p, WEIGHT, size]
+    for p in range(count):
+        for a in range(size + 1):
+            for b in range(size + 1):
+                mixture[p, a, b] = mixture[first + p, a, b]
+        mixture[p, WEIGHT, size] /= total
+        for a in range(size):
+            mixture[p, size, a] += rays[PUSH, a] * taken
+    for a in range(size):
+        for b in range(a + 1):
+            mixture[FLOOR, a, b] += (ALIKE * width) ** 2 * rays[PUSH, a] * rays[PUSH, b]
+
+
+@internal
+def _end_parts(count, noise, now, force, covariance, transition, mixture):
+    """Let the parts' forces decay and be driven anew, after the filter's own did."""
+    size = covariance.shape[0]
+    for p in range(count):
+        for j in range(NS, size):
+            decay = transition[j, j]
+            mixture[p, size, j] *= decay
+            for a in range(size):
+                mixture[p, a, j] *= decay
+            for a in range(size):
+                mixture[p, j, a] *= decay
+            mixture[p, j, j] += noise[j - NS, 0] ** 2 * (1.0 - decay**2)
+    _gather(count, now, force, covariance, mixture)
+
+
+@internal
+def _gather(count, now, force, covariance, mixture):
+    """Mean and covariance of all parts are the filter's own; their offsets are from that mean."""
+    size = covariance.shape[0]
+    for a in range(size):
+        mean = 0.0
+        for p in range(count):
+            mean += mixture[p, WEIGHT, size] * mixture[p, size, a]
+        for p in range(count):
+            mixture[p, size, a] -= mean
+        if a < NS:
+            now[a] += mean
+        else:
+            force[a - NS] += mean
+    for a in range(size):
+        for b in range(a + 1):
+            total = 0.0
+            for p in range(count):
+                own = mixture[p, a, b] + mixture[p, size, a] * mixture[p, size, b]
+                total += mixture[p, WEIGHT, size] * own
+            covariance[a, b] = covariance[b, a] = total
+
+
+@internal
+def _assimilate_parts(count, error, variance, by, row, now, sens, force, force_by, covariance, gain, crossed, mixture):
+    """Update all parts by a reading, and weigh them by how well each foretold it.
+
+    Returns the standard deviation of the error, the whitened innovation and the logarithm of a variance: such that the
+    innovation's slope in the error is the score of the mixture, and that both make −2 log of its likelihood.
+    """
+    size, rows = by.size, sens.shape[1] - row.size + 1
+    total, score, likelihood, largest = variance, 0.0, 0.0, -math.inf
+    for a in range(size):
+        for b in range(size):
+            total += by[a] * covariance[a, b] * by[b]
+    for p in range(count):
+        largest = max(largest, _assimilate_part(p, error, variance, by, gain, crossed, mixture))
+    for p in range(count):
+        likelihood += math.exp(mixture[p, VOLUME, size] - largest)
+    for p in range(count):
+        share = math.exp(mixture[p, VOLUME, size] - largest) / likelihood
+        score += share * mixture[p, WEIGHT, size]
+        mixture[p, WEIGHT, size] = share
+    _gather(count, now, force, covariance, mixture)
+    for a in range(size):
+        effective = 0.0  # the mean's derivative in the error: covariance with the reading over the noise (Tweedie)
+        for b in range(size):
+            effective += covariance[a, b] * by[b] / variance
+        for c in range(row.size - 1):
+            if a < NS:
+                sens[a, rows + c] -= effective * row[c]
+            else:
+                force_by[a - NS, c] -= effective * row[c]
+    root = math.sqrt(total)
+    return root, root * score, -2.0 * (largest + math.log(likelihood)) - total * score**2
+
+
+@internal
+def _assimilate_part(p, error, variance, by, gain, crossed, mixture):
+    """Update a part by a reading; in place of its weight stands its score then, of its volume its log-likelihood.
+
+    Returns this logarithm. The covariance is updated in Joseph's form, which keeps it positive.
+    """
+    size, own, total = by.size, error, variance
+    for i in range(size):
+        own -= by[i] * mixture[p, size, i]
+        crossed[i] = 0.0
+        for k in range(size):
+            crossed[i] += mixture[p, i, k] * by[k]
+    for k in range(size):
+        total += by[k] * crossed[k]
+    for i in range(size):
+        gain[i] = crossed[i] / total
+        mixture[p, size, i] += gain[i] * own
+    for i in range(size):
+        left = 0.0
+        for k in range(size):
+            left += (mixture[p, i, k] - gain[i] * crossed[k]) * by[k]
+        mixture[TRIAL, size, i] = left
+    for i in range(size):
+        for j in range(i + 1):
+            value = mixture[p, i, j] - gain[i] * crossed[j] - mixture[TRIAL, size, i] * gain[j]
+            mixture[p, i, j] = mixture[p, j, i] = value + gain[i] * variance * gain[j]
+    weight = max(mixture[p, WEIGHT, size], 1e-300)
+    mixture[p, WEIGHT, size] = own / total
+    mixture[p, VOLUME, size] = math.log(weight) - 0.5 * own**2 / total - 0.5 * math.log(total)
+    return mixture[p, VOLUME, size]
+
+
+@internal
+def _reduce_parts(count, room, mixture, costs):
+    """Merge parts while they are more than there is room for, or while it costs next to nothing; returns their number."""
+    size = mixture.shape[1] - 1
+    for p in range(count):
+        mixture[p, VOLUME, size] = _log_volume(p, mixture)
+        for q in range(p):
+            costs[p, q] = _merging_cost(p, q, mixture)
+    while count > 1:
+        least, first, second = math.inf, 0, 1
+        for p in range(count):
+            for q in range(p):
+                if costs[p, q] < least:
+                    least, first, second = costs[p, q], q, p
+        if count <= room and least > RARE:
+            break
+        _merge(first, second, mixture)
+        count -= 1
+        _move_part(count, second, mixture, costs)
+        for p in range(count):
+            if p != first:
+                costs[max(p, first), min(p, first)] = _merging_cost(p, first, mixture)
+    return count
+
+
+@internal
+def _move_part(old, new, mixture, costs):
+    """Let the last of all parts take the place of another."""
+    for a in range(mixture.shape[1]):
+        for b in range(mixture.shape[1]):
+            mixture[new, a, b] = mixture[old, a, b]
+    for p in range(old):
+        if p != new:
+            costs[max(p, new), min(p, new)] = costs[old, p]
+
+
+@internal
+def _merging_cost(first, second, mixture):
+    """What the merger of two parts costs at most [nat] (Runnalls 2007, equation 16)."""
+    size = mixture.shape[1] - 1
+    _merge_covariances(first, second, mixture)
+    one, other = mixture[first, WEIGHT, size], mixture[second, WEIGHT, size]
+    apart = one * mixture[first, VOLUME, size] + other * mixture[second, VOLUME, size]
+    return 0.5 * ((one + other) * _log_volume(TRIAL, mixture) - apart)
+
+
+@internal
+def _merge(first, second, mixture):
+    """Let the first of two parts be both."""
+    size = mixture.shape[1] - 1
+    _merge_covariances(first, second, mixture)
+    share = mixture[second, WEIGHT, size] / (mixture[first, WEIGHT, size] + mixture[second, WEIGHT, size])
+    for a in range(size):
+        mixture[first, size, a] += share * (mixture[second, size, a] - mixture[first, size, a])
+        for b in range(a + 1):
+            mixture[first, a, b] = mixture[first, b, a] = mixture[TRIAL, a, b]
+    mixture[first, WEIGHT, size] += mixture[second, WEIGHT, size]
+    mixture[first, VOLUME, size] = _log_volume(TRIAL, mixture)
+
+
+@internal
+def _merge_covariances(first, second, mixture):
+    """Covariance of two parts together, to be tried."""
+    size = mixture.shape[1] - 1
+    share = mixture[second, WEIGHT, size] / (mixture[first, WEIGHT, size] + mixture[second, WEIGHT, size])
+    between = share * (1.0 - share)
+    for a in range(size):
+        by = between * (mixture[second, size, a] - mixture[first, size, a])
+        for b in range(a + 1):
+            both = mixture[first, a, b] + share * (mixture[second, a, b] - mixture[first, a, b])
+            mixture[TRIAL, a, b] = both + by * (mixture[second, size, b] - mixture[first, size, b])
+
+
+@internal
+def _log_volume(part, mixture):
+    """Logarithm of the determinant of a covariance, no less than the floor, from its factors L D Lᵀ."""
+    size, total, product = mixture.shape[1] - 1, 0.0, 1.0
+    for a in range(size):
+        for b in range(a):
+            value = mixture[part, a, b] + mixture[FLOOR, a, b]
+            for c in range(b):
+                value -= mixture[FACTOR, a, c] * mixture[FACTOR, c, b]
+            mixture[FACTOR, a, b] = value  # of L D
+        diagonal = value = mixture[part, a, a] + mixture[FLOOR, a, a]
+        for c in range(a):
+            mixture[FACTOR, c, a] = mixture[FACTOR, a, c] * mixture[FACTOR, c, c]  # of Lᵀ
+            value -= mixture[FACTOR, a, c] * mixture[FACTOR, c, a]
+        value = max(value, 1e-12 * diagonal, 1e-100)
+        mixture[FACTOR, a, a] = 1.0 / value
+        product *= value
+        if not 1e-150 < product < 1e150:
+            total += math.log(product)
+            product = 1.0
+    return total + math.log(product)
 
 
 @compiled
@@ -2177,7 +3093,16 @@ def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, st
         weights[:9], weights[9] = filter_weights(h, taus[0], taus[1]), h
     if k:
         filter_advance(
-            t[k - 1], h, states[k - 1], states[k], voltage[k - 1], voltage[k], parameters, weights, first_order_hold, memory
+            t[k - 1],
+            h,
+            states[k - 1],
+            states[k],
+            voltage[k - 1],
+            voltage[k],
+            parameters,
+            weights,
+            first_order_hold,
+            memory,
         )
     else:
         filter_start(t[0], start, voltage[0], parameters, weights, memory)
@@ -2207,7 +3132,18 @@ def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
         _filter_sample(
-            k, t, states, voltage, parameters, times, first_order_hold, states[0], weights, memory, taus[k - 1], phis[k - 1]
+            k,
+            t,
+            states,
+            voltage,
+            parameters,
+            times,
+            first_order_hold,
+            states[0],
+            weights,
+            memory,
+            taus[k - 1],
+            phis[k - 1],
         )
     return taus, phis
 
@@ -2279,7 +3215,12 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     digits are lost that a QR decomposition would keep.
     """
     products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
-    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
+    lanes, value, tau, phi = (
+        np.zeros(FEATURE + FEATURES * BLOCK_SIZE),
+        np.zeros(SIGNALS),
+        np.zeros(NQ),
+        np.zeros((NQ, len(LINEAR))),
+    )
     k = 1
     while k < t.size:
         for k in range(k, min(k + BLOCK_SIZE, t.size)):
@@ -2289,7 +3230,9 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
             for row in range(NQ):
                 for a in range(len(LINEAR) + 1):
                     for b in range(len(LINEAR) + 1):
-                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
+                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (
+                            phi[row, b] if b < len(LINEAR) else tau[row]
+                        )
         k += 1
     _add_feature_products(products, gram)
 

@@ -32,6 +32,10 @@ SURFACES, SLIP_MATRIX = 0, np.zeros((0, NA))
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
 AT_REST, LAG_MEMORY, SERIES_RANGE, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
 FIRST_SAMPLE = np.int64(0)
+RARE, ALIKE, MIN_PART, REST_ATTEMPTS = 1e-4, 0.1, 1e-3, 3
+WEIGHT, VOLUME = 0, 1
+TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)
+BY_VARIABLE, PUSH, ON_SLIP = range(3)
 
 LANES, HYSTERESES, DERIVATIVE_ROWS = 8, 0, 1
 MEMORY, EXCESS = 6, 96
@@ -58,7 +62,23 @@ def _rate(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, d
     raise NotImplementedError
 
 
-def _stick_or_slip(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
+def _runge_kutta(
+    t: float,
+    h: float,
+    state: np.ndarray,
+    voltage: float,
+    parameters: np.ndarray,
+    new_state: np.ndarray,
+    dry: np.ndarray,
+    smooth: bool,
+    linearise: bool,
+    stages: np.ndarray,
+    by_parameter: np.ndarray,
+) -> None:
+    raise NotImplementedError
+
+
+def _friction_limits(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
     raise NotImplementedError
 
 

@@ -1,15 +1,19 @@
 """Dry friction: slip of the surfaces, the directions they slip in, and the events between slipping and sticking."""
 
 from templates.core.frame import (
+    AT_REST,
     BEFORE,
     DIRECTION,
+    FORCE,
+    LOWER,
     NA,
     RATE,
     RATES,
     SLIP_MATRIX,
     SURFACES,
+    UPPER,
+    _friction_limits,
     _rate,
-    _stick_or_slip,
     inlined,
     internal,
 )
@@ -85,3 +89,30 @@ def _saltation(sens, dry, surface):
             slip += SLIP_MATRIX[surface, k] * sens[RATES[k], c]
         for k in range(NA):
             sens[RATES[k], c] -= (dry[BEFORE, k] - dry[RATE, k]) * slip / approach
+
+
+@internal
+def _stick_or_slip(t, state, voltage, parameters, dry):
+    """Set the direction of slip of each surface, 0 where it sticks, in dry[DIRECTION], and its limits in dry[UPPER] and dry[LOWER].
+
+    A surface at rest sticks while the force that holds it lies between its limits. One without friction never sticks.
+    """
+    _slip_directions(state, dry)
+    _friction_limits(t, state, voltage, parameters, dry)
+    stuck = False
+    for i in range(SURFACES):
+        if dry[UPPER, i] > dry[LOWER, i] and abs(_slip(state, i)) <= AT_REST:
+            dry[DIRECTION, i] = 0.0
+            stuck = True
+    for _ in range(SURFACES + 1):
+        if not stuck:
+            return
+        stuck = False
+        _rate(t, state, voltage, parameters, dry)
+        for i in range(SURFACES):
+            if dry[DIRECTION, i] == 0.0 and dry[FORCE, i] > dry[UPPER, i]:
+                dry[DIRECTION, i] = 1.0
+                stuck = True
+            elif dry[DIRECTION, i] == 0.0 and dry[FORCE, i] < dry[LOWER, i]:
+                dry[DIRECTION, i] = -1.0
+                stuck = True

@@ -69,6 +69,7 @@ class ModelConstants(Protocol):
     TWINS: Mapping[str, tuple[str, ...]]  # by effect: effects that change every log in the same way
     CONTAINS: Mapping[str, Mapping[str, tuple[Weights, ...]]]  # by effect: effects within it, with weights
     CARRYING: tuple[str, ...]  # effects with states that carry over from one segment to the next
+    SURFACES: int  # with dry friction
     HYSTERESIS_SIZES: tuple[int, ...]  # indices of parameters; no force has a memory where these are zero
     INTERNAL: tuple[str, ...]  # parameters of the forces along internal coordinates
     STIFFEST: Mapping[str, float]  # largest values of parameters that are infinite where a coordinate is rigid
@@ -104,6 +105,18 @@ class SimulationKernels(Protocol):
     ]
     """t, voltage, measured, weight (NY,), bounds, states (S, NX), parameters, columns (k,), window (k, 2), max_step;
     written: gram (S, NX + k + 1, NX + k + 1), residual (N, NY) or (0, NY)"""
+
+    filter_error: Callable[
+        [
+            Times, Inputs, Readings, Array, Bounds, States, Array, Vector, Indices, Indices, Array, Array, Array, float,
+            int, Array, Array, Array, Array, Array, Array, Array,
+        ],
+        int,
+    ]  # fmt: skip
+    """t, voltage, measured, weight (NY,), bounds, states (S, NX), spread (NS,), parameters, columns (k,), forces
+    (rows,), mixing (rows, m), reads (NY, m), noise (m, 3), max_step, parts; written: gram (S, k + 1, k + 1),
+    log_det (S,), innovation (N or 0, NY, 2), means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions
+    (E, NS + m, NS + m), samples (E,) → number of steps"""
 
     fit_initial_states: Callable[[Times, Inputs, Readings, Array, Bounds, States, Vector, float, int, bool], None]
     """t, voltage, measured, weight (NY,), bounds, states (S, NX), which are fitted one after the other, parameters,
