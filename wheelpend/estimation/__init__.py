@@ -1,4 +1,4 @@
-"""Parameter estimation: the maximum-likelihood fit of a model to logs by multiple shooting.
+"""Parameter estimation: maximum-likelihood fits of a model to logs, by multiple shooting and by filter-error.
 
 In: a model and its logs. Out: `Fit`, with covariances, and the error on validation data. Question: which parameter
 values make the measurements likeliest, and how well do they predict what the fit has not seen?
@@ -32,5 +32,12 @@ values make the measurements likeliest, and how well do they predict what the fi
     ripple_search           the period of a ripple, from the residual of the filtered equations
     continuation            fits from short segments to full ones
     prediction, validation  errors on segments, with only their initial states fitted
+    random_source           random forces and errors of sensors: rms, correlation time, where they act
+    filter_error            a Kalman filter along every log, its innovations linearised
+    scoring                 score and information of the filter's likelihood, with all that its gains change
+    filter_fit              the likeliest parameters, sizes and correlation times
+    source_search           which random sources a machine has, as few as suffice
+    correlation_time        how far parameters move with the correlation time that is assumed
+    smoother                states and random forces from the whole log, back along a filter's steps
     noise_alarm             the warning of an error well below the noise floor
 """

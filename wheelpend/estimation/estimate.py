@@ -1,9 +1,11 @@
-"""Estimates: of a parameter its value, standard error and unit; of an effect those of all its parameters."""
+"""Estimates: a parameter's value, standard error and unit; those of all parameters of an effect; covariances."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
+
+import numpy as np
 
 
 class LogValue(NamedTuple):
@@ -36,6 +38,18 @@ class Estimate:
         """The estimate as a table, without its unit; values of single logs only where there are some."""
         table = {"value": self.value, "sigma": self.sigma, "identifiable": self.identifiable}
         return {**table, "per_log": self.per_log} if self.per_log else table
+
+
+@dataclass(frozen=True)
+class Covariance:
+    """Covariance of estimates."""
+
+    names: tuple[str, ...]  # of its rows; of a parameter that each log has for itself with the log
+    matrix: np.ndarray
+
+    def to_json(self) -> dict[str, Any]:
+        """The covariance under the keys of JSON."""
+        return {"names": self.names, "matrix": self.matrix}
 
 
 @dataclass(frozen=True)

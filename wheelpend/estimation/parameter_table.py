@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+import numpy as np
+
+from derive.parameter_name import effect_of
 from wheelpend.estimation.criteria import WRONG_START_ERROR_RATIO
-from wheelpend.estimation.estimate import Estimate, LogValue
+from wheelpend.estimation.estimate import Covariance, Estimate, LogValue
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, per_log_names
 from wheelpend.estimation.problem import EstimationProblem
@@ -40,9 +43,24 @@ def _runaway_names(problem: EstimationProblem, fitted: Fit, names: Sequence[str]
     if fitted.error <= WRONG_START_ERROR_RATIO * problem.floor:
         return set()
     units = dict(zip(problem.module.PARAMETERS, problem.module.UNITS, strict=True))
-    own = [n for n in names if "." not in n]
-    size = {u: max(abs(fitted.of_log(0)[n]) for n in own if units[n] == u) for u in {units[n] for n in own}}
-    return {n for n in own if standard_error(problem, fitted, n) > MAX_ASTRAY_SIGMA_RATIO * size[units[n]]}
+    values = fitted.of_log(0)
+    table = {n: Estimate(values[n], standard_error(problem, fitted, n), units[n]) for n in names}
+    return astray_names(table)
+
+
+def astray_names(table: Mapping[str, Estimate]) -> set[str]:
+    """Parameters of the plant whose standard error is many times all values of their unit."""
+    own = {n: e for n, e in table.items() if not effect_of(n)}
+    size = {e.unit: max(abs(o.value) for o in own.values() if o.unit == e.unit) for e in own.values()}
+    return {n for n, e in own.items() if e.sigma > MAX_ASTRAY_SIGMA_RATIO * size[e.unit]}
+
+
+def covariance_of_table(problem: EstimationProblem, fitted: Fit) -> Covariance:
+    """Covariance of a fit's parameters, with the standard errors of their table."""
+    error = np.array([standard_error(problem, fitted, p.name, p.log or 0) for p in fitted.free])
+    ideal = np.sqrt(np.maximum(np.diag(fitted.covariance), 1e-300))
+    names = tuple(p.name if p.log is None else f"{p.name} in {problem.logs[p.log].name}" for p in fitted.free)
+    return Covariance(names, fitted.covariance * np.outer(error / ideal, error / ideal))
 
 
 def _values_of_logs(problem: EstimationProblem, fitted: Fit, name: str) -> tuple[LogValue, ...]:

@@ -30,7 +30,7 @@ def white_sigma(signal: np.ndarray, predicted: tuple[float, float] = (np.inf, 0.
     """
     estimates = [(v, e) for v, e in (*difference_estimates(signal), predicted) if np.isfinite(v)]
     if not estimates:
-        return float(np.nanstd(signal))
+        return float(np.nanstd(signal)) if np.isfinite(signal).any() else np.nan
     limit = min(value * (1.0 + error) for value, error in estimates)
     return min((error, value) for value, error in estimates if value <= limit)[1]
 

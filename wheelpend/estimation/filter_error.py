@@ -1,0 +1,198 @@
+"""The filter-error method: maximum likelihood with sensor noise, random forces and random errors of sensors.
+
+An extended Kalman filter runs along each log; its innovations are white and independent where the model is right, and
+the likelihood is theirs. Output-error with free initial states is the special case without a force and with a filter
+that starts anew in every segment.
+Source: Maine and Iliff, Formulation and implementation of a practical algorithm (1981); Jategaonkar (2015), chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.estimation.normal_equations import NormalEquations
+from wheelpend.estimation.parameter_space import ParameterSpace
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.random_source import Sources, mixing_matrix, noise_array
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.states import initial_states
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.logs.log import Log
+
+NO_STEPS = -1  # of a filter are stored, nor its innovations
+START_SPREAD_RANGES = 10.0  # ranges of a state within a log, its standard deviation where the filter starts: unknown
+
+
+class FilterTrack(NamedTuple):
+    """Every step of a filter along a log: E of them, over states and forces."""
+
+    means: np.ndarray  # (E, 2, variables) predicted, then filtered
+    covariances: np.ndarray  # (E, 2, variables, variables)
+    transitions: np.ndarray  # (E, variables, variables) from the step before
+    samples: np.ndarray  # (E,) sample at or after which the step ends
+
+    @classmethod
+    def empty(cls, steps: int, size: int) -> FilterTrack:
+        """Zeros in place of so many steps, over so many variables."""
+        return cls(
+            np.zeros((steps, 2, size)), np.zeros((steps, 2, size, size)), np.zeros((steps, size, size)),
+            np.zeros(steps, dtype=np.int64),
+        )  # fmt: skip
+
+
+class FilterRun(NamedTuple):
+    """The whitened innovations of a log, linearised in θ at the filter's gains."""
+
+    gram: np.ndarray  # (segments, columns + 1, columns + 1) of derivatives and, last, innovations
+    log_det: np.ndarray  # (segments,) sums of the logarithms of their variances [σ²]
+
+    @property
+    def deviance(self) -> np.ndarray:
+        """−2 log-likelihood of each segment (segments,), without the constant that the sensors' σ alone decide."""
+        return self.gram[:, -1, -1] + self.log_det
+
+
+@dataclass(frozen=True)
+class FilterProblem:
+    """Logs through which filters run, with the kernels of a model and the space of its free parameters."""
+
+    module: KernelModule  # with an unknown force on every row
+    segments: Sequence[Segments]  # of each log; those that go on where one ended share a filter
+    space: ParameterSpace
+    max_step: float  # s
+    parts: int = 1  # Gaussian parts, at most, while a surface may stick: five come close to a particle filter
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """Places of the free parameters in the kernels' parameter vector."""
+        return self.places_of([p.name for p in self.space.layout.columns])
+
+    @cached_property
+    def force_columns(self) -> np.ndarray:
+        """Places of the rows' unknown forces there."""
+        return self.places_of(self.module.MISSING_FORCES)
+
+    def places_of(self, names: Sequence[str]) -> np.ndarray:
+        """Places of parameters in the kernels' parameter vector (names,)."""
+        return np.array([self.module.PARAMETERS.index(n) for n in names], dtype=np.int64)
+
+    @cached_property
+    def starts(self) -> list[np.ndarray]:
+        """Per log: states (segments, NX) in which a filter may start."""
+        return [np.nan_to_num(initial_states(self.module, s)) for s in self.segments]
+
+    @cached_property
+    def spreads(self) -> list[np.ndarray]:
+        """Per log: standard deviations (NS,) of where it starts, so wide that nothing is known of it."""
+        return [start_spread(self.module, s.log, x) for s, x in zip(self.segments, self.starts, strict=True)]
+
+    @property
+    def count(self) -> int:
+        """Number of measured values."""
+        return sum(s.values for s in self.segments)
+
+    def on_part(self, samples: int) -> FilterProblem:
+        """The same problem on so many samples of all logs together: the beginning and the middle of each."""
+        return replace(self, segments=[_part(s, samples // len(self.segments)) for s in self.segments])
+
+    def run(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[FilterRun]:
+        """Run the filters with each log's random sources, and linearise their innovations in θ."""
+        return [self._run_log(k, theta, own, self.columns, NO_STEPS)[0] for k, own in enumerate(sources)]
+
+    def deviances(self, theta: np.ndarray, sources: Sequence[Sources]) -> np.ndarray:
+        """−2 log-likelihood of each log (logs,); infinite where a filter left the finite numbers."""
+        runs = [self._run_log(k, theta, own, self.columns[:0], NO_STEPS)[0] for k, own in enumerate(sources)]
+        found = np.array([run.deviance.sum() for run in runs])
+        return np.where(np.isfinite(found), found, np.inf)
+
+    def innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
+        """Whitened innovations of each log and the logarithms of their variances [σ²] (N, NY, 2), NaN where none is."""
+        return [self._run_log(k, theta, own, self.columns[:0], 0)[1] for k, own in enumerate(sources)]
+
+    def track(self, number: int, theta: np.ndarray, sources: Sources) -> FilterTrack:
+        """Every step of the filter along a log."""
+        bounds = self.segments[number].bounds
+        steps = 2 * int(np.diff(bounds).sum()) + len(bounds)  # a sample has one of its own, and one of late sensors
+        return self._run_log(number, theta, sources, self.columns[:0], steps)[2]
+
+    @np.errstate(over="ignore", invalid="ignore")  # what runs away gives infinities, and is rejected
+    def _run_log(
+        self, number: int, theta: np.ndarray, sources: Sources, columns: np.ndarray, steps: int
+    ) -> tuple[FilterRun, np.ndarray, FilterTrack]:
+        """Run the filter along one log; innovations are stored unless there are NO_STEPS, and so many steps."""
+        module, segments = self.module, self.segments[number]
+        log, parts, size = segments.log, len(segments.bounds), len(self.spreads[number]) + len(sources)
+        run = FilterRun(np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts))
+        innovation = np.full((0 if steps == NO_STEPS else len(log), module.NY, 2), np.nan)
+        track = FilterTrack.empty(max(steps, 0), size)
+        parameters = kernel_parameters(module, self.space.values_of_log(theta, number), log)
+        try:
+            done = module.filter_error(
+                log.t, log.voltage, log.measured, 1.0 / segments.sigma, segments.bounds, self.starts[number],
+                self.spreads[number], parameters, columns, self.force_columns,
+                mixing_matrix([s.rows for s in sources], module.NQ),
+                mixing_matrix([s.readings for s in sources], module.NY), noise_array(sources), self.max_step,
+                self.parts, *run, innovation, *track,
+            )  # fmt: skip
+        except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
+            run.gram[:], done = np.nan, 0
+        return run, innovation, FilterTrack(*(part[:done] for part in track))
+
+    def equations(self, runs: Sequence[FilterRun]) -> NormalEquations:
+        """Normal equations of θ from all logs and segments, each a part of its own."""
+        layout = self.space.layout
+        found, first = NormalEquations.zeros(layout, sum(len(r.gram) for r in runs)), 0
+        for run, places in zip(runs, layout.places, strict=True):
+            rows = np.arange(first, first + len(run.gram))
+            found.information[rows[:, None, None], places[:, None], places] = run.gram[:, :-1, :-1]
+            found.score[rows[:, None], places] = run.gram[:, :-1, -1]
+            found.cost[rows] = run.gram[:, -1, -1]
+            first += len(rows)
+        return found
+
+
+def total_deviance(runs: Sequence[FilterRun]) -> float:
+    """−2 log-likelihood of all logs; infinite where a filter left the finite numbers."""
+    total = float(sum(run.deviance.sum() for run in runs))
+    return total if np.isfinite(total) else np.inf
+
+
+def parted(segments: Segments) -> Segments:
+    """The segments without the last sample before a gap, at which a filter that goes from sample to sample ends."""
+    bounds, begins = segments.bounds.copy(), [stretch.begin for stretch in segments.log.stretches]
+    bounds[:-1, 1] -= (bounds[:-1, 1] == bounds[1:, 0]) & np.isin(bounds[1:, 0], begins)
+    return replace(segments, bounds=bounds)
+
+
+def filtered_segments(problem: EstimationProblem) -> list[Segments]:
+    """Segments of a problem's logs as a filter takes them: parted at gaps."""
+    return [parted(s) for s in problem.data.estimation]
+
+
+def _part(segments: Segments, samples: int) -> Segments:
+    """Segments of about so many samples: half of them from the first on, half from the middle on."""
+    lengths = np.diff(segments.bounds, axis=1)[:, 0]
+    count = max(2, int(np.ceil(samples / max(float(lengths.mean()), 1.0))))
+    if count >= len(lengths):
+        return segments
+    chosen = np.unique(np.r_[: count // 2, len(lengths) // 2 : len(lengths) // 2 + count - count // 2])
+    return replace(segments, bounds=segments.bounds[chosen[chosen < len(lengths)]], weights=None)
+
+
+def start_spread(module: KernelModule, log: Log, starts: np.ndarray) -> np.ndarray:
+    """Standard deviations (NS,) of a state of which nothing is known, far beyond what the log covers."""
+    half = module.NX // 2
+    finite = np.nan_to_num(log.measured)
+    reach = max(float(np.ptp(finite, axis=0).max()), float(np.abs(starts[:, :half]).max(initial=0.0)), 1e-6)
+    spread = np.zeros(module.NV + (module.LAG >= 0))
+    spread[:half] = START_SPREAD_RANGES * reach
+    spread[half : module.NX] = START_SPREAD_RANGES * reach / max(10.0 * log.dt, 1e-3)
+    if module.LAG >= 0:
+        spread[-1] = START_SPREAD_RANGES * float(np.nanmax(np.abs(log.inputs), initial=0.0))
+    return spread
