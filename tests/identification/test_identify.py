@@ -18,21 +18,24 @@ def deviations(result):
 
 
 def test_shooting_reaches_the_cramer_rao_bound_of_its_own_problem():
-    squares = [deviations(identify(Model.default(), [simulated(seed=seed, duration=6.0)])) ** 2 for seed in range(12)]
+    squares = [
+        deviations(identify(Model.default(), [simulated(seed=seed, duration=6.0)], method="shooting")) ** 2
+        for seed in range(12)
+    ]
     assert np.all(np.sqrt(np.mean(squares, axis=0)) < 1.5)
     assert np.all(np.sqrt(np.mean(squares, axis=0)) > 0.55)  # nor are the standard errors too large
     assert 0.7 < np.sqrt(np.mean(squares)) < 1.2
 
 
 def test_shooting_starts_from_nothing():
-    result = identify(Model.parse(BARE), [simulated()])
+    result = identify(Model.parse(BARE), [simulated()], method="shooting")
     assert np.abs(deviations(result)).max() < 4.5
     assert result.error < 1.02 * result.noise_floor
 
 
 def test_shooting_starts_from_parameters_30_percent_off():
     lines = [f"{n} = {{ nominal = {v * (0.7 if k % 2 else 1.3)} }}" for k, (n, v) in enumerate(X.items())]
-    result = identify(Model.parse(BARE + "[parameters]\n" + "\n".join(lines)), [simulated()])
+    result = identify(Model.parse(BARE + "[parameters]\n" + "\n".join(lines)), [simulated()], method="shooting")
     assert np.abs(deviations(result)).max() < 4.5
 
 
@@ -41,7 +44,9 @@ def test_shooting_identifies_a_robot_of_another_size():
     machine = "[controller]\nkind = 'pid'\ngains = [-40.0, -100.0, -2.0]\n[simulation]\n" + "".join(
         f"{n} = {v}\n" for n, v in small.items()
     )
-    result = identify(Model.parse(BARE), [simulate(Model.parse(BARE + machine), command="aggressive", seed=1)])
+    result = identify(
+        Model.parse(BARE), [simulate(Model.parse(BARE + machine), command="aggressive", seed=1)], method="shooting"
+    )
     assert all(abs(row.value - small[n]) < 5 * row.sigma for n, row in result.parameters.items())
 
 
@@ -58,7 +63,7 @@ def test_shooting_is_exact_on_ideal_data_however_the_input_lags():
     for lagging, log in ((model, simulated(noise=False, duration=4.0)),
                          (model.with_effects(["winding_inductance"]),
                           simulate(model, hide=LAGGING, noise=False, duration=4.0))):  # fmt: skip
-        result = identify(lagging, [log])
+        result = identify(lagging, [log], method="shooting")
         truth = X | LAGGING
         assert all(abs(row.value / truth[n] - 1) < 1e-6 for n, row in result.parameters.items())
 
@@ -79,7 +84,7 @@ def test_differentiation_is_badly_biased_on_noisy_data():
 
 
 def test_an_unknown_method_lists_the_known_ones():
-    with pytest.raises(Failure, match="differentiation, filtered, iv, shooting, recursive, energy"):
+    with pytest.raises(Failure, match="filter_error, shooting, filtered, iv, recursive, energy"):
         identify(Model.default(), [simulated()], method="shoting")
 
 
@@ -106,9 +111,9 @@ def test_an_effect_that_is_only_named_is_fitted_from_where_the_log_says(effect, 
 
 def test_a_fit_far_above_the_noise_says_that_its_values_mean_nothing():
     log = simulated(duration=6.0)
-    assert not any("times the noise" in w for w in identify(Model.default(), [log]).warnings)
+    assert not any("times the noise" in w for w in identify(Model.default(), [log], method="shooting").warnings)
     turned = replace(log, voltage=log.voltage[::-1].copy())
-    found = identify(Model.default(), [turned])
+    found = identify(Model.default(), [turned], method="shooting")
     assert found.error > 3.0 * found.noise_floor
     said = [w for w in found.to_json()["warnings"] if "times the noise" in w]
     assert len(said) == 1

@@ -43,7 +43,7 @@ class CampaignSetting(NamedTuple):
     path: Path | None  # of that file, beside which effects.toml is
     plant: Path | None  # file of a plant of the user's own
     do: str
-    method: str = "shooting"  # of identify
+    method: str = "filter_error"  # of identify
     tau: tuple[float, ...] | Literal["auto"] | None = None  # s, of identify
     played: SimulationSpec | None = None
 

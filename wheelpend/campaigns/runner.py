@@ -65,7 +65,7 @@ def campaign(
     duration: float | None = None,
     hide: Mapping[str, float] | None = None,
     do: str = "identify",
-    method: str = "shooting",
+    method: str = "filter_error",
     tau: Sequence[float] | Literal["auto"] | None = None,
     keep: Path | None = None,
     progress: Progress = lambda text: None,

@@ -1,10 +1,15 @@
 """Identification by the method of choice, each with standard errors.
 
 In: a model and logs. Out: `Identification`. Question: which values do least squares, instrumental variables, recursion,
-energy, inverse dynamics and shooting give, and how biased are they?
+energy, inverse dynamics, shooting and the filter-error method give, and how biased are they?
 
     identify            the public function and its result
     method_options      the methods' names and settings, checked
+    filter_error_method maximum likelihood with random forces, the default
+    widening            of intervals by the correlation time that is assumed of a force
+    remainder           what a model leaves to chance, and model.toml with it
+    remainder_at        the same at given values, or refitted from them, for results that judge a model
+    remainder_warnings  a bound, an inertia that cannot be, a force as large as the drive
     regression          a log's regression by each method
     energy              least squares on the energy balance
     bandwidth           the cut-off that noise in the accelerations allows, `measured_motion` behind it

@@ -12,16 +12,18 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, WRONG_START_ERROR_RATIO
-from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.estimate import Covariance, Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.noise_alarm import overstated_noise
-from wheelpend.estimation.parameter_table import parameter_table
+from wheelpend.estimation.parameter_table import covariance_of_table, parameter_table
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.bootstrap import shooting_fit
+from wheelpend.identification.filter_error_method import filter_error_fit
 from wheelpend.identification.method_options import (
+    DEFAULT_METHOD,
     LEAST_SQUARES,
     METHOD_NAMES,
     RegressionOptions,
@@ -38,7 +40,15 @@ from wheelpend.identification.regression import (
     regression_fit,
     regression_problem,
 )
+from wheelpend.identification.remainder import Remainder, with_remainder
+from wheelpend.identification.remainder_warnings import (
+    bound_warnings,
+    inertia_warnings,
+    remainder_warnings,
+    with_astray_marked,
+)
 from wheelpend.identification.time_constants import TimeConstantChoice
+from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
@@ -55,8 +65,8 @@ class Identification:
     parameters: dict[str, Estimate]  # by name
     condition_number: float
     samples: int
-    error: float | None  # of the fit [σ], for shooting
-    noise_floor: float | None  # σ, for shooting
+    error: float | None  # of the fit [σ], for filter_error and shooting
+    noise_floor: float | None  # σ, likewise
     warnings: tuple[str, ...]
     start: Model = field(repr=False)  # whose parameters were identified
     unit: dict[str, str] = field(repr=False, default_factory=dict)
@@ -68,6 +78,9 @@ class Identification:
     guide: TimeConstantChoice | None = None  # for --tau auto
     force_error: float | None = None  # of inverse: residual of the equations relative to the input [%]
     cutoff_hz: float | None = None  # Hz, of inverse: up to which the motion was differentiated
+    remainder: Remainder | None = None  # of filter_error: what is left to chance
+    covariance: Covariance | None = None  # of the estimates
+    widening: Widening | None = None  # of filter_error: of intervals by what is assumed of the force
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -87,12 +100,16 @@ class Identification:
             "guide": self.guide,
             "force_error": self.force_error,
             "cutoff_hz": self.cutoff_hz,
+            "remainder": self.remainder,
+            "covariance": self.covariance,
+            "widening": self.widening,
         }
 
     @cached_property
     def model(self) -> Model:
-        """The model with the identified values."""
-        return self.start.with_fit({n: (e.value, e.sigma) for n, e in self.identified.items()})
+        """The model with the identified values, and with what they leave to chance where that is known."""
+        fitted = self.start.with_fit({n: (e.value, e.sigma) for n, e in self.identified.items()})
+        return with_remainder(fitted, self.remainder)
 
     @property
     def is_explained(self) -> bool:
@@ -115,7 +132,7 @@ def identify(
     model: Model,
     logs: Sequence[str | Path | Log],
     *,
-    method: str = "shooting",
+    method: str = DEFAULT_METHOD,
     tau: TauOption = None,
     hold: str | None = None,
     forgetting: float | None = None,
@@ -132,23 +149,57 @@ def identify(
     check_method(method)
     settings = check_options(method, tau, hold, forgetting)
     unused = unused_option_warnings(method, tau, hold, forgetting)
+    if method == "filter_error":
+        return _identify_by_filter_error(model, logs, unused, progress)
     if method == "shooting":
         return _identify_by_shooting(model, logs, unused, progress)
     regression = regression_problem(model, logs, method, progress)
     return _identify_by_regression(regression, settings, tau == "auto", test_bias, unused)
 
 
+def _identify_by_filter_error(
+    model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress
+) -> Identification:
+    found = filter_error_fit(model, logs, progress)
+    problem, left, table = found.problem, found.remainder, with_astray_marked(found.table)
+    elements = found.estimator.problem.space.layout.elements
+    warnings = (
+        *problem.warnings,
+        *overstated_noise(problem, found.error, problem.data.estimation),
+        *remainder_warnings(left),
+        *bound_warnings(elements, found.point.theta, found.covariance),
+        *inertia_warnings(problem, table, left),
+        *_unexcited_warnings(_lost_names(table)),
+        *unused,
+    )
+    return Identification(
+        "filter_error", table, found.condition, sum(map(len, problem.logs)), found.error, problem.floor, warnings,
+        model, _units(problem.module), remainder=left, covariance=Covariance(found.names, found.covariance),
+        widening=widening_of(found),
+    )  # fmt: skip
+
+
 def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
     problem, fitted = shooting_fit(model, logs, progress)
     _require_moved(problem, fitted)
     table = parameter_table(problem, fitted)
-    unidentifiable = {n for n, e in table.items() if not e.identifiable}
+    theta = np.array([fitted.of_log(p.log or 0)[p.name] for p in fitted.free])
+    warnings = (
+        *problem.warnings,
+        *_unexplained_warnings(fitted.error, problem.floor),
+        *overstated_noise(problem, fitted.error, problem.data.estimation),
+        *bound_warnings(fitted.free, theta, fitted.covariance),
+        *_unexcited_warnings(_lost_names(table)),
+        *unused,
+    )
     return Identification(
-        "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor,
-        (*problem.warnings, *_unexplained_warnings(fitted.error, problem.floor),
-         *overstated_noise(problem, fitted.error, problem.data.estimation),
-         *_unexcited_warnings(unidentifiable), *unused), model, _units(problem.module),
+        "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor, warnings,
+        model, _units(problem.module), covariance=covariance_of_table(problem, fitted),
     )  # fmt: skip
+
+
+def _lost_names(table: Mapping[str, Estimate]) -> list[str]:
+    return [n for n, e in table.items() if not e.identifiable]
 
 
 def _unexplained_warnings(error: float, floor: float) -> tuple[str, ...]:

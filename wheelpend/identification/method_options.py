@@ -10,7 +10,8 @@ import numpy as np
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.identification.instrumental import IV_TIME_CONSTANTS_S
 
-METHOD_NAMES = ("differentiation", "filtered", "iv", "shooting", "recursive", "energy", "inverse")
+METHOD_NAMES = ("filter_error", "shooting", "filtered", "iv", "recursive", "energy", "inverse", "differentiation")
+DEFAULT_METHOD = "filter_error"
 LEAST_SQUARES = ("differentiation", "filtered", "recursive", "energy")  # methods that noise in the regressor biases
 PAPER_TAU = (2.25, 6.5)  # s, the paper's Tables 1 and 2
 DEFAULT_TAU: dict[str, tuple[float, ...]] = {

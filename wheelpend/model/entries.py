@@ -1,4 +1,4 @@
-"""The entries of a model.toml as records: parameters, sensors, controller, columns."""
+"""The entries of a model.toml as records: parameters, random sources, sensors, controller, columns."""
 
 from __future__ import annotations
 
@@ -71,6 +71,24 @@ class Input:
 
 
 @dataclass(frozen=True)
+class RandomForce:
+    """A random force that identification left on a row, noise of first order."""
+
+    rms: float  # in the unit of the row
+    correlation_time: float  # s
+    place: str = ""  # the port along which it acts, where that is on several rows
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """A random error that a sensor has besides its white noise, noise of first order."""
+
+    rms: float  # in the unit of the channel
+    correlation_time: float  # s
+    lag: float = 0.0  # s, time of the low-pass filter behind which it reads; 0 for none
+
+
+@dataclass(frozen=True)
 class ModelFile:
     """The tables of a model.toml."""
 
@@ -85,3 +103,5 @@ class ModelFile:
     columns: dict[str, Column] = field(default_factory=dict)
     simulation: dict[str, float] | None = None
     input: Input | None = None
+    random_force: dict[str, RandomForce] = field(default_factory=dict)  # by row
+    sensor_error: dict[str, SensorNoise] = field(default_factory=dict)  # by channel

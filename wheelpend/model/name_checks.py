@@ -108,6 +108,11 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
     check_sensor_keys(file.sensors.of_plant, plant, file.plant)
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
         check_known("channel", stated, table.channels, f" in [sensors.{place}]")
+    check_known("row", file.random_force, [c.row for c in plant.coordinates], " in [random_force]")
+    for row, force in file.random_force.items():
+        if force.place:
+            check_known("place", [force.place], places_on(row, plant), f" in [random_force.{row}]")
+    check_known("channel", file.sensor_error, table.channels, " in [sensor_error]")
     check_base_parameters(file.parameters, "[parameters]")
     states = (n for c in plant.coordinates for n in (c.q, c.dq))
     further = (*(c.sensor.noise_key for c in plant.channels if c.sensor.noise_key), *states)
@@ -115,6 +120,12 @@ def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable)
     for name, values in file.effect.items():
         known = [p.name for p in call_look_up(library.find, name).parameters]
         check_known("parameter", values, known, f" in [effect.{name}]")
+
+
+def places_on(row: str, plant: PlantSignature) -> list[str]:
+    """Where a force on a row may act: on the row itself, or along a port that reaches it."""
+    number = [c.row for c in plant.coordinates].index(row)
+    return [row, *(name for name, port in plant.couplings.items() if port.weights[number])]
 
 
 def constants_of_file(file: ModelFile, plant: PlantSignature) -> list[str]:

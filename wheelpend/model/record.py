@@ -10,7 +10,7 @@ import math
 import os
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnMap, ColumnTable
-from wheelpend.model.entries import Controller, ModelFile, ParameterValue, Sensors
+from wheelpend.model.entries import Controller, ModelFile, ParameterValue, RandomForce, SensorNoise, Sensors
 from wheelpend.model.name_checks import resolve_names
 from wheelpend.model.toml_checks import call_look_up
 from wheelpend.model.toml_file import MODEL_FILE, parse_model_file
@@ -46,6 +46,8 @@ class Model:
     text: str  # of the file
     table: ColumnTable  # columns that its plant's logs have
     own: tuple[str, ...] = ()  # names of the effects that effects.toml beside it adds to the library
+    random_force: Mapping[str, RandomForce] = field(default_factory=dict)  # by row, as the identified values leave it
+    sensor_error: Mapping[str, SensorNoise] = field(default_factory=dict)  # by channel, likewise
 
     @classmethod
     def open(cls, path: str | os.PathLike = MODEL_FILE) -> Model:
@@ -105,12 +107,21 @@ class Model:
             text = with_value(text, name, float(value), sigma)
         return Model.parse(text, self.path)
 
+    def with_random_sources(self, forces: Mapping[str, RandomForce], errors: Mapping[str, SensorNoise]) -> Model:
+        """Return the model with exactly these random forces, by row, and random errors of sensors, by channel."""
+        from wheelpend.model.toml_edits import with_tables  # imported late: as above
+
+        text = with_tables(self.text, "random_force", {row: _stated(f) for row, f in forces.items()})
+        text = with_tables(text, "sensor_error", {channel: _stated(e) for channel, e in errors.items()})
+        return self if text == self.text else Model.parse(text, self.path)
+
     def with_effects(self, effects: Iterable[str]) -> Model:
         """Return the model with exactly these effects; the tables of those that leave go with them.
 
+        What was left to chance belongs to the effects that were there: where these change it goes.
         Raises Failure when one is to leave that an assumption implies.
         """
-        from wheelpend.model.toml_edits import with_effect_list, without_effect_table  # imported late: as above
+        from wheelpend.model.toml_edits import with_effect_list, without_table  # imported late: as above
 
         wanted = tuple(effects)
         implied = plants.implied_effects(self.plant, self.assumptions)
@@ -121,8 +132,9 @@ class Model:
         text = with_effect_list(self.text, tuple(e for e in wanted if e not in implied))
         for name in tomllib.loads(text).get("effect", {}):
             if name not in wanted:
-                text = without_effect_table(text, name)
-        return Model.parse(text, self.path)
+                text = without_table(text, "effect", name)
+        changed = Model.parse(text, self.path)
+        return changed if set(changed.effects) == set(self.effects) else changed.with_random_sources({}, {})
 
     def dump(self) -> str:
         """Text of the model.toml."""
@@ -136,6 +148,11 @@ class Model:
         target = target / MODEL_FILE if target.is_dir() else target
         write_text(target, self.text)
         return Model.parse(self.text, target)
+
+
+def _stated(source: RandomForce | SensorNoise) -> dict[str, Any]:
+    """The entries of a random source that say something."""
+    return {key: value for key, value in vars(source).items() if value not in ("", 0.0) or key == "rms"}
 
 
 def check_finite(name: str, value: float) -> None:
@@ -162,4 +179,6 @@ def model_from_tables(file: ModelFile, text: str, path: Path | None) -> Model:
         own=names.user_effects,
         text=text,
         table=names.table,
+        random_force=file.random_force,
+        sensor_error=file.sensor_error,
     )

@@ -81,21 +81,51 @@ def insert_line(text: str, header: tuple[str, ...], line: str) -> str:
     return "".join([*before, line + end, *after])
 
 
-def without_effect_table(text: str, name: str) -> str:
-    """Text without [effect.name]; the comments that follow its last entry belong to what comes next and stay."""
+def with_tables(text: str, section: str, tables: Mapping[str, Mapping[str, Any]]) -> str:
+    """Text in which a section holds these tables of numbers and names, and no others."""
+    for name in tomlkit.parse(text).get(section, {}):
+        if name not in tables:
+            text = without_table(text, section, name)
+    for name, entries in tables.items():
+        text = _with_table(text, section, name, entries)
+    return text
+
+
+def _with_table(text: str, section: str, name: str, entries: Mapping[str, Any]) -> str:
+    """Text in which a section's table holds these entries, in the form that the file has for it."""
+    document = tomlkit.parse(text)
+    tables: Any = document.get(section)
+    present = (tables or {}).get(name)
+    if present is None and not isinstance(tables, tomlkit.items.InlineTable):
+        for key, value in entries.items():
+            text = insert_line(text, (section, name), f"{key} = {tomlkit.item(value).as_string()}")
+        return text
+    if present is None:
+        tables[name] = inline_table(entries)
+        return tomlkit.dumps(document)
+    if not isinstance(present, tomlkit.items.AbstractTable):  # dotted keys in several lines
+        return _with_table(without_table(text, section, name), section, name, entries)
+    for key in [k for k in present if k not in entries]:
+        present.remove(key)
+    present.update(entries)
+    return tomlkit.dumps(document)
+
+
+def without_table(text: str, section: str, name: str) -> str:
+    """Text without [section.name]; the comments that follow its last entry belong to what comes next and stay."""
     lines = text.splitlines(keepends=True)
-    block = find_table(lines, ("effect", name))
+    block = find_table(lines, (section, name))
     if block is not None:
         first, last = block
         if first and not lines[first - 1].strip() and not "".join(lines[last : last + 1]).strip():
             first -= 1  # of the blank lines before and after, one is enough
         text = "".join(lines[:first] + lines[last:])
     document = tomlkit.parse(text)
-    tables: Any = document.get("effect", {})
+    tables: Any = document.get(section, {})
     if name in tables:  # written in another form
         del tables[name]
         if not tables:
-            document.remove("effect")
+            document.remove(section)
         text = tomlkit.dumps(document)
     return text
 

@@ -6,7 +6,16 @@ import tomllib
 
 from derive.input_units import UNIT_WORDS
 from wheelpend.errors import Failure
-from wheelpend.model.entries import Column, Controller, Input, ModelFile, ParameterValue, Sensors
+from wheelpend.model.entries import (
+    Column,
+    Controller,
+    Input,
+    ModelFile,
+    ParameterValue,
+    RandomForce,
+    SensorNoise,
+    Sensors,
+)
 from wheelpend.model.toml_checks import (
     any_value,
     checked,
@@ -40,6 +49,8 @@ MODEL_FILE_CHECK = table(
     columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive, offset=number)),
     simulation=mapping(number),
     input=table(Input, unit=one_of(*UNIT_WORDS)),
+    random_force=mapping(table(RandomForce, rms=nonnegative, correlation_time=positive, place=text)),
+    sensor_error=mapping(table(SensorNoise, rms=nonnegative, correlation_time=positive, lag=nonnegative)),
 )
 
 

@@ -1,0 +1,169 @@
+"""What a model leaves to chance: a random force on each row that feels one, and random errors of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from derive.plant_signature import PlantSignature
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.random_source import RandomSource, Sources
+from wheelpend.estimation.state_reconstruction import measured_states
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.logs.log import Log
+from wheelpend.model.entries import RandomForce, SensorNoise
+from wheelpend.model.record import Model
+
+MAX_FORCE_SAMPLES = 2000  # samples of a log on which the modelled forces are measured
+
+
+@dataclass(frozen=True)
+class RowForce:
+    """The random force that a row feels."""
+
+    rms: float  # in the unit of the row
+    unit: str
+    rms_torque: float | None  # the same in N m or N, where the constant for it is known
+    share_of_drive: float  # its rms over that of all modelled forces on the row but inertia
+    correlation_time_s: float
+    place: str  # the row, or the port along which it acts on several
+    at_bound: bool = False  # the correlation time is the longest that these logs allow
+
+    def to_json(self) -> dict[str, Any]:
+        """The force under the keys of JSON."""
+        return {
+            "rms": self.rms,
+            "unit": self.unit,
+            "rms_torque": self.rms_torque,
+            "share_of_drive": self.share_of_drive,
+            "correlation_time_s": self.correlation_time_s,
+            "place": self.place,
+            "at_bound": self.at_bound,
+        }
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """The random error of a sensor, besides its white noise."""
+
+    rms: float  # in the unit of the channel
+    unit: str
+    sigmas: float  # its rms over the sensor's σ
+    correlation_time_s: float
+    lag_s: float = 0.0  # time of the low-pass filter behind which it reads; 0 for none
+
+    def to_json(self) -> dict[str, Any]:
+        """The error under the keys of JSON."""
+        return {
+            "rms": self.rms,
+            "unit": self.unit,
+            "sigmas": self.sigmas,
+            "correlation_time_s": self.correlation_time_s,
+            "lag_s": self.lag_s,
+        }
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What a model leaves to chance."""
+
+    force: dict[str, RowForce] = field(default_factory=dict)  # by row
+    sensors: dict[str, SensorError] = field(default_factory=dict)  # by channel
+    places: tuple[str, ...] = ()  # where the forces act: rows, or ports between two of them
+
+    @property
+    def strongest(self) -> RowForce | None:
+        """The force that is the largest share of its row's drive; None without any."""
+        return max(self.force.values(), key=lambda f: f.share_of_drive, default=None)
+
+    def to_json(self) -> dict[str, Any]:
+        """The remainder under the keys of JSON."""
+        return {"force": self.force, "sensors": self.sensors, "places": self.places}
+
+
+def with_remainder(model: Model, left: Remainder | None) -> Model:
+    """The model with what is left to chance in its file; without any where nothing is, or where that is not known."""
+    if left is None:
+        return model.with_random_sources({}, {})
+    ports = {name for name, port in model.plant_signature.couplings.items() if np.count_nonzero(port.weights) > 1}
+    forces = {
+        row: RandomForce(f.rms, f.correlation_time_s, f.place if f.place in ports else "")
+        for row, f in left.force.items()
+    }
+    errors = {channel: SensorNoise(e.rms, e.correlation_time_s, e.lag_s) for channel, e in left.sensors.items()}
+    return model.with_random_sources(forces, errors)
+
+
+def remainder_of(
+    model: Model, sources: Sequence[Sources], drive: np.ndarray, sigma: np.ndarray, longest: float
+) -> Remainder:
+    """What the sources of some logs amount to, the root mean square over the logs.
+
+    drive (NQ,) is the size of the modelled forces on each row, sigma (NY,) that of the sensors' noise, longest [s] the
+    correlation time that was allowed.
+    """
+    plant, kinds = model.plant_signature, sources[0]
+    sizes = np.sqrt(np.mean([[s.rms**2 for s in own] for own in sources], axis=0)) if kinds else np.zeros(0)
+    forces = {}
+    for number, coordinate in enumerate(plant.coordinates):
+        on_row = np.array([abs(s.rows[number]) for s in kinds]) * sizes
+        if np.any(on_row):
+            leading = kinds[int(np.argmax(on_row))]
+            forces[coordinate.row] = _row_force(model, plant, number, on_row, leading, drive, longest)
+    errors = {}
+    for number, channel in enumerate(plant.channels):
+        of_channel = [
+            (s, float(size)) for s, size in zip(kinds, sizes, strict=True) if s.place == channel.name and not s.is_force
+        ]
+        if of_channel:
+            errors[channel.name] = _sensor_error(of_channel, channel.unit, float(sigma[number]))
+    return Remainder(forces, errors, tuple(s.place for s in kinds if s.is_force))
+
+
+def _sensor_error(sources: Sequence[tuple[RandomSource, float]], unit: str, sigma: float) -> SensorError:
+    """What the sources of one channel, with their sizes, amount to."""
+    rms = float(np.sqrt(sum(size**2 for _, size in sources)))
+    leading = max(sources, key=lambda s: s[1])[0]
+    lag = max((s.correlation_time for s, _ in sources if s.lags), default=0.0)
+    return SensorError(rms, unit, rms / sigma, leading.correlation_time, lag)
+
+
+def _row_force(
+    model: Model,
+    plant: PlantSignature,
+    number: int,
+    on_row: np.ndarray,
+    leading: RandomSource,
+    drive: np.ndarray,
+    longest: float,
+) -> RowForce:
+    rms = float(np.sqrt((on_row**2).sum()))
+    constant = plant.scale_constant
+    scale = model.constants.get(constant.name) if constant else None
+    return RowForce(
+        rms,
+        plant.force_unit(plant.coordinates[number].unit),
+        None if scale is None else rms * scale,
+        rms / float(drive[number]) if drive[number] > 0.0 else np.inf,
+        leading.correlation_time,
+        leading.place,
+        leading.correlation_time > 0.99 * longest,
+    )
+
+
+def modelled_forces(module: KernelModule, logs: Sequence[Log], values: Mapping[str, float]) -> np.ndarray:
+    """Root mean square (NQ,) of all modelled generalised forces on each row but inertia, along the measured motion."""
+    squares, count = np.zeros(module.NQ), 0
+    for log in logs:
+        parameters, states = kernel_parameters(module, values, log), measured_states(module, log)
+        chosen = np.unique(np.linspace(0, len(log) - 1, MAX_FORCE_SAMPLES).astype(int))
+        known = dict(zip(module.PARAMETERS, parameters, strict=True))
+        linear = np.array([known[n] for n in module.LINEAR])
+        for k in chosen[np.isfinite(log.inputs[:, chosen]).all(axis=0)]:
+            left, phi = module.regressor(log.t[k], states[k], np.zeros(module.NQ), log.voltage[k], parameters)
+            squares += (left - phi @ linear) ** 2
+            count += 1
+    return np.sqrt(squares / max(count, 1))

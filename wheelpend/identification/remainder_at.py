@@ -1,0 +1,79 @@
+"""What a model leaves to chance: sizes and times of random sources, at given values or refitted with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.estimation.filter_error import FilterProblem, filtered_segments
+from wheelpend.estimation.filter_fit import FilterEstimator
+from wheelpend.estimation.free_parameters import free_names, free_parameters, per_log_names
+from wheelpend.estimation.parameter_space import ParameterSpace
+from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.random_source import possible_errors, possible_forces
+from wheelpend.estimation.source_search import likeliest_sources
+from wheelpend.identification.filter_error_method import force_scale, remainder_at_point
+from wheelpend.identification.remainder import Remainder
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.kernels.load import free_force_module
+
+MAX_REMAINDER_SAMPLES = 4_000  # of all logs together: enough for a size to some percent, in a second or a few
+
+LogValues = Sequence[Mapping[str, float]]  # values of all parameters in each log
+
+
+def remainder_at(problem: EstimationProblem, log_values: LogValues) -> Remainder:
+    """The random sources that a model needs at its values in each log of a problem; on a part of long logs.
+
+    Raises Failure where no filter can follow the model along them.
+    """
+    return _remainder(problem, log_values, ())
+
+
+def refitted_remainder(problem: EstimationProblem, log_values: LogValues) -> Remainder:
+    """The random sources that a model needs with its parameters refitted beside them from these values; likewise.
+
+    A fit without random forces bends the parameters to what is missing, so that more seems to be missing than is.
+    """
+    return _remainder(problem, log_values, free_names(problem, problem.model.effects))
+
+
+def remainder_or_warning(
+    find: Callable[[EstimationProblem, LogValues], Remainder], problem: EstimationProblem, log_values: LogValues
+) -> tuple[Remainder | None, tuple[str, ...]]:
+    """What one of the above finds; or None, and why."""
+    try:
+        return find(problem, log_values), ()
+    except Failure as failure:
+        return None, (f"What the model leaves to chance could not be found: {failure}",)
+    except (ZeroDivisionError, np.linalg.LinAlgError):
+        return None, ("What the model leaves to chance could not be found: with these values it cannot be simulated.",)
+
+
+def _kernels(problem: EstimationProblem) -> KernelModule:
+    """Kernels with a free force on each row: the plain plant's, or with effects the problem's, compiled for any."""
+    model = problem.model
+    if model.effects and problem.module.MISSING_FORCES:
+        return problem.module
+    return free_force_module(model.plant, model.assumptions, model.effects)
+
+
+def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:
+    module = _kernels(problem)
+    shared = set(free) - set(per_log_names(list(free)))
+    layout = ParameterLayout.of(free_parameters(replace(problem, module=module), free), len(problem.logs))
+    own = [{n: v for n, v in values.items() if n not in shared} for values in log_values]
+    space = ParameterSpace.of(layout, log_values[0], own)
+    filters = FilterProblem(module, filtered_segments(problem), space, problem.max_step)
+    scale = force_scale(module, problem.logs, lambda: log_values)
+    estimator = FilterEstimator(filters, scale).on_part(MAX_REMAINDER_SAMPLES)
+    forces, errors = possible_forces(problem.plant, module.NY), possible_errors(module.OUTPUTS, module.NQ)
+    point = likeliest_sources(estimator, [space.start()], forces, errors, lambda text: None)
+    if not np.isfinite(point.deviance):
+        raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
+                      "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
+    return remainder_at_point(problem, estimator, point)

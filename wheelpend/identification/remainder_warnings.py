@@ -1,0 +1,98 @@
+"""Warnings about a fit: a bound that holds it, an inertia that cannot be, chance as large as the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from derive.parameter_name import effect_of
+from wheelpend.errors import Failure
+from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.parameter_table import astray_names
+from wheelpend.estimation.parameters import FreeParameter, kernel_parameters
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.identification.remainder import Remainder
+
+LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
+MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
+MAX_KNOWN_SIGMA_SHARE = 0.5  # of its value, standard error up to which inverse dynamics knows an inertia
+MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which two estimates agree
+BOUND_TOLERANCE_SIGMAS = 1e-6  # standard errors: by chance no estimate comes so near to a bound
+
+
+def remainder_warnings(left: Remainder | None) -> tuple[str, ...]:
+    """A warning where chance pushes as hard as all that is modelled."""
+    force = left.strongest if left else None
+    if force is None or force.share_of_drive < LARGE_FORCE_SHARE:
+        return ()
+    return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "
+            "Values mean little yet. Run `wheelpend diagnose`.",)  # fmt: skip
+
+
+def bound_warnings(parameters: Sequence[FreeParameter], theta: np.ndarray, covariance: np.ndarray) -> tuple[str, ...]:
+    """A warning for each parameter θ (free,) with which a fit stopped at a bound."""
+    found = []
+    for parameter, value, variance in zip(parameters, theta, np.diag(covariance), strict=True):
+        near = BOUND_TOLERANCE_SIGMAS * np.sqrt(max(float(np.nan_to_num(variance, posinf=0.0)), 0.0))
+        for bound, beyond in zip(parameter.bounds, ("below", "above"), strict=True):
+            if np.isfinite(bound) and abs(value - bound) <= near:
+                found.append(_bound_sentence(parameter, bound, beyond))
+    return tuple(dict.fromkeys(found))
+
+
+def _bound_sentence(parameter: FreeParameter, bound: float, beyond: str) -> str:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    first = f"{parameter.name} stopped at its bound of {bound:g}{unit}, {beyond} which "
+    if parameter.effect and bound == parameter.absent:
+        return first + f"it would be no {parameter.effect}: the log does not ask for this effect, or asks for another."
+    if effect_of(parameter.name):
+        return first + "it cannot be simulated: the log asks for another law, or tells too little about this one."
+    return first + ("no machine has it: something is missing in the model, or the log does not excite it. "
+                    "Its standard error says nothing. Run `wheelpend diagnose`.")  # fmt: skip
+
+
+def with_astray_marked(table: Mapping[str, Estimate]) -> dict[str, Estimate]:
+    """The table with those parameters not identifiable whose standard error is many times all values of their unit."""
+    lost = astray_names(table)
+    return {n: replace(e, identifiable=False) if n in lost else e for n, e in table.items()}
+
+
+def inertia_warnings(
+    problem: EstimationProblem, table: Mapping[str, Estimate], left: Remainder | None
+) -> tuple[str, ...]:
+    """A warning for each inertia that inverse dynamics finds very different, where a model leaves a random force."""
+    if not (left and left.force):
+        return ()
+    found = []
+    for name, other, sigma in _inertias_by_inverse_dynamics(problem, table):
+        own = table[name]
+        apart = abs(own.value - other) > MIN_DISAGREEMENT_SIGMAS * np.hypot(own.sigma, sigma)
+        within = other / MAX_INERTIA_RATIO <= own.value <= other * MAX_INERTIA_RATIO
+        if own.identifiable and apart and not within:
+            found.append(
+                f"{name} is an inertia and came out as {own.value:.4g}, but inverse dynamics on {problem.logs[0].name} "
+                f"finds {other:.4g} ± {sigma:.2g} {own.unit}: one of them is wrong. What is missing in the model bends "
+                "either; run `wheelpend diagnose`, and believe no inertia before nothing is missing."
+            )
+    return tuple(found)
+
+
+def _inertias_by_inverse_dynamics(
+    problem: EstimationProblem, table: Mapping[str, Estimate]
+) -> list[tuple[str, float, float]]:
+    """Name, value and standard error of the inertias that inverse dynamics knows; none where it cannot be made."""
+    from wheelpend.identification.inverse_dynamics import accelerated_columns, inverse_dynamics  # it needs scipy.signal
+
+    module, log = problem.module, problem.logs[0]
+    parameters = kernel_parameters(module, {n: e.value for n, e in table.items()} | problem.model.constants, log)
+    try:
+        fitted = inverse_dynamics(module, log, parameters).fit
+        inertias = {n for n, a in zip(module.LINEAR, accelerated_columns(module, parameters), strict=True) if a}
+    except (Failure, ValueError, ZeroDivisionError, np.linalg.LinAlgError):
+        return []
+    lost = {*fitted.unidentifiable, *fitted.undefined}
+    rows = zip(fitted.names, map(float, fitted.estimate), map(float, fitted.sigma), strict=True)
+    known = [r for r in rows if r[0] in inertias and r[0] in table and r[0] not in lost]
+    return [(n, v, s) for n, v, s in known if v > 0.0 and s <= MAX_KNOWN_SIGMA_SHARE * v]
