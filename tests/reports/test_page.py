@@ -11,7 +11,8 @@ import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Ladder, Step
-from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, estimate_missing_force
+from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
+from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
@@ -25,10 +26,18 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.kernels import load as kernels
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import typeset_estimate_text, typeset_number_text, typeset_p_value_text
+from wheelpend.reports.page.charts import page_charts
 from wheelpend.reports.page.equations import equation_terms
 from wheelpend.reports.page.figures import residual_comparisons, thinned_samples
-from wheelpend.reports.page.force_figures import bin_means, law_over_state, missing_force_if_true, quantile_bins
+from wheelpend.reports.page.force_figures import (
+    bin_means,
+    law_over_state,
+    missing_force_if_true,
+    quantile_bins,
+    state_figure,
+)
 from wheelpend.reports.page.page import write_report
 from wheelpend.simulation.closed_loop import ClosedLoop
 
@@ -60,7 +69,7 @@ def explanation() -> Ladder:
     errors = [validation_residuals(problem, fitted)[0] for fitted in (old, new)]
     found = EffectEstimate("coulomb_drive", {"torque": Estimate(new.values[TORQUE], new.sigma(TORQUE), "V")})
     tried = CandidateFit(found.effect, found.estimates, "drive", 0.0, "5/5", errors[1], (), True, new)
-    missing = estimate_missing_force(problem, old)
+    missing = missing_forces(problem, old)
     where = (ForceConcentration("wheel", "dtheta_w - dtheta_p", -2.0, 7.0, 0.6),)
     first = Diagnosis("effect_missing", 0.5, errors[0], problem.floor, {}, (tried,), None, {}, where, {}, (), old,
                       problem, missing)  # fmt: skip
@@ -148,9 +157,30 @@ def test_dry_friction_opposes_the_slip_on_the_wheel_and_helps_it_on_the_body(exp
 
 def test_the_true_effect_runs_through_the_means_of_the_missing_force(explanation: Ladder):
     first, row = explanation.first, 0
-    slip, expected = first.missing.variables["dtheta_w - dtheta_p"], missing_force_if_true(first, first.candidates[0])
-    means = [bin_means(slip, force[:, row], quantile_bins(slip))[:, 1] for force in (expected, first.missing.force)]
+    slip, expected = (
+        first.missing[0].variables["dtheta_w - dtheta_p"],
+        missing_force_if_true(first, first.candidates[0]),
+    )
+    means = [bin_means(slip, force[:, row], quantile_bins(slip))[:, 1] for force in (expected, first.missing[0].force)]
     assert np.corrcoef(*means)[0, 1] > 0.8
+
+
+def test_the_missing_force_of_every_log_has_a_chart_and_its_band_over_a_state(explanation: Ladder):
+    first, q = explanation.first, plant_units_of(explanation.model)
+    both = replace(first, missing=(*first.missing, first.missing[0]._replace(log="another")))
+    charts = page_charts(replace(explanation, first=both), q).force
+    assert [name for name, _ in charts] == [HOSTILE, "another"]
+    assert ['id="force0"' in charts[0][1], 'id="force1"' in charts[1][1]] == [True, True]
+    band = next(t for t in state_figure(first, q).data if t.fill == "toself")
+    means = next(t for t in state_figure(first, q).data if t.error_y.array is not None)
+    half = 0.5 * (band.y[: len(means.y)] - band.y[: len(means.y) - 1 : -1])
+    assert half == pytest.approx(2.0 * np.sqrt(np.mean(first.missing[0].sigma[:, 0] ** 2)), rel=0.5)
+
+
+def test_samples_of_one_visit_to_a_bin_are_no_independent_ones():
+    x, y = np.tile(np.repeat([0.0, 1.0], 50), 8), np.random.default_rng(0).normal(size=800)
+    errors = bin_means(x, y, x.astype(int))[:, 2]
+    assert errors == pytest.approx(np.ones(2) / np.sqrt(8), rel=0.15)
 
 
 def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Ladder):
@@ -161,7 +191,7 @@ def test_traces_are_thinned_with_a_break_after_each_segment(explanation: Ladder)
 
 
 def test_a_model_that_misses_nothing_has_a_page(explanation: Ladder, tmp_path: Path):
-    quiet = replace(explanation.first, verdict="nothing_missing", candidates=(), where=(), missing=None,
+    quiet = replace(explanation.first, verdict="nothing_missing", candidates=(), where=(), missing=(),
                     detectable={"slope": {"angle": 0.01}})  # fmt: skip
     bare = replace(explanation, verdict="nothing_missing", steps=(), effects=(), nominal_error=None, first=quiet,
                    last=quiet, fit=quiet.fit, problem=quiet.problem)  # fmt: skip

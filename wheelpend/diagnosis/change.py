@@ -21,6 +21,9 @@ from wheelpend.estimation.parameter_table import standard_error
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, require_testable, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
+from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
@@ -34,6 +37,8 @@ class Change:
     problem: EstimationProblem = field(repr=False)
     before: Fit = field(repr=False)
     after: Fit = field(repr=False)
+    remainder: Remainder | None = None  # what the model leaves to chance after it
+    warnings: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The step, and the model's parameters after it, under the keys of JSON."""
@@ -52,6 +57,8 @@ class Change:
             "noise_floor": self.problem.floor,
             "horizon_s": self.problem.horizon,
             "parameters": {n: {"value": v.identified, "sigma": v.sigma} for n, v in values.items()},
+            "remainder": self.remainder,
+            "warnings": self.warnings,
         }
 
 
@@ -81,7 +88,12 @@ def add(
     errors = [validation_residuals(with_stable_step(fits.problem.with_effects(e), start), f)[0] for e, f in pairs]
     changed = fits.problem.with_effects(new)
     step = _step_of(problem, effect, fits.larger, errors, {n: after.values[n] for n in problem.base})
-    return Change(step, fitted_model(changed, after), changed, before, after)
+    progress("measuring what is left to chance")
+    left, warnings = remainder_or_warning(
+        refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
+    )
+    said = (*problem.warnings, *warnings, *remainder_warnings(left))
+    return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)
 
 
 class NestedFits(NamedTuple):

@@ -11,12 +11,8 @@ import numpy as np
 
 import derive
 from wheelpend.diagnosis.horizons import HorizonError, errors_over, horizons_of
-from wheelpend.diagnosis.missing_force.estimate import (
-    ForceConcentration,
-    MissingForce,
-    concentrations,
-    estimate_missing_force,
-)
+from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, MissingForce
+from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop
 from wheelpend.estimation.continuation import fit_model
@@ -34,6 +30,9 @@ from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.estimation.validation import calibrated_values, fit_percent
 from wheelpend.identification.inverse_dynamics import force_error_and_bursts
+from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder_at import remainder_at, remainder_or_warning
+from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
@@ -54,9 +53,10 @@ class Comparison:
     warnings: tuple[str, ...]
     force_error: dict[str, float | None] = field(default_factory=dict)  # by log, of the equations [% of input]
     bursts: list[dict] = field(default_factory=list)  # where in time the equations miss far more force than usual
-    missing: MissingForce | None = field(repr=False, default=None)
+    missing: tuple[MissingForce, ...] = field(repr=False, default=())  # of each log, where the model fails
     problem: EstimationProblem | None = field(repr=False, default=None)
     per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
+    remainder: Remainder | None = None  # what the model at its values leaves to chance
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -74,6 +74,7 @@ class Comparison:
             "force_error": self.force_error,
             "bursts": self.bursts,
             "per_log": self.per_log,
+            "remainder": self.remainder,
         }
 
 
@@ -111,9 +112,11 @@ def compare(
     horizons = horizon_errors(compared)
     force_error, bursts = force_errors(compared)
     progress("estimating the missing force")
-    missing = None
+    missing: tuple[MissingForce, ...] = ()
     if error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor:
-        missing = estimate_missing_force(compared.own_problem, _fit_at_values(compared))
+        missing = missing_forces(compared.own_problem, fit_at_values(compared))
+    progress("measuring what is left to chance")
+    left, untold = remainder_or_warning(remainder_at, compared.own_problem, log_values)
     return Comparison(
         error=error,
         noise_floor=problem.floor,
@@ -122,9 +125,15 @@ def compare(
         rmse=rmse_of(log_segments, residuals),
         horizons=horizons,
         closed_loop=replay_closed_loop(problem, log_segments[0], log_values[0]),
-        where=concentrations(compared.own_problem, missing) if missing else (),
+        where=where_it_shows(compared.own_problem, missing, fit_at_values(compared)),
         fitted_first=fitted_first,
-        warnings=(*problem.warnings, *overstated_noise(problem, error, log_segments, residuals)),
+        warnings=(
+            *problem.warnings,
+            *overstated_noise(problem, error, log_segments, residuals),
+            *untold,
+            *remainder_warnings(left),
+        ),
+        remainder=left,
         missing=missing,
         problem=problem,
         per_log=per_log_table(model, log_segments, log_values),
@@ -201,7 +210,7 @@ def per_log_table(model: Model, log_segments: Sequence[Segments], log_values: Se
     return [{"log": s.log.name, **{n: v[n] for n in names}} for s, v in pairs] if names else []
 
 
-def _fit_at_values(compared: ComparedModel) -> Fit:
+def fit_at_values(compared: ComparedModel) -> Fit:
     """The model at its values as a fit without free parameters, the initial states of its segments fitted."""
     problem, states = compared.problem, []
     for segments, values in zip(compared.log_segments, compared.log_values, strict=True):

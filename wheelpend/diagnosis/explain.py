@@ -12,7 +12,7 @@ import numpy as np
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
-from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force
+from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force, with_remainder
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
@@ -22,6 +22,8 @@ from wheelpend.estimation.parameter_table import parameter_table
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder import with_remainder as model_with_remainder
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
@@ -80,6 +82,7 @@ class Ladder:
     problem: EstimationProblem = field(repr=False)
     repeats: tuple[ExplainedForce, ...] = ()  # of the unexplained force: its variables, and how much of it repeats
     law: FreeLaw | None = None  # for the unexplained force, on request
+    remainder: Remainder | None = None  # what the model leaves to chance after the last step
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -97,6 +100,7 @@ class Ladder:
             "warnings": self.warnings,
             "missing": self.repeats,
             "law": self.law,
+            "remainder": self.remainder,
         }
 
 
@@ -120,6 +124,7 @@ def explain(
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
     last = with_missing_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
+    last = with_remainder(last, progress=progress)
     return _error_ladder(rounds, with_law(last, progress=progress) if law else last, nominal)
 
 
@@ -141,7 +146,8 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
         warnings=last.warnings,
         repeats=last.repeats,
         law=last.law,
-        model=fitted_model(problem, last.fit),
+        remainder=last.remainder,
+        model=fitted_model(problem, last.fit, last.remainder),
         first=first,
         last=last,
         fit=last.fit,
@@ -184,6 +190,7 @@ def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_befor
     )
 
 
-def fitted_model(problem: EstimationProblem, fitted: Fit) -> Model:
-    """The model with fitted values."""
-    return problem.model.with_fit({n: (e.value, e.sigma) for n, e in parameter_table(problem, fitted).items()})
+def fitted_model(problem: EstimationProblem, fitted: Fit, left: Remainder | None) -> Model:
+    """The model with fitted values, and with what is left to chance where that is known."""
+    table = parameter_table(problem, fitted)
+    return model_with_remainder(problem.model.with_fit({n: (e.value, e.sigma) for n, e in table.items()}), left)

@@ -11,7 +11,8 @@ from wheelpend.diagnosis.alternatives import with_event
 from wheelpend.diagnosis.candidates import CandidateSelection, ScreenedModel
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE, SHORT_HORIZON_SHARE
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
-from wheelpend.diagnosis.missing_force.estimate import estimate_missing_force
+from wheelpend.diagnosis.missing_force.estimate import MissingForce
+from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
 from wheelpend.diagnosis.pair_search import leading_pair
 from wheelpend.diagnosis.refit import Progress, short_score_tests
 from wheelpend.diagnosis.score_test import score_test
@@ -111,10 +112,10 @@ def diagnose_problem(
     base, leading = screened.base, screened.full_score_test.candidates
     promising = not min_gain_share or leading[0].gain >= min_gain_share * base.fit.count
     candidates = CandidateSelection(screened, progress).run() if promising else []
-    missing = None
+    missing: tuple[MissingForce, ...] = ()
     if with_force:
         progress("estimating the missing force")
-        missing = estimate_missing_force(problem, base.fit)
+        missing = missing_forces(problem, base.fit)
     return conclude(problem, base, candidates, screened.full_score_test, missing)
 
 

@@ -12,13 +12,9 @@ import derive
 from derive.parameter_name import short_name
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
-from wheelpend.diagnosis.missing_force.estimate import (
-    ForceConcentration,
-    MissingForce,
-    concentrations,
-    estimate_missing_force,
-)
+from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, MissingForce
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce, explained_forces
+from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
@@ -27,6 +23,9 @@ from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.validation import fit_percent
+from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
+from wheelpend.identification.remainder_warnings import remainder_warnings
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -49,11 +48,12 @@ class Diagnosis:
     warnings: tuple[str, ...]
     fit: Fit = field(repr=False)
     problem: EstimationProblem = field(repr=False)
-    missing: MissingForce | None = field(repr=False, default=None)
+    missing: tuple[MissingForce, ...] = field(repr=False, default=())  # of each log
     score_test: ScoreTest | None = field(repr=False, default=None)
     refitted: tuple[CandidateFit, ...] = field(repr=False, default=())  # every effect that was refitted
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
+    remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -71,6 +71,7 @@ class Diagnosis:
             "warnings": self.warnings,
             "missing": self.repeats,
             "law": self.law,
+            "remainder": self.remainder,
         }
 
     @property
@@ -101,9 +102,17 @@ def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: No
         return found
     progress("looking for what the missing force depends on")
     if not found.missing:
-        missing = estimate_missing_force(found.problem, found.fit)
-        found = replace(found, missing=missing, where=concentrations(found.problem, missing))
+        missing = missing_forces(found.problem, found.fit)
+        found = replace(found, missing=missing, where=where_it_shows(found.problem, missing, found.fit))
     return replace(found, repeats=explained_forces(found.problem, found.fit))
+
+
+def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+    """A diagnosis that says what its model leaves to chance, or warns that this could not be found."""
+    progress("measuring what is left to chance")
+    values = [found.fit.of_log(k) for k in range(len(found.problem.logs))]
+    left, warnings = remainder_or_warning(refitted_remainder, found.problem, values)
+    return replace(found, remainder=left, warnings=(*found.warnings, *warnings, *remainder_warnings(left)))
 
 
 def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
@@ -120,7 +129,7 @@ def conclude(
     base: ValidatedFit,
     candidates: Sequence[CandidateFit],
     full_score_test: ScoreTest,
-    missing: MissingForce | None,
+    missing: Sequence[MissingForce],
 ) -> Diagnosis:
     """The verdict on refitted candidates, the best first, against the model without them."""
     supported = [c for c in candidates if c.is_supported(base.error) and improves_on_nested(problem, c, candidates)]
@@ -138,12 +147,12 @@ def conclude(
         candidates=(*named, *(c for c in lowering if not c.physical)),
         experiment=None,
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
-        where=concentrations(problem, missing) if missing and failing else (),
+        where=where_it_shows(problem, missing, base.fit) if failing else (),
         not_judged=not_testable(problem),
         warnings=(*problem.warnings, *overstated_noise(problem, base.error, judged, base.residuals)),
         fit=base.fit,
         problem=problem,
-        missing=missing,
+        missing=tuple(missing),
         score_test=full_score_test,
         refitted=tuple(candidates),
     )

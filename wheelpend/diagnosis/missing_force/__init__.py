@@ -3,7 +3,8 @@
 In: a fit and its segments. Out: the force over time and over the states, its repeatable share, a free-form law.
 Question: where does the model fail, and on what does that depend?
 
-- `estimate`: the force on each row over time, with a standard error, and where it is concentrated.
+- `smoothed_force`: the force on each row at every sample of every log, with its band, by a smoother.
+- `estimate`: the record of such a force, where it is concentrated, and the force as constant in pieces of segments.
 - `piecewise_force`: normal equations in parameters and in a piecewise constant force, folded for cross-validation.
 - `smooth_basis`: basis functions of states, input and time.
 - `repeatability`: the share of the force that such functions predict on data that did not make them.

@@ -28,7 +28,7 @@ class PageCharts(NamedTuple):
     ladder: Markup
     logs: list[tuple[str, Markup]]  # with the log's name
     left_out: int  # logs that are not drawn; negative where there are fewer than may be
-    force: Markup
+    force: list[tuple[str, Markup]]  # over time, with the log's name
     state: Markup
     repeats: Markup
     dotted: bool  # the chart over a state shows laws alone
@@ -42,13 +42,13 @@ def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
     logs, left_out = _prediction_charts(explanation, quantities)
     state = state_figure(first, quantities)
     rows = first.problem.module.ROWS
-    force = force_figure(first.missing, rows, quantities) if first.missing is not None else None
+    forces = [(m.log, force_figure(m, rows, quantities)) for m in first.missing[:MAX_DRAWN_LOGS]]
     drawings = effect_drawings(explanation)
     return PageCharts(
         ladder=chart_markup("ladder", ladder_figure(explanation)),
         logs=logs,
         left_out=left_out,
-        force=chart_markup("force", force),
+        force=[(name, chart_markup(f"force{k}", figure)) for k, (name, figure) in enumerate(forces)],
         state=chart_markup("state", state),
         repeats=chart_markup("repeats", most_repeatable_figure(explanation.repeats, quantities)),
         dotted=state is not None and any(t.line.dash == "dot" for t in state.data),

@@ -15,6 +15,7 @@ from derive.functions import symbol
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
+from wheelpend.diagnosis.missing_force.smoothed_force import pooled
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameters import kernel_parameters
@@ -35,6 +36,7 @@ from wheelpend.reports.page.style import (
 
 MAX_BINS = 24
 BAND_STANDARD_ERRORS = 2.0  # half width of a band
+BAND_NAME = "± 2 standard deviations"
 SHOWN_FORCE_QUANTILES = (0.005, 0.995)  # of the missing force, between which the chart over a state lies
 
 
@@ -49,7 +51,7 @@ def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> g
         edge = np.concatenate([force + band, (force - band)[::-1]])
         figure.add_trace(go.Scatter(
             x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
-            fillcolor=f"rgba({BEFORE_RGB},0.22)", hoverinfo="skip", name="± 2 standard deviations", showlegend=k == 0,
+            fillcolor=f"rgba({BEFORE_RGB},0.22)", hoverinfo="skip", name=BAND_NAME, showlegend=k == 0,
         ), row=k + 1, col=1)  # fmt: skip
         figure.add_trace(
             go.Scatter(
@@ -88,25 +90,15 @@ def worst_row_and_state(diagnosis: Diagnosis) -> tuple[int, str]:
 
 
 def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
-    """Missing force over the state where it is concentrated: piecewise, in binned means, and by each candidate."""
-    missing = diagnosis.missing
+    """Missing force over the state where it is concentrated: at samples, with its band, and by each candidate."""
     row, state = worst_row_and_state(diagnosis)
-    if missing is None or state not in missing.variables:
+    if not diagnosis.missing or state not in diagnosis.missing[0].variables:
         return None
-    x, force, name = missing.variables[state], missing.force[:, row], diagnosis.problem.module.ROWS[row]
-    thin = slice(None, None, max(1, -(-len(x) // MAX_TRACE_POINTS)))
-    figure = go.Figure(go.Scatter(
-        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="piece of 1/10 segment",
-        marker={"color": MUTED_COLOUR, "size": 4, "opacity": 0.6}, **force_hover(force[thin], q, name),
-    ))  # fmt: skip
-    bins = quantile_bins(x)
-    means = bin_means(x, force, bins)
-    figure.add_trace(go.Scatter(
-        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE_COLOUR}, mode="markers",
-        marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q, name),
-    ))  # fmt: skip
+    figure, missing = go.Figure(), pooled(diagnosis.missing)
+    name, force = diagnosis.problem.module.ROWS[row], missing.force[:, row]
+    _add_force_over_state(figure, missing, (row, state), q, name)
     for number, candidate in enumerate(diagnosis.candidates[: len(STEP_COLOURS)]):
-        _add_candidate(figure, diagnosis, candidate, (row, state), bins, STEP_COLOURS[number])
+        _add_candidate(figure, diagnosis, candidate, (row, state), STEP_COLOURS[number])
     spread = np.quantile(force, SHOWN_FORCE_QUANTILES)
     figure.update_yaxes(title=f"missing force, {name} row [{q.force_on(name)}]",
                         range=[spread[0] - 0.15 * np.ptp(spread), spread[1] + 0.15 * np.ptp(spread)])  # fmt: skip
@@ -114,13 +106,36 @@ def state_figure(diagnosis: Diagnosis, q: PlantUnits) -> go.Figure | None:
     return with_page_style(figure, 440)
 
 
+def _add_force_over_state(
+    figure: go.Figure, missing: MissingForce, place: tuple[int, str], q: PlantUnits, name: str
+) -> None:
+    """Draw the samples, their means over ranges of the state, and the band of a single one there."""
+    x, force, sigma = missing.variables[place[1]], missing.force[:, place[0]], missing.sigma[:, place[0]]
+    thin = slice(None, None, max(1, -(-len(x) // MAX_TRACE_POINTS)))
+    figure.add_trace(go.Scatter(
+        x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="missing force",
+        marker={"color": MUTED_COLOUR, "size": 3, "opacity": 0.5}, **force_hover(force[thin], q, name),
+    ))  # fmt: skip
+    bins = quantile_bins(x)
+    means = bin_means(x, force, bins)
+    half = BAND_STANDARD_ERRORS * np.sqrt(bin_means(x, sigma**2, bins)[:, 1])
+    figure.add_trace(go.Scatter(
+        x=np.concatenate([means[:, 0], means[::-1, 0]]),
+        y=np.concatenate([means[:, 1] + half, (means[:, 1] - half)[::-1]]), fill="toself", mode="none",
+        fillcolor=f"rgba({BEFORE_RGB},0.22)", hoverinfo="skip", name=BAND_NAME,
+    ))  # fmt: skip
+    figure.add_trace(go.Scatter(
+        x=means[:, 0], y=means[:, 1], error_y={"array": means[:, 2], "color": BEFORE_COLOUR}, mode="markers",
+        marker={"color": BEFORE_COLOUR, "size": 8}, name="mean ± std. error", **force_hover(means[:, 1], q, name),
+    ))  # fmt: skip
+
+
 def _add_candidate(
-    figure: go.Figure, diagnosis: Diagnosis, candidate: CandidateFit, place: tuple[int, str], bins, colour: str
+    figure: go.Figure, diagnosis: Diagnosis, candidate: CandidateFit, place: tuple[int, str], colour: str
 ) -> None:
     """Draw a candidate: its law where it is a force over this state, and the force that its refit would leave."""
-    assert diagnosis.missing is not None
     row, state = place
-    x = diagnosis.missing.variables[state]
+    x = diagnosis.missing[0].variables[state]
     law = law_over_state(diagnosis.problem, candidate, row, state)
     if law is not None:
         grid = np.linspace(float(x.min()), float(x.max()), 401)
@@ -128,7 +143,7 @@ def _add_candidate(
                                     line={"color": colour, "width": 1.5, "dash": "dot"}))  # fmt: skip
     whole = missing_force_if_true(diagnosis, candidate)
     if whole is not None:
-        curve = bin_means(x, whole[:, row], bins)
+        curve = bin_means(x, whole[:, row], quantile_bins(x))
         figure.add_trace(go.Scatter(x=curve[:, 0], y=curve[:, 1], mode="lines", name=f"{candidate.effect}, refitted",
                                     line={"color": colour, "width": 2.5}))  # fmt: skip
 
@@ -140,11 +155,12 @@ def quantile_bins(x: np.ndarray) -> np.ndarray:
 
 
 def bin_means(x: np.ndarray, y: np.ndarray, bins: np.ndarray) -> np.ndarray:
-    """Mean x, mean y and the mean's standard error of each bin (bins, 3)."""
+    """Mean x, mean y and the mean's standard error of each bin (bins, 3); samples of one visit to a bin count once."""
     rows = []
     for b in np.unique(bins):
         inside = bins == b
-        rows.append((x[inside].mean(), y[inside].mean(), y[inside].std() / np.sqrt(max(inside.sum(), 1))))
+        visits = np.count_nonzero(np.diff(np.r_[False, inside].astype(np.int8)) > 0)
+        rows.append((x[inside].mean(), y[inside].mean(), y[inside].std() / np.sqrt(visits)))
     return np.array(rows)
 
 
@@ -176,15 +192,17 @@ def port_speed(angle: sp.Expr, plant) -> sp.Expr:
 
 
 def missing_force_if_true(diagnosis: Diagnosis, candidate: CandidateFit) -> np.ndarray | None:
-    """The force (n, rows) [V] that the old model would be missing if the candidate and its refit were the truth.
+    """The force (n, rows) [V] that the old model would miss in the first log if the candidate were the truth.
 
-    The old model's equations are evaluated with the candidate's accelerations: what they leave over is the force.
+    The old model's equations are evaluated with the refitted candidate's accelerations: what they leave is the force.
     None for sensors, delays and lags, which are no forces, and where a constant is unknown.
     """
-    problem, missing = diagnosis.problem, diagnosis.missing
-    if missing is None or isinstance(derive.effects.find(candidate.effect).enters, SensorMap | InputDelay | InputLag):
+    problem = diagnosis.problem
+    if not diagnosis.missing or isinstance(
+        derive.effects.find(candidate.effect).enters, SensorMap | InputDelay | InputLag
+    ):
         return None
-    table = missing.variables
+    table = diagnosis.missing[0].variables
     states = np.column_stack([table[n] for n in problem.module.STATES])
     parameters = kernel_parameters(problem.module, candidate.fit.of_log(0), problem.logs[0])
     rates = np.array([problem.module.acceleration(t, s, v, parameters)
@@ -225,7 +243,7 @@ def explained_force_figure(found: ExplainedForce, q: PlantUnits) -> go.Figure:
         figure.add_trace(go.Scatter(
             x=np.concatenate([c.x, c.x[::-1]]), y=np.concatenate([c.force + band, (c.force - band)[::-1]]),
             fill="toself", mode="none", fillcolor=f"rgba({BEFORE_RGB},0.25)", hoverinfo="skip",
-            name="± 2 standard deviations", showlegend=number == 1,
+            name=BAND_NAME, showlegend=number == 1,
         ), row=1, col=number)  # fmt: skip
         figure.add_trace(go.Scatter(
             x=c.x, y=c.force, mode="lines", line={"color": BEFORE_COLOUR, "width": 2}, name="missing force",

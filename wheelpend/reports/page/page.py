@@ -24,6 +24,7 @@ from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
+from wheelpend.reports.text.remainder import remainder_sentences
 from wheelpend.reports.text.unexplained import repeatability_sentences
 from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text, title_text
 
@@ -61,6 +62,7 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         verdict=short_verdict_text(explanation),
         doubts=ambiguity_sentences(explanation),
         remains=typeset_force_ranges(still_missing, quantities),
+        left=[display_text(line) for line in remainder_sentences(explanation.remainder, explanation.model)],
         repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,

@@ -37,18 +37,19 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
     """Ranges in which the model fails, then the rms of the missing force on each row with its standard error."""
     if not result.where:
         return
-    several = result.problem is not None and len(result.problem.logs) > 1
-    yield f"Where it fails, in {result.missing.log}:" if several and result.missing else "Where it fails:"
+    yield "Where it fails:"
     for concentration in result.where:
         yield f"  {force_range_text(concentration, quantities)}"
-    if result.missing is not None and result.problem is not None:
-        for k, row in enumerate(result.problem.module.ROWS):
-            yield _row_force_text(row, result.missing.force[:, k], result.missing.sigma[:, k], quantities)
+    if result.problem is not None:
+        for missing in result.missing:
+            place = f" in {missing.log}" if len(result.missing) > 1 else ""
+            for k, row in enumerate(result.problem.module.ROWS):
+                yield _row_force_text(row + " row" + place, missing.force[:, k], missing.sigma[:, k], quantities)
 
 
-def _row_force_text(row: str, force: np.ndarray, sigma: np.ndarray, quantities: PlantUnits) -> str:
+def _row_force_text(place: str, force: np.ndarray, sigma: np.ndarray, quantities: PlantUnits) -> str:
     unit = "" if quantities.force == "1" else f" {quantities.force}"
     rms = float(np.sqrt(np.mean(force**2)))
     physical = physical_text(rms, quantities.force, quantities, 3)
     size = f"{digits_text(rms, 3)}{unit}" + (f" = {physical}" if physical else "") + " rms"
-    return f"  Missing force on the {row} row: {size}, known to ± {digits_text(float(np.mean(sigma)), 2)}{unit}."
+    return f"  Missing force on the {place}: {size}, known to ± {digits_text(float(np.mean(sigma)), 2)}{unit}."

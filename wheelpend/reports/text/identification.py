@@ -13,6 +13,7 @@ from wheelpend.reports.numbers import (
     unexplained_input_text,
     whole_digits_text,
 )
+from wheelpend.reports.text.remainder import remainder_sentences, widening_sentences
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ def identification_text(result: Identification) -> TextBlocks:
     """Parameters with standard errors, the quality of the fit, and the bias of least squares."""
     yield from _parameters_text(result)
     yield _quality_sentence(result)
+    yield from remainder_sentences(result.remainder, result.start)
+    yield from widening_sentences(result.widening)
     if result.force_error is not None:
         yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error)}"
     if result.cutoff_hz is not None:

@@ -1,0 +1,72 @@
+"""What is left to chance, in words."""
+
+import numpy as np
+import pytest
+
+from wheelpend import Model
+from wheelpend.identification.remainder import Remainder, RowForce, SensorError
+from wheelpend.identification.widening import Widening
+from wheelpend.reports.text.remainder import remainder_sentences, widening_sentences
+
+MODEL = Model.default()
+
+
+def force(place="drive", share=0.03, torque=35.1, at_bound=False, rms=0.21):
+    return RowForce(rms, "V", torque, share, 0.12, place, at_bound)
+
+
+def test_a_force_along_a_port_is_told_once():
+    (line,) = remainder_sentences(Remainder({"wheel": force(), "body": force(share=0.02)}), MODEL)
+    assert line == (
+        "Left to chance: a random force of 0.21 V (35.1 N·m), 3 % of the drive, between wheel and body, "
+        "correlation time 120 ms."
+    )
+
+
+def test_forces_on_two_rows_are_told_apart():
+    lines = remainder_sentences(Remainder({"wheel": force("wheel"), "body": force("body")}), MODEL)
+    assert ["on the wheel row" in lines[0], "on the body row" in lines[1]] == [True, True]
+
+
+def test_without_a_force_sensor_noise_explains_the_rest():
+    assert remainder_sentences(Remainder(), MODEL) == ["Nothing is left to chance: sensor noise explains the rest."]
+    assert remainder_sentences(None, MODEL) == []
+
+
+def test_a_sensor_with_an_error_of_its_own_is_named():
+    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-4, "rad", 2.1, 0.3)}), MODEL)
+    assert lines == [
+        "Nothing is left to chance: the sensors explain the rest.",
+        "theta_p has an error of its own of 0.9 mrad (2.1 σ), correlation time 300 ms: "
+        "it was filtered, fused or drifts.",
+    ]
+
+
+def test_a_bound_that_binds_and_what_is_not_known_are_said():
+    _, second = remainder_sentences(Remainder({"wheel": force("wheel", at_bound=True)}), MODEL)
+    assert "longest that is allowed" in second and "rather a law" in second
+    (line,) = remainder_sentences(Remainder({"wheel": force("wheel", share=np.inf, torque=None)}), MODEL)
+    assert line.startswith("Left to chance: a random force of 0.21 V, on the wheel row")
+
+
+@pytest.mark.parametrize(("share", "negligible"), [(0.0009, True), (0.0011, False)])
+def test_a_force_below_a_thousandth_of_the_drive_is_negligible(share, negligible):
+    (line,) = remainder_sentences(Remainder({"wheel": force("wheel", share=share)}), MODEL)
+    assert line.endswith(": negligible.") == negligible
+
+
+def test_intervals_that_the_correlation_time_widens_are_said_with_the_range():
+    (line,) = widening_sentences(Widening({"X1": 1.0, "X2": 3.04, "X3": 2.0}, 0.01, 0.4))
+    assert line == (
+        "The intervals of X2, X3 are 2 to 3 times wider because they move with the correlation time that is assumed "
+        "of the force (0.01 to 0.4 s)."
+    )
+    assert (
+        "The interval of X2 is 3 times wider because it moves" in widening_sentences(Widening({"X2": 3.0}, 0.1, 1.0))[0]
+    )
+    assert widening_sentences(Widening({"X1": 1.4}, 0.01, 0.4)) == widening_sentences(None) == []
+
+
+def test_a_sensor_behind_a_low_pass_filter_is_said_to_lag():
+    lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-6, "rad", 0.02, 0.02, 0.02)}), MODEL)
+    assert lines[1:] == ["theta_p lags by 20 ms, as behind a low-pass filter."]

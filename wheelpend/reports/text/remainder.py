@@ -1,0 +1,82 @@
+"""What a model leaves to chance, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wheelpend.model.units import PlantUnits, plant_units_of
+from wheelpend.reports.numbers import digits_text, is_number, range_text, time_text, whole_digits_text
+
+if TYPE_CHECKING:
+    from wheelpend.identification.remainder import Remainder, RowForce, SensorError
+    from wheelpend.identification.widening import Widening
+    from wheelpend.model.record import Model
+
+NEGLIGIBLE_SHARE = 1e-3  # of the drive, below which a random force means nothing for the machine
+MIN_TOLD_SIGMAS = 0.1  # of a sensor, an error of its own that says more than its lag
+MIN_TOLD_WIDENING = 1.5  # times, from which on it is said that an interval is wider
+
+
+def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
+    """A sentence or two on each random force and each random error of a sensor; none where nothing is known."""
+    if left is None:
+        return []
+    quantities = plant_units_of(model)
+    errors = [_sensor_sentence(name, error) for name, error in left.sensors.items()]
+    if not left.force:
+        rest = "sensor noise explains the rest." if not errors else "the sensors explain the rest."
+        return [f"Nothing is left to chance: {rest}", *errors]
+    places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
+    for row, force in left.force.items():
+        places.setdefault((force.place, force.rms), []).append((row, force))
+    lines = []
+    for rows in places.values():
+        row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
+        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities)
+    return [*lines, *errors]
+
+
+def _place_text(row: str, force: RowForce, model: Model) -> str:
+    port = model.plant_signature.couplings.get(force.place)
+    return port.place if port else f"on the {row} row"
+
+
+def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> list[str]:
+    physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
+    share = f", {_share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
+    negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
+    found = (f"Left to chance: a random force of {digits_text(force.rms, 3)} {force.unit}{physical}{share}, {place}, "
+             f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip
+    if not force.at_bound:
+        return [found]
+    return [found, "Its correlation time is the longest that is allowed on this log (1 s, or a twentieth of the log): "
+            "what is left is slower than that, so rather a law, an offset or a drift that is missing "
+            "than chance."]  # fmt: skip
+
+
+def _share_text(share: float) -> str:
+    return f"{digits_text(100.0 * share, 2)} %" if share < 0.1 else f"{whole_digits_text(100.0 * share, 2)} %"
+
+
+def _sensor_sentence(name: str, error: SensorError) -> str:
+    lag = f"{name} lags by {time_text(error.lag_s)}, as behind a low-pass filter. " if error.lag_s else ""
+    if lag and error.sigmas < MIN_TOLD_SIGMAS:
+        return lag.strip()
+    value, unit = (error.rms * 1e3, f"m{error.unit}") if error.unit in ("rad", "rad/s") else (error.rms, error.unit)
+    size = f"{digits_text(value, 2)} {unit} ({digits_text(error.sigmas, 2)} σ)"
+    time = time_text(error.correlation_time_s)
+    return f"{lag}{name} has an error of its own of {size}, correlation time {time}: it was filtered, fused or drifts."
+
+
+def widening_sentences(widening: Widening | None) -> list[str]:
+    """Which intervals are wider because the force's correlation time is an assumption."""
+    told = {n: f for n, f in (widening.factors if widening else {}).items() if f >= MIN_TOLD_WIDENING}
+    if widening is None or not told:
+        return []
+    times = f"{range_text(widening.shortest_s, widening.longest_s)} s"
+    factors = f"{range_text(min(told.values()), max(told.values()))} times wider"
+    one = len(told) == 1
+    return [
+        f"The {'interval' if one else 'intervals'} of {', '.join(told)} {'is' if one else 'are'} {factors} because "
+        f"{'it moves' if one else 'they move'} with the correlation time that is assumed of the force ({times})."
+    ]
