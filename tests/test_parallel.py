@@ -9,7 +9,7 @@ import time
 import pytest
 
 from tests.support import ROOT
-from wheelpend.parallel import cores
+from wheelpend.parallel import cores, results_as_completed
 
 ENDLESS = """
 import os, time
@@ -77,3 +77,14 @@ def test_an_interruption_ends_the_workers_at_once_and_without_a_word_of_theirs(a
     said = process.communicate(timeout=60)[1].decode()
     assert said.count("Traceback") == said.count("\nKeyboardInterrupt") == 1
     assert within(20, lambda: not any(alive(number) for number in numbers))
+
+
+def test_one_process_is_this_one_and_two_are_others():
+    own = os.getpid()
+    assert {found for _, found in results_as_completed([os.getpid] * 3, processes=1)} == {own}
+    assert own not in {found for _, found in results_as_completed([os.getpid] * 3, processes=2)}
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_no_job_is_started_when_there_is_no_time(processes):
+    assert list(results_as_completed([os.getpid] * 3, 0.0, processes)) == []

@@ -31,14 +31,18 @@ def run_all(jobs: Sequence[Callable[[], T]], progress: Callable[[int, float], No
 
 
 def results_as_completed(
-    jobs: Sequence[Callable[[], T]], seconds: float = float("inf")
+    jobs: Sequence[Callable[[], T]], seconds: float = float("inf"), processes: int | None = None
 ) -> Generator[tuple[int, T], None, None]:
     """Number and result of each job as it ends; after a time limit [s] none is started, and running ones are awaited.
 
-    Where the caller is interrupted or stops iterating, the workers are terminated at once.
+    On all cores, or in so many ``processes``; one is this process itself. Where the caller is interrupted or stops
+    iterating, the workers are terminated at once.
     """
-    workers, deadline, waiting = min(cores(), len(jobs)), monotonic() + seconds, iter(enumerate(jobs))
-    if cores() == 1 or not jobs:
+    if not jobs or seconds <= 0.0:
+        return
+    most = processes or cores()
+    workers, deadline, waiting = min(most, len(jobs)), monotonic() + seconds, iter(enumerate(jobs))
+    if most == 1:
         yield from ((number, job()) for number, job in waiting if monotonic() < deadline)
         return
     others = set(active_children())

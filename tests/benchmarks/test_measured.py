@@ -69,7 +69,7 @@ def test_force_pulses_are_located_in_time_and_not_absorbed_into_friction(slide):
     edges = [0.343 + 0.5 * k for k in range(2, 40)]  # of the pulses, as the file has them; the tool is not told
     assert sum(any(abs(t - edge) < 0.02 for t in times) for edge in edges) >= 36
     friction = [
-        identify(slide.with_effects(FRICTION_EFFECTS[:3]), [DATA / name]).parameters
+        identify(slide.with_effects(FRICTION_EFFECTS[:3]), [DATA / name], method="shooting").parameters
         for name in (ESTIMATION_LOG, PULSES_LOG)
     ]
     for name in ("viscous_drive.coefficient", "coulomb_drive.torque"):
@@ -82,6 +82,7 @@ def test_the_columns_of_the_axis_are_guessed():
     assert "[sensors.noise]\nx = " in found.sensors
 
 
+@pytest.mark.slow
 def test_dry_friction_nearly_halves_the_held_out_error_of_the_balancing_robot():
     changed = add(Model.parse(ROBOT_MODEL), "coulomb_drive", [DATA / BALANCING_LOG])
     assert changed.step.error_after < 0.6 * changed.step.error_before
@@ -102,6 +103,7 @@ def test_the_balancing_robots_drive_stands_still_where_it_does():
     assert found.jitter > 0.001
 
 
+@pytest.mark.slow
 def test_the_drive_constant_of_the_balancing_robot_comes_out_as_published():
     model = Model.parse(ROBOT_MODEL + "\n[assumptions]\nground_friction = false\n").with_effects(["coulomb_drive"])
     found = identify(model, [DATA / BALANCING_LOG])

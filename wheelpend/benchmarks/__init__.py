@@ -4,8 +4,11 @@ In: simulated, engine-made and measured logs, and the code. Out: pages of docs/.
 right, how fast is it, and does it agree with what is published about measured machines?
 
 hidden_effects  hit rate of the diagnosis on logs with hidden effects
+random_force    precision, intervals and random forces of the filter-error method
 speed           times beside peers, and growth of time and memory
 measured        case studies on measured logs
+demo_force      the missing force of the demo log beside the true one
 structure       rooms, imports and lengths of the code
+code_state      hash of the code that results depend on
 markdown        tables and marked places that they share
 """

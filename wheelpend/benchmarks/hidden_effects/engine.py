@@ -74,11 +74,15 @@ class Robot:
             now = t + number * self.step
             self.load(now)
             self.data.ctrl[0] = self.drive.act(now, commands)
-            self.data.qfrc_applied[:3] = self.laws.generalised_forces(now, self.data)
+            self.data.qfrc_applied[:3] = self.applied(now)
             if "stribeck_drive.static" in self.hide:
                 self.model.dof_frictionloss[2] = self.laws.dry(self.data.qvel[2])
             self.mujoco.mj_step(self.model, self.data)
             self.see()
+
+    def applied(self, t: float) -> np.ndarray:
+        """Generalised forces (x, pitch, drive) over the next step that are no part of the scene [N, N m, N m]."""
+        return self.laws.generalised_forces(t, self.data)
 
     def load(self, t: float) -> None:
         """Put the payload on when its time comes: a mass at the body's centre of mass, which already moves along."""
@@ -111,9 +115,18 @@ def engine_run(
     unknown = [name for name in hide if name not in SUPPORTED_PARAMETERS]
     if unknown:
         raise Failure(f"The engine offers {', '.join(SUPPORTED_PARAMETERS)}; {', '.join(unknown)} is not among them.")
-    t = np.arange(round(duration / SAMPLE_INTERVAL_S) + 1) * SAMPLE_INTERVAL_S
+    return play(Robot(hide, engage, sample_count(duration)), command, duration, seed, noise)
+
+
+def sample_count(duration: float) -> int:
+    """Number of samples of a log that lasts so long [s]."""
+    return round(duration / SAMPLE_INTERVAL_S) + 1
+
+
+def play(robot: Robot, command: str, duration: float, seed: int, noise: float = 1.0) -> Run:
+    """Run a robot, which has not moved yet, under its PID controller; raises OutOfRange when it falls."""
+    t = np.arange(sample_count(duration)) * SAMPLE_INTERVAL_S
     angle, rate = commanded_pitch(command, t)
-    robot = Robot(hide, engage, len(t))
     scatter = np.random.default_rng(seed).normal(size=(len(t), 2)) * SENSOR_NOISE_SIGMA * noise
     measured, voltage, acting = np.zeros((len(t), 3)), np.zeros(len(t)), np.zeros(len(t))
     angles, rates, integral = np.zeros((len(t), robot.model.nq)), np.zeros((len(t), robot.model.nv)), 0.0
@@ -146,4 +159,4 @@ def _engine() -> Any:
     return mujoco
 
 
-__all__ = ["SUPPORTED_PARAMETERS", "Run", "engine_log", "engine_run"]
+__all__ = ["SUPPORTED_PARAMETERS", "Robot", "Run", "engine_log", "engine_run", "play", "sample_count"]

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from time import monotonic
 
-import wheelpend
+from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.hidden_effects.cases import Case, plan
 from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
-from wheelpend.campaigns.journal import Journal, fingerprint_of, with_tuples
-from wheelpend.kernels.cache import derivation_fingerprint
+from wheelpend.campaigns.journal import Journal, with_tuples
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
 from wheelpend.parallel import cores, results_as_completed
@@ -56,12 +55,4 @@ def outcome_of(data: dict) -> Outcome:
 
 def fingerprint() -> str:
     """Hash of all code that an outcome depends on."""
-    return fingerprint_of([derivation_fingerprint()], _sources(Path(wheelpend.__file__).parent))[:12]
-
-
-def _sources(package: Path) -> Iterable[Path]:
-    without_influence = ["campaigns", "cli", "paper", "reports", "reproduction"]
-    without_influence += [f"benchmarks/{part}" for part in ("markdown.py", "measured", "speed", "structure.py")]
-    without_influence += [f"benchmarks/hidden_effects/{file}" for file in ("page.py", "summary.py")]
-    aside = [package / place for place in without_influence]
-    return sorted(p for p in package.rglob("*.py") if not any(p.is_relative_to(place) for place in aside))
+    return code_fingerprint(["benchmarks/random_force"])

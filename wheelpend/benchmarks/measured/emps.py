@@ -152,7 +152,7 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
     """Parameters of the model with viscous and Coulomb friction by shooting on each log."""
     larger, rows = model.with_effects(FRICTION_EFFECTS[:3]), []
     for path in logs:
-        found = identify(larger, [path]).parameters
+        found = identify(larger, [path], method="shooting").parameters
         cells = [
             f"{found[n].value * FORCE_PER_VOLT_N:.2f} ± {found[n].sigma * FORCE_PER_VOLT_N:.2f}"
             for n in [*PUBLISHED_FORCE_VALUES][:3]

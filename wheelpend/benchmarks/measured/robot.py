@@ -67,7 +67,7 @@ def study_robot(path: Path, update: Callable[[str], None]) -> RobotStudy:
     explanation = explain(model, [path], progress=update)
     with_dry_friction = Model.parse(ROBOT_MODEL + HARD_FLOOR).with_effects(["coulomb_drive"])
     update("fitting all of the log with dry friction")
-    identification = identify(with_dry_friction, [path])
+    identification = identify(with_dry_friction, [path], method="shooting")
     return RobotStudy(log, inspection, explanation, identification, compare(identification.model, [path]))
 
 

@@ -12,6 +12,7 @@ peers          the same work with other packages, a script for their own environ
 environment    starting that script
 simulation     rows: closed loop, one trajectory and many
 regression     rows: filtered regression, recursive least squares
+filtering      rows: passes of the filter, the filter-error fit
 fitting        rows: shooting fit, sensitivities, candidates, diagnosis
 processes      rows: start of the command, derivation
 page           the table, as text and in Markdown

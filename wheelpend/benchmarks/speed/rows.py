@@ -7,7 +7,7 @@ from functools import partial
 
 from numba import njit
 
-from wheelpend.benchmarks.speed import fitting, processes, regression, simulation
+from wheelpend.benchmarks.speed import filtering, fitting, processes, regression, simulation
 from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.errors import Failure
@@ -17,7 +17,7 @@ MIN_SPEEDUP, MAX_TIME_RATIO, MAX_SECONDS = partial(Goal, "at least"), partial(Go
 
 def all_rows() -> tuple[Row, ...]:
     """Every row of the table."""
-    return (*simulation_rows(), *regression_rows(), *fitting_rows(), *process_rows())
+    return (*simulation_rows(), *regression_rows(), *filtering_rows(), *fitting_rows(), *process_rows())
 
 
 def simulation_rows() -> tuple[Row, ...]:
@@ -44,6 +44,18 @@ def regression_rows() -> tuple[Row, ...]:
         Row("scipy", gram, "SciPy's lfilter", MIN_SPEEDUP(35), regression.gram_against_scipy, "sample"),
         Row("recursion", recursion, "C", MIN_SPEEDUP(1.3), regression.recursion_against_c, "update"),
         Row("padasip", recursion, "padasip", MIN_SPEEDUP(200), regression.recursion_against_padasip, "update"),
+    )
+
+
+def filtering_rows() -> tuple[Row, ...]:
+    """Passes of the filter-error method's filter, and its whole fit."""
+    bare, linearised = "filter of 20 s with a random force", "the same with seven sensitivities"
+    fit, simulation_in_c = "`identify` from 60 s", "one C simulation"
+    passing, differentiating = filtering.filter_against_simulation, filtering.gradient_against_simulation
+    return (
+        Row("filter", bare, simulation_in_c, MAX_TIME_RATIO(8), passing),
+        Row("filter-gradient", linearised, simulation_in_c, MAX_TIME_RATIO(25), differentiating),
+        Row("filter-fit", fit, "by shooting", MAX_TIME_RATIO(10), filtering.filter_fit_against_shooting),
     )
 
 
