@@ -26,13 +26,15 @@ from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.replay import ClosedLoopReplay
 from wheelpend.diagnosis.verdict import Diagnosis
-from wheelpend.estimation.estimate import Estimate, LogValue
+from wheelpend.estimation.estimate import Covariance, Estimate, LogValue
 from wheelpend.experiments.design import Design, ExpectedErrors, Peaks
 from wheelpend.experiments.simulated_experiment import Limits
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.recursive import TrackPoint
+from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.time_constants import TimeConstantChoice, TimeConstantPair
+from wheelpend.identification.widening import Widening
 from wheelpend.inspection.findings import Finding
 from wheelpend.inspection.inspect import inspect_log
 from wheelpend.logs.shipped import DEMO_LOG, data_folder
@@ -45,7 +47,12 @@ from wheelpend.reproduction.record import Reproduction
 
 KEYS = {
     Identification: "method parameters condition_number samples error noise_floor warnings tau hold forgetting track "
-    "bias guide force_error cutoff_hz",
+    "bias guide force_error cutoff_hz remainder covariance widening",
+    Covariance: "names matrix",
+    Widening: "factors correlation_times_s",
+    Remainder: "force sensors places",
+    RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",
+    SensorError: "rms unit sigmas correlation_time_s lag_s",
     Estimate: "value sigma identifiable",
     LogValue: "log value sigma",
     TrackPoint: "t parameters",
@@ -54,19 +61,19 @@ KEYS = {
     TimeConstantChoice: "rows chosen reason against replicas",
     TimeConstantPair: "tau1 tau2 bias_percent spread_percent score",
     Comparison: "error noise_floor horizon_s fit_percent rmse horizons closed_loop where fitted_first warnings "
-    "force_error bursts per_log",
+    "force_error bursts per_log remainder",
     HorizonError: "seconds error diverged",
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",
     Diagnosis: "verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged "
-    "warnings missing law",
+    "warnings missing law remainder",
     CandidateFit: "effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical "
     "beyond per_log p_discovery p_confirmation",
     LogEstimate: "log coefficients sigma",
     ExplainedForce: "row depends_on alone repeatable",
     FreeLaw: "laws on coefficients sigma unit error_before error_after noise_floor blocks_agree explains tried",
     Ladder: "verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment "
-    "warnings missing law",
+    "warnings missing law remainder",
     Step: "effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log "
     "blocks_agree",
     HistoryEntry: "change error_before error_after logs",
@@ -138,7 +145,8 @@ def test_an_inspection_is_written_under_the_documented_keys():
 def test_a_change_is_its_step_with_the_model_after_it():
     after = SimpleNamespace(floor=1.0, horizon=0.5)
     data = serialise.to_json(Change(blank(Step, estimates={}), Model.default(), after, None, None))
-    assert list(data) == ["schema", *STEP_KEYS.split(), "effects", "noise_floor", "horizon_s", "parameters"]
+    assert list(data) == ["schema", *STEP_KEYS.split(), "effects", "noise_floor", "horizon_s", "parameters",
+                          "remainder", "warnings"]  # fmt: skip
     assert list(data["parameters"]["X1"]) == ["value", "sigma"]
 
 

@@ -59,20 +59,28 @@ COMMANDS = {
     "identify log.csv --method filtered --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias(p_value biased against difference_percent sigma_percent
-        predicted_bias_percent predicted_spread_percent replicas)""",
+        predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+    "identify log.csv --method shooting": """
+        schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
+        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening""",
     "identify log.csv --method recursive --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent
-        sigma_percent predicted_bias_percent predicted_spread_percent replicas)""",
+        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+    "identify log.csv": """
+        schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
+        forgetting track guide force_error cutoff_hz bias covariance(names matrix)
+        remainder(force sensors places) widening(factors correlation_times_s)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
-        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log""",
+        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log
+        remainder(force sensors places)""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",
     "add coulomb_drive --data log.csv": """
         schema effect coefficients(torque) sigma(torque) unit(torque) error_before error_after per_log blocks_agree
-        effects noise_floor horizon_s parameters(value sigma)""",
+        effects noise_floor horizon_s parameters(value sigma) remainder(force sensors places) warnings""",
     "remove coulomb_drive": "schema effect effects error_before error_after",
     "history": "schema history(change error_before error_after logs)",
     "effects slope": "schema effects(effect family sentence equation means parameters(name unit scope))",
@@ -87,7 +95,8 @@ def test_a_command_writes_these_keys_and_no_other(command, folder, monkeypatch):
     entry = {"change": "add slope", "error_before": None, "error_after": None, "logs": []}
     (folder / "history.json").write_text(json.dumps([entry]), encoding="utf-8")
     data = json.loads(run(*command.split(), "--json", "-").stdout)
-    assert keys(data) == flat(COMMANDS[command])
+    left = ("remainder.force.", "remainder.sensors.")  # by row and by channel, as each log has them
+    assert {k for k in keys(data) if not k.startswith(left)} == flat(COMMANDS[command])
     assert data["schema"] == 1
 
 
@@ -103,13 +112,13 @@ def test_a_changes_parameters_are_those_that_were_fitted(folder, monkeypatch):
 RECORDS = {
     Diagnosis: """
         schema verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged
-        warnings missing law""",
+        warnings missing law remainder""",
     CandidateFit: """
         schema effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical beyond
         per_log p_discovery p_confirmation""",
     Ladder: """
         schema verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment warnings
-        missing law""",
+        missing law remainder""",
     Step: """
         schema effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log
         blocks_agree""",

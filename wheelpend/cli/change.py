@@ -16,6 +16,7 @@ from wheelpend.model.workspace import HistoryEntry
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
 from wheelpend.reports.numbers import digits_text
 from wheelpend.reports.text.effect_sizes import effect_size_text, log_size_lines
+from wheelpend.reports.text.remainder import remainder_sentences
 
 SAVED_SENTENCE = "Saved {} and regenerated its kernels."
 
@@ -40,7 +41,7 @@ def change(
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
             workspace.save(changed.model, [history_entry(effect, remove, changed, data)])
-        print_warnings(changed.problem.warnings)
+        print_warnings(changed.warnings)
         print_result(changed, json, lambda: print_change(changed, effect, remove))
 
 
@@ -93,6 +94,7 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
     if not remove:
         print_line(f"{effect}: {effect_size_text(step, changed.model)}.")
         print_text(log_size_lines(step))
+    print_text(remainder_sentences(changed.remainder, changed.model))
     print_line(SAVED_SENTENCE.format(changed.model.path))
 
 

@@ -119,7 +119,7 @@ def campaign(
     duration: SimulatedDuration = None,
     hide: SimulatedEffects = None,
     do: CampaignTask = "identify",
-    method: CampaignMethod = "shooting",
+    method: CampaignMethod = "filter_error",
     tau: CampaignTau = None,
     out: CampaignTable = Path("campaign.csv"),
     model: ModelFile = DEFAULT_MODEL_PATH,

@@ -44,7 +44,7 @@ def demo(out: Annotated[Path, typer.Option(help="Folder for the workspace and th
 @app.command()
 def identify(
     logs: Logs,
-    method: Method = "shooting",
+    method: Method = "filter_error",
     tau: Tau = None,
     hold: Hold = None,
     forgetting: Forgetting = None,

@@ -31,7 +31,9 @@ PlantFile = Annotated[
 ]
 
 # of identify
-Method = Annotated[str, typer.Option(help="shooting, filtered, iv, recursive, energy, inverse or differentiation.")]
+Method = Annotated[
+    str, typer.Option(help="filter_error, shooting, filtered, iv, recursive, energy, inverse or differentiation.")
+]
 Tau = Annotated[
     str | None, typer.Option(metavar="T1,T2|auto", help="Time constants of the filters [s]; one for energy.")
 ]
