@@ -31,6 +31,8 @@ LOOSER = (
     Looser(r".*\.p_(value|discovery|confirmation)$", Tolerance(rtol=1e-4)),
     # instruments through filters so slow that they hardly determine anything: 7e-6
     Looser(r"identify_long\.iv_auto\.answer\.guide\.rows", Tolerance(rtol=1e-4, atol=1e-9)),
+    # a likelihood that is flat, and settled once it falls by less than 0.1: not measured on another processor yet
+    Looser(r".*\.answer\.(remainder|covariance|widening)", Tolerance(rtol=0.2, atol=1e-3)),
     # smallest of several factors, some of them 1e-7: 3e-3
     Looser(r"reproduce\.all\.answer\.choices.*\.smallest$", Tolerance(rtol=3e-2)),
     # two draws only, of estimates that these logs hardly determine: 2e-5
