@@ -113,8 +113,11 @@ def compare(
     force_error, bursts = force_errors(compared)
     progress("estimating the missing force")
     missing: tuple[MissingForce, ...] = ()
+    where: tuple[ForceConcentration, ...] = ()
     if error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor:
-        missing = missing_forces(compared.own_problem, fit_at_values(compared))
+        fitted = fit_at_values(compared)
+        missing = missing_forces(compared.own_problem, fitted)
+        where = where_it_shows(compared.own_problem, missing, fitted)
     progress("measuring what is left to chance")
     left, untold = remainder_or_warning(remainder_at, compared.own_problem, log_values)
     return Comparison(
@@ -125,7 +128,7 @@ def compare(
         rmse=rmse_of(log_segments, residuals),
         horizons=horizons,
         closed_loop=replay_closed_loop(problem, log_segments[0], log_values[0]),
-        where=where_it_shows(compared.own_problem, missing, fit_at_values(compared)),
+        where=where,
         fitted_first=fitted_first,
         warnings=(
             *problem.warnings,

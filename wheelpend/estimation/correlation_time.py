@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.covariance import block_numbers, jackknife_covariance
 from wheelpend.estimation.filter_fit import TRIAL, FilterEstimator, FilterPoint
 from wheelpend.estimation.normal_equations import covariance_of
 
@@ -36,10 +35,9 @@ def movement_with_time(estimator: FilterEstimator, point: FilterPoint, covarianc
     widest = np.zeros(len(point.theta))
     if not forces or not len(point.theta):
         return Movement(widest, (0.0, 0.0))
-    own_time = forces[0].correlation_time
-    allowed = [own_time]
+    allowed = [forces[0].correlation_time]
     own = _block_deviances(point)
-    for time in _trial_times(estimator, own_time):
+    for time in _trial_times(estimator):
         trial = _at_time(estimator, point, time)
         if not np.isfinite(trial.deviance) or _is_excluded(_block_deviances(trial) - own):
             continue
@@ -49,7 +47,7 @@ def movement_with_time(estimator: FilterEstimator, point: FilterPoint, covarianc
     return Movement(np.sqrt(widest), (min(allowed), max(allowed)))
 
 
-def _trial_times(estimator: FilterEstimator, own: float) -> np.ndarray:
+def _trial_times(estimator: FilterEstimator) -> np.ndarray:
     dt = min(s.log.dt for s in estimator.problem.segments)
     shortest, longest = max(MIN_TIME_SAMPLES * dt, estimator.correlation_bounds[0]), estimator.correlation_bounds[1]
     count = max(2, 1 + round(TIMES_PER_DECADE * np.log10(longest / shortest)))
@@ -66,8 +64,7 @@ def _at_time(estimator: FilterEstimator, point: FilterPoint, time: float) -> Fil
 
 def _block_deviances(point: FilterPoint) -> np.ndarray:
     """−2 log-likelihood of each block of consecutive segments (blocks,)."""
-    block = block_numbers([len(run.gram) for run in point.runs])
-    return np.bincount(block, np.concatenate([run.deviance for run in point.runs]))
+    return np.bincount(point.blocks, np.concatenate([run.deviance for run in point.runs]))
 
 
 def _is_excluded(losses: np.ndarray) -> bool:
@@ -78,7 +75,6 @@ def _is_excluded(losses: np.ndarray) -> bool:
 
 def robust_variances(estimator: FilterEstimator, point: FilterPoint) -> np.ndarray:
     """Variances (free,) of a fit from the block jackknife, or the information where they are less."""
-    parts = estimator.problem.equations(point.runs).finite()
-    covariance, _, _ = covariance_of(parts.sum().information, estimator.problem.space.layout.elements)
-    robust = jackknife_covariance(covariance, parts, block_numbers([len(run.gram) for run in point.runs]))
-    return np.maximum(np.diag(robust), np.diag(covariance))
+    information = estimator.problem.equations(point.runs).finite().sum().information
+    covariance, _, _ = covariance_of(information, estimator.problem.space.layout.elements)
+    return np.maximum(np.diag(estimator.jackknife(point, covariance)), np.diag(covariance))

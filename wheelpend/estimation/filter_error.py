@@ -144,17 +144,12 @@ class FilterProblem:
             run.gram[:], done = np.nan, 0
         return run, innovation, FilterTrack(*(part[:done] for part in track))
 
+    @np.errstate(over="ignore", invalid="ignore")  # as above
     def equations(self, runs: Sequence[FilterRun]) -> NormalEquations:
         """Normal equations of θ from all logs and segments, each a part of its own."""
         layout = self.space.layout
-        found, first = NormalEquations.zeros(layout, sum(len(r.gram) for r in runs)), 0
-        for run, places in zip(runs, layout.places, strict=True):
-            rows = np.arange(first, first + len(run.gram))
-            found.information[rows[:, None, None], places[:, None], places] = run.gram[:, :-1, :-1]
-            found.score[rows[:, None], places] = run.gram[:, :-1, -1]
-            found.cost[rows] = run.gram[:, -1, -1]
-            first += len(rows)
-        return found
+        logs = [NormalEquations(layout, r.gram[:, :-1, :-1], r.gram[:, :-1, -1], r.gram[:, -1, -1]) for r in runs]
+        return NormalEquations.of_logs(layout, logs)
 
 
 def total_deviance(runs: Sequence[FilterRun]) -> float:

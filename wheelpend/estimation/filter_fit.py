@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.estimation.filter_error import FilterProblem, FilterRun
+from wheelpend.estimation.covariance import block_numbers, jackknife_covariance
+from wheelpend.estimation.filter_error import FilterProblem, FilterRun, total_deviance
 from wheelpend.estimation.normal_equations import NormalEquations, bounded_step
 from wheelpend.estimation.random_source import RandomSource, Sources, correlation_bounds
 from wheelpend.estimation.scoring import noise_equations, parameter_equations
@@ -56,6 +57,11 @@ class FilterPoint(NamedTuple):
     deviance: float  # −2 log-likelihood
 
     @property
+    def blocks(self) -> np.ndarray:
+        """Number (all segments,) of the block of consecutive segments that each belongs to."""
+        return block_numbers([len(run.gram) for run in self.runs])
+
+    @property
     def kinds(self) -> Sources:
         """Which sources there are; sizes and times are those of the first log."""
         return self.sources[0]
@@ -72,8 +78,11 @@ class FilterEstimator:
     def point(self, theta: np.ndarray, sources: Sequence[Sources]) -> FilterPoint:
         """The point at given parameters and sources."""
         runs = tuple(self.problem.run(theta, sources))
-        total = float(sum(run.deviance.sum() for run in runs))
-        return FilterPoint(theta, tuple(sources), runs, total if np.isfinite(total) else np.inf)
+        return FilterPoint(theta, tuple(sources), runs, total_deviance(runs))
+
+    def jackknife(self, point: FilterPoint, covariance: np.ndarray) -> np.ndarray:
+        """Covariance (free, free) of a fit by the block jackknife, from that of its information."""
+        return jackknife_covariance(covariance, self.problem.equations(point.runs).finite(), point.blocks)
 
     def scale(self, source: RandomSource) -> float:
         """What the size of a source is measured by: forces that drive the machine, the σ of a sensor."""
@@ -125,7 +134,9 @@ class FilterEstimator:
             gradient = self._equations_at_held_gains(point, free_noise)
             trial, damping = self._descended(point, self._allowed(gradient, effort), damping)
             if effort.with_gains and point.kinds and theta.size and point.deviance - trial.deviance < effort.settled:
-                gradient = self._scoring_equations(trial, free_noise)
+                stays = trial is point  # where the equations of the noise are known already
+                noise = (gradient.noise_information, gradient.noise_score) if stays else None
+                gradient = self._scoring_equations(trial, free_noise, noise)
                 trial, damping = self._descended(trial, self._allowed(gradient, effort), FIRST_DAMPING)
             gain, point = point.deviance - trial.deviance, trial
             if gain < max(effort.settled, HOPELESS_SHARE * (point.deviance - goal)):
@@ -152,15 +163,18 @@ class FilterEstimator:
 
     def _equations_at_held_gains(self, point: FilterPoint, free_noise: bool) -> Gradient:
         parameters = self.problem.equations(point.runs).sum().finite()
-        return Gradient(parameters, *(self._noise_equations(point) if free_noise else NO_NOISE))
+        return Gradient(parameters, *self._noise_equations(point, free_noise))
 
-    def _scoring_equations(self, point: FilterPoint, free_noise: bool) -> Gradient:
+    def _scoring_equations(
+        self, point: FilterPoint, free_noise: bool, noise: tuple[np.ndarray, np.ndarray] | None
+    ) -> Gradient:
+        """The same with all that the gains change; noise are the equations of the noise there, where they are known."""
         held = self.problem.equations(point.runs).sum().finite()
         parameters = parameter_equations(self.problem, point.theta, point.sources, held.information)
-        return Gradient(parameters, *(self._noise_equations(point) if free_noise else NO_NOISE))
+        return Gradient(parameters, *(noise or self._noise_equations(point, free_noise)))
 
-    def _noise_equations(self, point: FilterPoint) -> tuple[np.ndarray, np.ndarray]:
-        return noise_equations(self.problem, point.theta, point.sources)
+    def _noise_equations(self, point: FilterPoint, free_noise: bool) -> tuple[np.ndarray, np.ndarray]:
+        return noise_equations(self.problem, point.theta, point.sources) if free_noise else NO_NOISE
 
     def _moved_noise(self, sources: tuple[Sources, ...], gradient: Gradient, damping: float) -> tuple[Sources, ...]:
         """Sources after a step of their sizes and times, within the bounds of both."""

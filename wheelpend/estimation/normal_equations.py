@@ -35,6 +35,18 @@ class NormalEquations:
         size = len(layout.elements)
         return cls(layout, np.zeros((parts, size, size)), np.zeros((parts, size)), np.zeros(parts))
 
+    @classmethod
+    def of_logs(cls, layout: ParameterLayout, logs: Sequence[NormalEquations]) -> NormalEquations:
+        """Those of the parts of all logs, of which each has its own columns."""
+        found, first = cls.zeros(layout, sum(len(e.score) for e in logs)), 0
+        for equations, places in zip(logs, layout.places, strict=True):
+            rows = np.arange(first, first + len(equations.score))
+            found.information[rows[:, None, None], places[:, None], places] = symmetric(equations.information)
+            found.score[rows[:, None], places] = equations.score
+            found.cost[rows] = equations.cost
+            first += len(rows)
+        return found
+
     def part(self, number: int) -> NormalEquations:
         """Those of one part."""
         return NormalEquations(self.layout, self.information[number], self.score[number], self.cost[number])
@@ -116,15 +128,7 @@ class ReducedEquations:
     @cached_property
     def segments(self) -> NormalEquations:
         """Those of every segment of all logs, in θ."""
-        layout = self.total.layout
-        found, first = NormalEquations.zeros(layout, sum(len(e.score) for e in self.logs)), 0
-        for equations, places in zip(self.logs, layout.places, strict=True):
-            rows = np.arange(first, first + len(equations.score))
-            found.information[rows[:, None, None], places[:, None], places] = symmetric(equations.information)
-            found.score[rows[:, None], places] = equations.score
-            found.cost[rows] = equations.cost
-            first += len(rows)
-        return found
+        return NormalEquations.of_logs(self.total.layout, self.logs)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # what cannot be simulated gives infinities, and is rejected

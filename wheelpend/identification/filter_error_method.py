@@ -12,12 +12,12 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model, fit_segments
 from wheelpend.estimation.correlation_time import Movement, movement_with_time
-from wheelpend.estimation.covariance import block_numbers, is_autocorrelated, jackknife_covariance
+from wheelpend.estimation.covariance import is_autocorrelated
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate, LogValue
 from wheelpend.estimation.filter_error import FilterProblem, filtered_segments
 from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
-from wheelpend.estimation.free_parameters import free_names, free_parameters
+from wheelpend.estimation.free_parameters import free_names, free_parameters, per_log_names
 from wheelpend.estimation.normal_equations import covariance_of
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameter_table import MAX_WHITE_NOISE_ERROR_RATIO
@@ -69,14 +69,29 @@ def filter_error_fit(model: Model, logs: Sequence, progress: Progress) -> Filter
 
 def filter_estimator(problem: EstimationProblem, values: Mapping[str, float]) -> tuple[FilterEstimator, list[str]]:
     """The estimator of a model's free parameters on a problem's logs, at or near some values, and their names."""
-    model = problem.model
+    model, names = problem.model, free_names(problem, problem.model.effects)
     module = free_force_module(model.plant, model.assumptions, model.effects)
-    names = free_names(problem, model.effects)
-    layout = ParameterLayout.of(free_parameters(replace(problem, module=module), names), len(problem.logs))
-    space = ParameterSpace.of(layout, values, ())
+    log_values = [values] * len(problem.logs)
+    return estimator_at(problem, module, names, log_values, lambda: [values, *start_candidates(problem)]), names
+
+
+def estimator_at(
+    problem: EstimationProblem,
+    module: KernelModule,
+    free: Sequence[str],
+    log_values: Sequence[Mapping[str, float]],
+    starts: Callable[[], Iterable[Mapping[str, float]]],
+) -> FilterEstimator:
+    """The estimator of some free parameters, at values of all parameters in each log.
+
+    ``starts`` tell the size of the modelled forces where nothing drives the machine.
+    """
+    shared = set(free) - set(per_log_names(free))
+    layout = ParameterLayout.of(free_parameters(replace(problem, module=module), free), len(problem.logs))
+    own = [{n: v for n, v in values.items() if n not in shared} for values in log_values]
+    space = ParameterSpace.of(layout, log_values[0], own)
     filters = FilterProblem(module, filtered_segments(problem), space, problem.max_step)
-    scale = force_scale(module, problem.logs, lambda: [values, *start_candidates(problem)])
-    return FilterEstimator(filters, scale), names
+    return FilterEstimator(filters, force_scale(module, problem.logs, starts))
 
 
 def _starts(
@@ -152,8 +167,7 @@ def _is_white(estimator: FilterEstimator, point: FilterPoint) -> bool:
 
 def _conservative_covariance(estimator: FilterEstimator, point: FilterPoint, covariance: np.ndarray) -> np.ndarray:
     """The covariance of the information with the standard errors of the block jackknife where these are larger."""
-    parts = estimator.problem.equations(point.runs).finite()
-    robust = jackknife_covariance(covariance, parts, block_numbers([len(run.gram) for run in point.runs]))
+    robust = estimator.jackknife(point, covariance)
     wider = np.sqrt(np.maximum(np.diag(robust) / np.maximum(np.diag(covariance), 1e-300), 1.0))
     return covariance * np.outer(wider, wider)
 

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.estimation.filter_error import FilterProblem, filtered_segments
-from wheelpend.estimation.filter_fit import FilterEstimator
-from wheelpend.estimation.free_parameters import free_names, free_parameters, per_log_names
-from wheelpend.estimation.parameter_space import ParameterSpace
-from wheelpend.estimation.parameters import ParameterLayout
+from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import possible_errors, possible_forces
 from wheelpend.estimation.source_search import likeliest_sources
-from wheelpend.identification.filter_error_method import force_scale, remainder_at_point
+from wheelpend.identification.filter_error_method import estimator_at, remainder_at_point
 from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import free_force_module
@@ -64,15 +59,9 @@ def _kernels(problem: EstimationProblem) -> KernelModule:
 
 def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:
     module = _kernels(problem)
-    shared = set(free) - set(per_log_names(list(free)))
-    layout = ParameterLayout.of(free_parameters(replace(problem, module=module), free), len(problem.logs))
-    own = [{n: v for n, v in values.items() if n not in shared} for values in log_values]
-    space = ParameterSpace.of(layout, log_values[0], own)
-    filters = FilterProblem(module, filtered_segments(problem), space, problem.max_step)
-    scale = force_scale(module, problem.logs, lambda: log_values)
-    estimator = FilterEstimator(filters, scale).on_part(MAX_REMAINDER_SAMPLES)
+    estimator = estimator_at(problem, module, free, log_values, lambda: log_values).on_part(MAX_REMAINDER_SAMPLES)
     forces, errors = possible_forces(problem.plant, module.NY), possible_errors(module.OUTPUTS, module.NQ)
-    point = likeliest_sources(estimator, [space.start()], forces, errors, lambda text: None)
+    point = likeliest_sources(estimator, [estimator.problem.space.start()], forces, errors, lambda text: None)
     if not np.isfinite(point.deviance):
         raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
                       "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip

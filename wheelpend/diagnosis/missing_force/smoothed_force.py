@@ -19,17 +19,15 @@ from wheelpend.diagnosis.missing_force.estimate import (
     concentrations,
     estimate_missing_force,
 )
-from wheelpend.estimation.filter_error import FilterProblem, filtered_segments
+from wheelpend.estimation.filter_error import FilterProblem
 from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.parameter_space import ParameterSpace
-from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import RandomSource, Sources, possible_forces
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.smoother import SmoothedForce, smoothed_force
 from wheelpend.estimation.state_reconstruction import input_table, port_motion
-from wheelpend.identification.filter_error_method import force_scale
+from wheelpend.identification.filter_error_method import estimator_at
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.log import Log
 
@@ -41,7 +39,7 @@ NOTHING_FREE = np.zeros(0)  # θ of a model at its values
 
 def missing_forces(problem: EstimationProblem, fitted: Fit) -> tuple[MissingForce, ...]:
     """The missing force along each of the problem's logs, of the model at a fit to them."""
-    estimator = estimator_at(problem, fitted)
+    estimator = estimator_of_forces(problem, fitted)
     point = likeliest_forces(estimator, problem)
     if not np.isfinite(point.deviance):
         return (estimate_missing_force(problem, fitted),)
@@ -51,14 +49,12 @@ def missing_forces(problem: EstimationProblem, fitted: Fit) -> tuple[MissingForc
     return tuple(found)
 
 
-def estimator_at(problem: EstimationProblem, fitted: Fit) -> FilterEstimator:
+def estimator_of_forces(problem: EstimationProblem, fitted: Fit) -> FilterEstimator:
     """Filters along a problem's logs with a model at a fit, in which nothing is free but random sources."""
-    model, logs = problem.model, problem.data.estimation
+    model = problem.model
     module = free_force_module(model.plant, model.assumptions, model.effects)
-    values = [fitted.of_log(number) for number in range(len(logs))]
-    space = ParameterSpace.of(ParameterLayout.of((), len(logs)), values[0], values)
-    filters = FilterProblem(module, filtered_segments(problem), space, problem.max_step)
-    return FilterEstimator(filters, force_scale(module, [s.log for s in logs], lambda: values))
+    values = [fitted.of_log(number) for number in range(len(problem.logs))]
+    return estimator_at(problem, module, (), values, lambda: values)
 
 
 def likeliest_forces(estimator: FilterEstimator, problem: EstimationProblem) -> FilterPoint:
