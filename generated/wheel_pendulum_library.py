@@ -139,23 +139,16 @@ def _sine_pair(x):
     fourth = square * square  # the series in halves that need not wait for each other
     sine = rest + rest * square * (
         (-1.66666666666666324348e-01 + square * 8.33333333332248946124e-03)
-        + fourth
-        * (
+        + fourth * (
             (-1.98412698298579493134e-04 + square * 2.75573137070700676789e-06)
             + fourth * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
         )
     )
-    cosine = (
-        1.0
-        - 0.5 * square
-        + fourth
-        * (
-            (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
-            + fourth
-            * (
-                (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
-                + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
-            )
+    cosine = 1.0 - 0.5 * square + fourth * (
+        (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
+        + fourth * (
+            (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
+            + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
         )
     )
     turn = quarters - 4.0 * ((0.25 * quarters - 0.375 + ROUNDING) - ROUNDING)  # 0, 1, 2 or 3
@@ -168,7 +161,9 @@ def _sine_pair(x):
 def _series(x, square):
     """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
-    sine = x + x * square * ((-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0))
+    sine = x + x * square * (
+        (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
+    )
     return sine, square * ((0.5 - square / 24.0) + fourth * (1.0 / 720.0 - square / 40320.0))
 
 
@@ -816,9 +811,7 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _initial_state(
-            t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens
-        )
+        _initial_state(t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens)
         acting[k] = state[NV]
     return acting
 
@@ -1542,38 +1535,12 @@ def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters,
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
         cost = _fit_start(
-            t,
-            voltage,
-            measured,
-            weight,
-            segment,
-            start,
-            parameters,
-            max_step,
-            rounds,
-            gram,
-            trial_gram,
-            residual,
-            normal,
-            step,
+            t, voltage, measured, weight, segment, start, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
         )
         if from_before and ended == bounds[s, 0] and np.isfinite(arrived).all():
             other[0] = arrived
             if cost > _fit_start(
-                t,
-                voltage,
-                measured,
-                weight,
-                segment,
-                other,
-                parameters,
-                max_step,
-                rounds,
-                gram,
-                trial_gram,
-                residual,
-                normal,
-                step,
+                t, voltage, measured, weight, segment, other, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
             ):
                 start[0] = other[0]
         states[s] = start[0, :NX]
@@ -3093,16 +3060,7 @@ def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, st
         weights[:9], weights[9] = filter_weights(h, taus[0], taus[1]), h
     if k:
         filter_advance(
-            t[k - 1],
-            h,
-            states[k - 1],
-            states[k],
-            voltage[k - 1],
-            voltage[k],
-            parameters,
-            weights,
-            first_order_hold,
-            memory,
+            t[k - 1], h, states[k - 1], states[k], voltage[k - 1], voltage[k], parameters, weights, first_order_hold, memory
         )
     else:
         filter_start(t[0], start, voltage[0], parameters, weights, memory)
@@ -3132,18 +3090,7 @@ def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
         _filter_sample(
-            k,
-            t,
-            states,
-            voltage,
-            parameters,
-            times,
-            first_order_hold,
-            states[0],
-            weights,
-            memory,
-            taus[k - 1],
-            phis[k - 1],
+            k, t, states, voltage, parameters, times, first_order_hold, states[0], weights, memory, taus[k - 1], phis[k - 1]
         )
     return taus, phis
 
@@ -3215,12 +3162,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     digits are lost that a QR decomposition would keep.
     """
     products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
-    lanes, value, tau, phi = (
-        np.zeros(FEATURE + FEATURES * BLOCK_SIZE),
-        np.zeros(SIGNALS),
-        np.zeros(NQ),
-        np.zeros((NQ, len(LINEAR))),
-    )
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
         for k in range(k, min(k + BLOCK_SIZE, t.size)):
@@ -3230,9 +3172,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
             for row in range(NQ):
                 for a in range(len(LINEAR) + 1):
                     for b in range(len(LINEAR) + 1):
-                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (
-                            phi[row, b] if b < len(LINEAR) else tau[row]
-                        )
+                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
     _add_feature_products(products, gram)
 

@@ -29,12 +29,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     digits are lost that a QR decomposition would keep.
     """
     products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
-    lanes, value, tau, phi = (
-        np.zeros(FEATURE + FEATURES * BLOCK_SIZE),
-        np.zeros(SIGNALS),
-        np.zeros(NQ),
-        np.zeros((NQ, len(LINEAR))),
-    )
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
         if k + BLOCK_SIZE <= t.size:
@@ -56,9 +51,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
             for row in range(NQ):
                 for a in range(len(LINEAR) + 1):
                     for b in range(len(LINEAR) + 1):
-                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (
-                            phi[row, b] if b < len(LINEAR) else tau[row]
-                        )
+                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
     _add_feature_products(products, gram)
 
@@ -70,8 +63,4 @@ def _free_decay(weights, lanes):
     for c in range(BLOCK_SIZE):
         coupled = weights[1] * coupled + weights[2] * first
         first, second = weights[0] * first, weights[1] * second
-        lanes[FREE_DECAY + c], lanes[FREE_DECAY + BLOCK_SIZE + c], lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] = (
-            first,
-            second,
-            coupled,
-        )
+        lanes[FREE_DECAY + c], lanes[FREE_DECAY + BLOCK_SIZE + c], lanes[FREE_DECAY + 2 * BLOCK_SIZE + c] = first, second, coupled

@@ -117,16 +117,7 @@ def _filter_sample(k, t, states, voltage, parameters, taus, first_order_hold, st
         weights[:9], weights[9] = filter_weights(h, taus[0], taus[1]), h
     if k:
         filter_advance(
-            t[k - 1],
-            h,
-            states[k - 1],
-            states[k],
-            voltage[k - 1],
-            voltage[k],
-            parameters,
-            weights,
-            first_order_hold,
-            memory,
+            t[k - 1], h, states[k - 1], states[k], voltage[k - 1], voltage[k], parameters, weights, first_order_hold, memory
         )
     else:
         filter_start(t[0], start, voltage[0], parameters, weights, memory)
@@ -156,17 +147,6 @@ def filter_onward(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     weights, times = np.zeros(10), (tau1, tau2)
     for k in range(1, t.size):
         _filter_sample(
-            k,
-            t,
-            states,
-            voltage,
-            parameters,
-            times,
-            first_order_hold,
-            states[0],
-            weights,
-            memory,
-            taus[k - 1],
-            phis[k - 1],
+            k, t, states, voltage, parameters, times, first_order_hold, states[0], weights, memory, taus[k - 1], phis[k - 1]
         )
     return taus, phis

@@ -26,12 +26,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
     digits are lost that a QR decomposition would keep.
     """
     products, weights = np.zeros((FEATURES, FEATURES, PARTIAL_SUMS)), np.zeros(10)
-    lanes, value, tau, phi = (
-        np.zeros(FEATURE + FEATURES * BLOCK_SIZE),
-        np.zeros(SIGNALS),
-        np.zeros(NQ),
-        np.zeros((NQ, len(LINEAR))),
-    )
+    lanes, value, tau, phi = np.zeros(FEATURE + FEATURES * BLOCK_SIZE), np.zeros(SIGNALS), np.zeros(NQ), np.zeros((NQ, len(LINEAR)))
     k = 1
     while k < t.size:
         for k in range(k, min(k + BLOCK_SIZE, t.size)):
@@ -41,9 +36,7 @@ def filtered_gram(t, states, voltage, parameters, tau1, tau2, first_order_hold, 
             for row in range(NQ):
                 for a in range(len(LINEAR) + 1):
                     for b in range(len(LINEAR) + 1):
-                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (
-                            phi[row, b] if b < len(LINEAR) else tau[row]
-                        )
+                        gram[a, b] += (phi[row, a] if a < len(LINEAR) else tau[row]) * (phi[row, b] if b < len(LINEAR) else tau[row])
         k += 1
     _add_feature_products(products, gram)
 

@@ -70,8 +70,6 @@ def acting_voltage(t, voltage, parameters):
     acting, sens, columns = np.empty(t.size), np.zeros((NS, 0)), np.empty(0, np.int64)
     state, start = np.zeros(NS), np.zeros(NX)
     for k in range(t.size):
-        _initial_state(
-            t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens
-        )
+        _initial_state(t[k], t, voltage, _acting_sample(t, k, t[k], parameters), start, parameters, columns, state, sens)
         acting[k] = state[NV]
     return acting

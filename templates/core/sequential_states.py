@@ -21,38 +21,12 @@ def fit_initial_states(t, voltage, measured, weight, bounds, states, parameters,
         segment, last = bounds[s : s + 1], bounds[s, 1]
         start[0, :NX], start[0, NX:] = states[s], arrived[NX:]
         cost = _fit_start(
-            t,
-            voltage,
-            measured,
-            weight,
-            segment,
-            start,
-            parameters,
-            max_step,
-            rounds,
-            gram,
-            trial_gram,
-            residual,
-            normal,
-            step,
+            t, voltage, measured, weight, segment, start, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
         )
         if from_before and ended == bounds[s, 0] and np.isfinite(arrived).all():
             other[0] = arrived
             if cost > _fit_start(
-                t,
-                voltage,
-                measured,
-                weight,
-                segment,
-                other,
-                parameters,
-                max_step,
-                rounds,
-                gram,
-                trial_gram,
-                residual,
-                normal,
-                step,
+                t, voltage, measured, weight, segment, other, parameters, max_step, rounds, gram, trial_gram, residual, normal, step
             ):
                 start[0] = other[0]
         states[s] = start[0, :NX]

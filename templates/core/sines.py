@@ -17,23 +17,16 @@ def _sine_pair(x):
     fourth = square * square  # the series in halves that need not wait for each other
     sine = rest + rest * square * (
         (-1.66666666666666324348e-01 + square * 8.33333333332248946124e-03)
-        + fourth
-        * (
+        + fourth * (
             (-1.98412698298579493134e-04 + square * 2.75573137070700676789e-06)
             + fourth * (-2.50507602534068634195e-08 + square * 1.58969099521155010221e-10)
         )
     )
-    cosine = (
-        1.0
-        - 0.5 * square
-        + fourth
-        * (
-            (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
-            + fourth
-            * (
-                (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
-                + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
-            )
+    cosine = 1.0 - 0.5 * square + fourth * (
+        (4.16666666666666019037e-02 - square * 1.38888888888741095749e-03)
+        + fourth * (
+            (2.48015872894767294178e-05 - square * 2.75573143513906633035e-07)
+            + fourth * (2.08757232129817482790e-09 - square * 1.13596475577881948265e-11)
         )
     )
     turn = quarters - 4.0 * ((0.25 * quarters - 0.375 + ROUNDING) - ROUNDING)  # 0, 1, 2 or 3
@@ -46,7 +39,9 @@ def _sine_pair(x):
 def _series(x, square):
     """sin x and 1 − cos x for |x| up to SERIES_RANGE."""
     fourth = square * square
-    sine = x + x * square * ((-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0))
+    sine = x + x * square * (
+        (-1.0 / 6.0 + square / 120.0) + fourth * (-1.0 / 5040.0 + square / 362880.0)
+    )
     return sine, square * ((0.5 - square / 24.0) + fourth * (1.0 / 720.0 - square / 40320.0))
 
 
