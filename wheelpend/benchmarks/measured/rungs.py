@@ -1,4 +1,4 @@
-"""The models of an error ladder with the values that they have there, for judges outside of the diagnosis."""
+"""The models of an error ladder with the values that they have there, and what a page says of every ladder."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from derive.parameter_name import full_name
 from wheelpend.benchmarks.markdown import markdown_table
+from wheelpend.benchmarks.measured.drawing import step_rows
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.fit import Fit
@@ -16,6 +17,7 @@ from wheelpend.estimation.problem import EstimationProblem, extended_effects
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.model.record import Model
+from wheelpend.reports.text.remainder import remainder_sentences
 
 START_LABEL = "model file, refitted"
 
@@ -57,16 +59,23 @@ def _fitted_model(label: str, problem: EstimationProblem, fitted: Fit) -> Fitted
     return FittedModel(label, problem.model, values)
 
 
-def value_table(fitted: FittedModel, found: Ladder) -> str:
-    """Table of a model's values with the standard errors and units of the ladder's last rung."""
-    rows = [
-        (f"`{name}`", f"{fitted.values[name]:.4g}", f"{estimate.sigma:.2g}", estimate.unit or "–")
-        for name, estimate in found.parameters.items()
-        if name in fitted.values
-    ]
-    return markdown_table(("parameter", "value", "standard error", "unit"), rows)
+def ladder_texts(found: Ladder) -> dict[str, str]:
+    """What a page says of every ladder: its steps, errors, last values and what remains, as Markdown."""
+    rows = [(f"`{n}`", f"{e.value:.4g}", f"{e.sigma:.2g}", e.unit) for n, e in found.parameters.items()]
+    header = ("step", "added", "error before [σ]", "error after [σ]")
+    return {
+        "steps": markdown_table(header, step_rows(found)) if found.steps else "No effect was added.",
+        "added": ", then ".join(f"`{s.effect}`" for s in found.steps) or "no effect",
+        "base": f"{found.base_error:.4g}",
+        "error": f"{found.error:.4g}",
+        "floor": f"{found.noise_floor:.2g}",
+        "horizon": f"{found.horizon_s:g}",
+        "values": markdown_table(("parameter", "value", "standard error", "unit"), rows),
+        "verdict": found.verdict,
+        "remains": "\n".join(f"- {line}" for line in remainder_sentences(found.remainder, found.model)),
+    }
 
 
-def added_effects_text(found: Ladder) -> str:
-    """The effects that were added, in their order, or that there were none."""
-    return ", then ".join(f"`{s.effect}`" for s in found.steps) or "no effect"
+def goal_text(value: float, limit: float) -> str:
+    """Whether a value is within a limit, in words that a sentence can end with."""
+    return "it is reached" if value <= limit else "it is not reached"

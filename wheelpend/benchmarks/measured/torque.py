@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,41 +18,45 @@ MOTION_CUTOFF_HZ = 5.0  # of the zero-phase filter for positions, derivatives an
 TORQUES_OF_ROWS = np.array([[-1.0, 1.0], [0.0, 1.0]])  # the rows are V2 − V1 and V2
 
 
-class JointTorques(NamedTuple):
-    """Measured torques of an arm, and those that a model needs for the measured motion."""
+class JointEquations(NamedTuple):
+    """Measured torques of an arm, and the regressor that gives those which a model needs for the measured motion."""
 
     t: np.ndarray  # (N,) s
     measured: np.ndarray  # (N, 2) unit of the input, at the shoulder and the elbow
-    needed: np.ndarray  # (N, 2) likewise
+    regressor: np.ndarray  # (N, 2, n) by the module's linear parameters
 
 
 def torque_error(module: KernelModule, values: Mapping[str, float], log: Log) -> float:
     """Difference between measured and needed torques of both joints relative to the measured ones [%].
 
-    Root of the sums of squares over all samples and both joints, behind a zero-phase filter of 5 Hz.
+    Root of the sums of squares over all samples and both joints, behind a zero-phase filter of 5 Hz. What acts on no
+    torque at the same moment, such as delays and errors of sensors, is not judged.
     """
-    parts = joint_torques(module, values, log)
-    left, size = (np.sum([np.sum(f(p) ** 2) for p in parts]) for f in (_difference, _measured))
-    return float(100.0 * np.sqrt(left / size))
+    estimate = linear_parameter_values(module, values)
+    parts = joint_equations(module, values, log)
+    left = sum(float(np.sum((p.measured - p.regressor @ estimate) ** 2)) for p in parts)
+    return float(100.0 * np.sqrt(left / sum(float(np.sum(p.measured**2)) for p in parts)))
 
 
-def _difference(part: JointTorques) -> np.ndarray:
-    return part.measured - part.needed
+def least_squares_values(module: KernelModule, log: Log, without: Sequence[str] = ()) -> dict[str, float]:
+    """Linear parameters that make the torque error on a log least, those named in ``without`` held at 0."""
+    parts = joint_equations(module, {}, log)
+    kept = [k for k, name in enumerate(module.LINEAR) if name not in without]
+    rows = np.concatenate([p.regressor.reshape(-1, len(module.LINEAR))[:, kept] for p in parts])
+    best = np.linalg.lstsq(rows, np.concatenate([p.measured.ravel() for p in parts]), rcond=None)[0]
+    return dict.fromkeys(without, 0.0) | {module.LINEAR[k]: float(v) for k, v in zip(kept, best, strict=True)}
 
 
-def _measured(part: JointTorques) -> np.ndarray:
-    return part.measured
-
-
-def joint_torques(module: KernelModule, values: Mapping[str, float], log: Log) -> list[JointTorques]:
-    """Torques over every stretch of a log without a gap, the ends left out at which the filter is not settled."""
-    parameters, estimate = kernel_parameters(module, values, log), linear_parameter_values(module, values)
+def joint_equations(module: KernelModule, values: Mapping[str, float], log: Log) -> list[JointEquations]:
+    """Filtered equations over every stretch of a log, without the ends at which the filter is not settled."""
     found = []
-    for stretch in equations_by_stretch(module, log, parameters, MOTION_CUTOFF_HZ):
+    for stretch in equations_by_stretch(module, log, kernel_parameters(module, values, log), MOTION_CUTOFF_HZ):
         edge = round(EDGE_S / stretch.dt)
-        rows = (stretch.left, stretch.regressor @ estimate)
-        measured, needed = (low_passed(s, stretch.dt, MOTION_CUTOFF_HZ)[edge:-edge] @ TORQUES_OF_ROWS.T for s in rows)
-        found.append(JointTorques(stretch.t[edge:-edge], measured, needed))
+        left, regressor = (
+            low_passed(side, stretch.dt, MOTION_CUTOFF_HZ)[edge:-edge] for side in (stretch.left, stretch.regressor)
+        )
+        rows = np.einsum("ij,njk->nik", TORQUES_OF_ROWS, regressor)
+        found.append(JointEquations(stretch.t[edge:-edge], left @ TORQUES_OF_ROWS.T, rows))
     return found
 
 
