@@ -7,13 +7,13 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support import DATA
-from wheelpend import Model
+from wheelpend import Model, explain, simulate
 from wheelpend.benchmarks.measured import pairs
 from wheelpend.benchmarks.measured.__main__ import CASE_STUDIES, app
 from wheelpend.benchmarks.measured.arm import ARM_LOG, ARM_MODEL, DRY_FRICTION, VISCOUS_PARAMETERS
 from wheelpend.benchmarks.measured.pairs import PairAnswer, pair_texts, study_pairs
 from wheelpend.benchmarks.measured.pendulum import DECAY_LOG, PENDULUM_MODEL, fitted_to_free_run
-from wheelpend.benchmarks.measured.rungs import FittedModel, goal_text
+from wheelpend.benchmarks.measured.rungs import FittedModel, course_text, fitted_models, goal_text
 from wheelpend.benchmarks.measured.servo_logs import ESTIMATION_LOGS, LOG_NAMES, VALIDATION_LOGS, log_pairs
 from wheelpend.benchmarks.measured.torque import least_squares_values, log_halves, torque_error
 from wheelpend.estimation.data import read_logs
@@ -120,3 +120,18 @@ def test_a_story_that_is_none_and_logs_that_are_not_there_are_said(tmp_path):
 
 def test_a_goal_is_reached_or_not():
     assert goal_text(1.0, 1.0) == "it is reached" and goal_text(1.01, 1.0) == "it is not reached"
+
+
+# ---- the rungs of a ladder
+
+
+@pytest.mark.slow
+def test_every_rung_of_a_ladder_has_its_effects_and_the_last_one_the_values_of_the_ladder():
+    model = Model.default("slide")
+    log = simulate(model, duration=10.0, hide={"viscous_drive": 0.6, "coulomb_drive": 0.5}, seed=1)
+    found = explain(model, [log])
+    rungs = fitted_models(found)
+    assert [set(r.model.effects) - {s.effect for s in found.steps[:k]} for k, r in enumerate(rungs)] == [set()] * 3
+    assert rungs[-1].values == {n: found.fit.values[n] for n in rungs[-1].values}
+    assert rungs[-1].values["viscous_drive.coefficient"] == pytest.approx(0.6, rel=0.05)
+    assert rungs[1].values != rungs[2].values and "`" in course_text(found)

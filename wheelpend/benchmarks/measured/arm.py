@@ -20,6 +20,7 @@ from wheelpend.benchmarks.measured.torque import (
 from wheelpend.benchmarks.measured.traces import draw_torques
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
+from wheelpend.identification.identify import identify
 from wheelpend.identification.inverse_dynamics import linear_parameter_values
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -50,6 +51,8 @@ t = { column = "time" }
 theta_1 = 0.0003815                    # of the encoders [rad]
 theta_2 = 0.0003815
 """
+WIDE_CUTOFF_HZ = 20.0  # of the filter, at which the encoder's steps are most of what is differentiated twice
+IDENTIFY_LABEL = "the last of these, values of `identify`"
 VISCOUS_PARAMETERS = ("X6", "X7")
 DRY_FRICTION = ("coulomb_drive", "coulomb_joint")
 REFERENCE_MODELS = (  # label, effects, parameters held at 0
@@ -80,6 +83,8 @@ class ArmStudy(NamedTuple):
     explanation: Ladder
     rungs: list[JudgedModel]
     references: list[JudgedModel]  # by least squares
+    identified: JudgedModel  # the last rung with the values of identify
+    coarse_inertia: float  # N m s², X1 + X3 by least squares with friction behind a filter that is too wide
 
 
 def arm_page_text(path: Path, out: Path, update: Callable[[str], None]) -> str:
@@ -104,7 +109,14 @@ def study_arm(path: Path, update: Callable[[str], None]) -> ArmStudy:
         begun = FittedModel(label, model.with_effects(effects), {})
         values = least_squares_values(begun.module, halves[0], without)
         references.append(judged_model(begun._replace(values=values), halves))
-    return ArmStudy(halves, explanation, rungs, references)
+    dry = FittedModel("", model.with_effects(DRY_FRICTION), {}).module
+    coarse = least_squares_values(dry, halves[0], cutoff=WIDE_CUTOFF_HZ)
+    last = rungs[-1].fitted
+    found = identify(last.model, halves[:1], progress=update).parameters
+    by_identify = last._replace(label=IDENTIFY_LABEL, values={**last.values, **{n: e.value for n, e in found.items()}})
+    return ArmStudy(
+        halves, explanation, rungs, references, judged_model(by_identify, halves), coarse["X1"] + coarse["X3"]
+    )
 
 
 def judged_model(fitted: FittedModel, halves: Sequence[Log]) -> JudgedModel:
@@ -133,7 +145,7 @@ def torque_texts(study: ArmStudy) -> dict[str, str]:
         "duration": f"{study.halves[1].t[-1]:.0f}",
         "rate": f"{1.0 / study.halves[0].dt:.0f}",
         "cutoff": f"{MOTION_CUTOFF_HZ:g}",
-        "rungs": markdown_table(header, map(judged_row, study.rungs)),
+        "rungs": markdown_table(header, map(judged_row, (*study.rungs, study.identified))),
         "references": markdown_table(header, map(judged_row, study.references)),
         "last": f"{last.second:.1f}",
         "goal": f"{GOAL_PERCENT:g}",
@@ -142,6 +154,8 @@ def torque_texts(study: ArmStudy) -> dict[str, str]:
         "inertia_goal": f"{100 * GOAL_INERTIA_SHARE:.0f} % of {LEAST_SQUARES_INERTIA:g}",
         "inertia_reached": goal_text(off, GOAL_INERTIA_SHARE),
         "best": f"{best.second:.1f}",
+        "wide": f"{WIDE_CUTOFF_HZ:g}",
+        "coarse": f"{study.coarse_inertia:.3f}",
     }
 
 

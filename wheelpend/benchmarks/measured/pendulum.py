@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from derive.parameter_name import effect_of
 from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
@@ -60,9 +62,8 @@ def pendulum_page_text(path: Path, out: Path, update: Callable[[str], None]) -> 
     study = study_pendulum(path, update)
     draw_error_ladder(out / "pendulum_ladder.svg", study.explanation)
     best = min(study.laws, key=lambda judged: judged.error)
-    shown = [study.rungs[0], *study.rungs[-1:], best] if len(study.rungs) > 1 else [study.rungs[0], best]
-    runs = {judged.fitted.label.replace("`", ""): _run_of(judged, study.log) for judged in shown}
-    draw_free_runs(out / "pendulum_free_run.svg", study.log, runs)
+    runs = {"explain": study.rungs[-1], "fitted to this run": best}
+    draw_free_runs(out / "pendulum_free_run.svg", study.log, {label: run_of(j, study.log) for label, j in runs.items()})
     return PAGE_TEMPLATE_PATH.read_text(encoding="utf-8").format(
         model=PENDULUM_MODEL, **ladder_texts(study.explanation), **free_run_texts(study)
     )
@@ -120,5 +121,6 @@ def _friction_names(judged: JudgedModel) -> list[str]:
     return [n for n in judged.fitted.values if effect_of(n)]
 
 
-def _run_of(judged: JudgedModel, log: Log):
+def run_of(judged: JudgedModel, log: Log) -> np.ndarray:
+    """Readings (N,) [rad] of a model's free run."""
     return free_run(judged.fitted.module, judged.fitted.values, log)

@@ -65,15 +65,21 @@ def ladder_texts(found: Ladder) -> dict[str, str]:
     header = ("step", "added", "error before [σ]", "error after [σ]")
     return {
         "steps": markdown_table(header, step_rows(found)) if found.steps else "No effect was added.",
-        "added": ", then ".join(f"`{s.effect}`" for s in found.steps) or "no effect",
-        "base": f"{found.base_error:.4g}",
-        "error": f"{found.error:.4g}",
-        "floor": f"{found.noise_floor:.2g}",
-        "horizon": f"{found.horizon_s:g}",
+        "course": course_text(found),
         "values": markdown_table(("parameter", "value", "standard error", "unit"), rows),
         "verdict": found.verdict,
         "remains": "\n".join(f"- {line}" for line in remainder_sentences(found.remainder, found.model)),
     }
+
+
+def course_text(found: Ladder) -> str:
+    """How far the held-out error came down, in sentences."""
+    ends = f"noise, with a floor of {found.noise_floor:.2g}."
+    begin = f"The held-out error over {found.horizon_s:g} s"
+    if not found.steps:
+        return f"{begin} is {found.base_error:.4g} times the sensor {ends}"
+    added = ", then ".join(f"`{step.effect}`" for step in found.steps)
+    return f"Added: {added}. {begin} goes from {found.base_error:.4g} to {found.error:.4g} times the sensor {ends}"
 
 
 def goal_text(value: float, limit: float) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from derive.parameter_name import effect_of
 from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
@@ -89,8 +91,8 @@ def judged_rung(fitted: FittedModel, estimation: Sequence[Log], validation: Sequ
     return JudgedRung(fitted, identified, best, fitted_best)
 
 
-def roll_outs_of(judged: JudgedRung, log: Log):
-    """Roll-outs of a log with the identified values and with the best ones, by label."""
+def roll_outs_of(judged: JudgedRung, log: Log) -> dict[str, np.ndarray]:
+    """Roll-outs (N,) [rad] of a log with the identified values and with the best ones, by label."""
     values = {"identified": judged.fitted.values, "best roll-out": judged.best_values}
     return {label: roll_out(judged.fitted.module, v, log) for label, v in values.items()}
 

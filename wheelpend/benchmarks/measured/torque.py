@@ -38,22 +38,26 @@ def torque_error(module: KernelModule, values: Mapping[str, float], log: Log) ->
     return float(100.0 * np.sqrt(left / sum(float(np.sum(p.measured**2)) for p in parts)))
 
 
-def least_squares_values(module: KernelModule, log: Log, without: Sequence[str] = ()) -> dict[str, float]:
+def least_squares_values(
+    module: KernelModule, log: Log, without: Sequence[str] = (), cutoff: float = MOTION_CUTOFF_HZ
+) -> dict[str, float]:
     """Linear parameters that make the torque error on a log least, those named in ``without`` held at 0."""
-    parts = joint_equations(module, {}, log)
+    parts = joint_equations(module, {}, log, cutoff)
     kept = [k for k, name in enumerate(module.LINEAR) if name not in without]
     rows = np.concatenate([p.regressor.reshape(-1, len(module.LINEAR))[:, kept] for p in parts])
     best = np.linalg.lstsq(rows, np.concatenate([p.measured.ravel() for p in parts]), rcond=None)[0]
     return dict.fromkeys(without, 0.0) | {module.LINEAR[k]: float(v) for k, v in zip(kept, best, strict=True)}
 
 
-def joint_equations(module: KernelModule, values: Mapping[str, float], log: Log) -> list[JointEquations]:
-    """Filtered equations over every stretch of a log, without the ends at which the filter is not settled."""
+def joint_equations(
+    module: KernelModule, values: Mapping[str, float], log: Log, cutoff: float = MOTION_CUTOFF_HZ
+) -> list[JointEquations]:
+    """Equations up to a cut-off [Hz] over every stretch of a log, without the ends where the filter is not settled."""
     found = []
-    for stretch in equations_by_stretch(module, log, kernel_parameters(module, values, log), MOTION_CUTOFF_HZ):
+    for stretch in equations_by_stretch(module, log, kernel_parameters(module, values, log), cutoff):
         edge = round(EDGE_S / stretch.dt)
         left, regressor = (
-            low_passed(side, stretch.dt, MOTION_CUTOFF_HZ)[edge:-edge] for side in (stretch.left, stretch.regressor)
+            low_passed(side, stretch.dt, cutoff)[edge:-edge] for side in (stretch.left, stretch.regressor)
         )
         rows = np.einsum("ij,njk->nik", TORQUES_OF_ROWS, regressor)
         found.append(JointEquations(stretch.t[edge:-edge], left @ TORQUES_OF_ROWS.T, rows))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from wheelpend.logs.log import Log
 MAX_POINTS = 4000  # of a curve, beyond which it is thinned
 TORQUE_WINDOW_S = 8.0  # s of an arm's torques that are shown
 JOINT_NAMES = ("shoulder", "elbow")
+LEGEND_ABOVE: dict[str, Any] = {
+    "frameon": False, "fontsize": 8, "ncols": 3, "loc": "lower right", "bbox_to_anchor": (1.0, 1.0)
+}  # fmt: skip
 LINE_COLOURS = (BEFORE_COLOUR, AFTER_COLOUR, INK_COLOUR)
 
 
@@ -35,7 +39,7 @@ def draw_free_runs(path: Path, log: Log, runs: Mapping[str, np.ndarray]) -> None
         below.plot(log.t[thin], off, color=colour, lw=0.6, label=label)
     below.set_ylabel("measured less free run [mrad]")
     below.set_xlabel("time [s]")
-    below.legend(frameon=False, fontsize=8, loc="upper right")
+    below.legend(**LEGEND_ABOVE)
     save_svg(figure, path)
 
 
@@ -48,7 +52,7 @@ def draw_roll_outs(path: Path, logs: Sequence[Log], runs: Sequence[Mapping[str, 
             ax.plot(log.t, readings, color=colour, lw=0.9, label=label)
         ax.set_title(log.name, fontsize=9, loc="left", color=INK_COLOUR)
         ax.set_ylabel("angle [rad]")
-    axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="upper right")
+    axes[0].legend(**LEGEND_ABOVE)
     axes[-1].set_xlabel("time [s]")
     save_svg(figure, path)
 
@@ -64,6 +68,6 @@ def draw_torques(path: Path, equations: JointEquations, needed: Mapping[str, np.
         for colour, (label, torques) in zip(LINE_COLOURS, needed.items(), strict=False):
             ax.plot(t[shown], torques[shown, joint], color=colour, lw=0.9, label=label)
         ax.set_ylabel(f"{name} [N m]")
-    axes[0].legend(frameon=False, fontsize=8, ncols=3, loc="upper right")
+    axes[0].legend(**LEGEND_ABOVE)
     axes[-1].set_xlabel("time [s]")
     save_svg(figure, path)
