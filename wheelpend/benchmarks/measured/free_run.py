@@ -17,6 +17,7 @@ from wheelpend.logs.log import Log
 NO_COLUMNS = np.zeros(0, dtype=np.int64)
 START_SAMPLES = 20  # through which a parabola gives the start of the search
 LENGTH_SHARES = (0.03, 0.1, 0.3, 1.0)  # of the log, over which parameters are fitted one after the other
+START_FACTORS = np.linspace(0.4, 1.2, 81)  # of the measured start, which are tried: the amplitude sets the period
 LOST_RAD = 1e3  # in place of a reading that is no number
 
 
@@ -69,12 +70,17 @@ def _fitted_run(module: KernelModule, values: Mapping[str, float], log: Log, nam
         found = module.sensitivities(log.t, log.known_voltage, state, parameters, columns, step)
         return np.nan_to_num(found[1][:, 0], nan=LOST_RAD), np.nan_to_num(found[2][:, 0])
 
-    best = least_squares(
-        lambda point: (run(tuple(point))[0] - log.measured[:, 0])[known],
-        np.concatenate([measured_start(module, log), [values[n] for n in names]]),
-        jac=lambda point: run(tuple(point))[1][known],
-        x_scale="jac",
-    )
+    def difference(point: np.ndarray) -> np.ndarray:
+        return (run(tuple(point))[0] - log.measured[:, 0])[known]
+
+    own, start = np.array([values[n] for n in names]), measured_start(module, log)
+    tried = [np.concatenate([factor * start, own]) for factor in START_FACTORS]
+    nearest = min(tried, key=lambda point: float(np.sum(difference(point) ** 2)))
+    fits = [
+        least_squares(difference, point, jac=lambda point: run(tuple(point))[1][known], x_scale="jac")
+        for point in (np.concatenate([start, own]), nearest)
+    ]
+    best = min(fits, key=lambda fit: float(fit.cost))
     return _FittedRun(run(tuple(best.x))[0], values_at(best.x))
 
 
