@@ -29,7 +29,7 @@ def expand(expression: sp.Expr) -> sp.Expr:
     if expression.is_Mul and (factor := next((f for f in expression.args if f.is_Add), None)):
         others = sp.Mul(*(f for f in expression.args if f is not factor))
         return sp.Add(*(expand(others * term) for term in factor.args))
-    return expression if is_product(expression) else sp.expand(expression)
+    return expression if is_product(expression) else sp.expand(expression, power_exp=False)
 
 
 @lru_cache(CACHED_TERM_COUNT)
