@@ -23,6 +23,7 @@ from wheelpend.logs.log import Log
 
 MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothing is concluded from the equations
 MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
+SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
 MIN_SHIFT_GAIN = 1.3  # times less of it at another time
 
 
@@ -67,7 +68,7 @@ def smallest_flip(signals: Signals, module: KernelModule, pairs: Sequence[RatePa
     for size in range(1, len(groups) // 2 + 1):
         sets = [tuple(c for group in chosen for c in group) for chosen in combinations(groups, size)]
         shares = [unexplained_share(with_signs_flipped(signals, s), module) for s in sets]
-        best = int(np.argmin(shares))
+        best = int(np.argmax(np.array(shares) <= (1.0 + SAME_SHARE_TOLERANCE) * min(shares)))  # the first of equal ones
         if shares[best] < MAX_UNEXPLAINED_SHARE and as_is > MIN_FLIP_GAIN * shares[best]:
             return sets[best]
     return ()
