@@ -101,6 +101,10 @@ class FilterProblem:
         """The same problem on so many samples of all logs together: the beginning and the middle of each."""
         return replace(self, segments=[_part(s, samples // len(self.segments)) for s in self.segments])
 
+    def on_beginning(self, samples: int) -> FilterProblem:
+        """The same problem on so many samples, or a few more, from the first of each log on."""
+        return replace(self, segments=[_beginning(s, samples) for s in self.segments])
+
     def run(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[FilterRun]:
         """Run the filters with each log's random sources, and linearise their innovations in θ."""
         return [self._run_log(k, theta, own, self.columns, NO_STEPS)[0] for k, own in enumerate(sources)]
@@ -178,6 +182,12 @@ def _part(segments: Segments, samples: int) -> Segments:
         return segments
     chosen = np.unique(np.r_[: count // 2, len(lengths) // 2 : len(lengths) // 2 + count - count // 2])
     return replace(segments, bounds=segments.bounds[chosen[chosen < len(lengths)]], weights=None)
+
+
+def _beginning(segments: Segments, samples: int) -> Segments:
+    """The first segments, up to the one with which they have so many samples."""
+    before = np.cumsum(np.diff(segments.bounds, axis=1)[:, 0]) - np.diff(segments.bounds, axis=1)[:, 0]
+    return replace(segments, bounds=segments.bounds[before < samples], weights=None)
 
 
 def start_spread(module: KernelModule, log: Log, starts: np.ndarray) -> np.ndarray:

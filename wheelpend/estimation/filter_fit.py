@@ -34,6 +34,7 @@ class Effort(NamedTuple):
     settled: float  # fall of the deviance in a round, below which it ends
     with_gains: bool  # takes in what the gains change, where nothing is gained at held ones
     holds_times: bool = False  # keeps when events begin and end: a large force would carry them off
+    holds_sensors: bool = False  # keeps the errors of sensors as they are
 
 
 THOROUGH = Effort(25, 0.1, True)
@@ -131,12 +132,12 @@ class FilterEstimator:
         for _ in range(effort.rounds if theta.size or free_noise else 0):
             if not np.isfinite(point.deviance):
                 break
-            gradient = self._equations_at_held_gains(point, free_noise)
+            gradient = self._equations_at_held_gains(point, free_noise, effort)
             trial, damping = self._descended(point, self._allowed(gradient, effort), damping)
             if effort.with_gains and point.kinds and theta.size and point.deviance - trial.deviance < effort.settled:
                 stays = trial is point  # where the equations of the noise are known already
                 noise = (gradient.noise_information, gradient.noise_score) if stays else None
-                gradient = self._scoring_equations(trial, free_noise, noise)
+                gradient = self._scoring_equations(trial, free_noise, effort, noise)
                 trial, damping = self._descended(trial, self._allowed(gradient, effort), FIRST_DAMPING)
             gain, point = point.deviance - trial.deviance, trial
             if gain < max(effort.settled, HOPELESS_SHARE * (point.deviance - goal)):
@@ -161,20 +162,21 @@ class FilterEstimator:
         gradient.parameters.score[held] = 0.0
         return gradient
 
-    def _equations_at_held_gains(self, point: FilterPoint, free_noise: bool) -> Gradient:
+    def _equations_at_held_gains(self, point: FilterPoint, free_noise: bool, effort: Effort) -> Gradient:
         parameters = self.problem.equations(point.runs).sum().finite()
-        return Gradient(parameters, *self._noise_equations(point, free_noise))
+        return Gradient(parameters, *self._noise_equations(point, free_noise, effort))
 
     def _scoring_equations(
-        self, point: FilterPoint, free_noise: bool, noise: tuple[np.ndarray, np.ndarray] | None
+        self, point: FilterPoint, free_noise: bool, effort: Effort, noise: tuple[np.ndarray, np.ndarray] | None
     ) -> Gradient:
         """The same with all that the gains change; noise are the equations of the noise there, where they are known."""
         held = self.problem.equations(point.runs).sum().finite()
         parameters = parameter_equations(self.problem, point.theta, point.sources, held.information)
-        return Gradient(parameters, *(noise or self._noise_equations(point, free_noise)))
+        return Gradient(parameters, *(noise or self._noise_equations(point, free_noise, effort)))
 
-    def _noise_equations(self, point: FilterPoint, free_noise: bool) -> tuple[np.ndarray, np.ndarray]:
-        return noise_equations(self.problem, point.theta, point.sources) if free_noise else NO_NOISE
+    def _noise_equations(self, point: FilterPoint, free_noise: bool, effort: Effort) -> tuple[np.ndarray, np.ndarray]:
+        held = [effort.holds_sensors and not s.is_force for s in point.kinds]
+        return noise_equations(self.problem, point.theta, point.sources, held) if free_noise else NO_NOISE
 
     def _moved_noise(self, sources: tuple[Sources, ...], gradient: Gradient, damping: float) -> tuple[Sources, ...]:
         """Sources after a step of their sizes and times, within the bounds of both."""

@@ -39,15 +39,20 @@ def parameter_equations(
 
 
 def noise_equations(
-    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources]
+    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], held: Sequence[bool]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Information and score in logarithms: of all sizes of each log, then of the correlation times that logs share."""
+    """Information and score in logarithms: of all sizes of each log, then of the correlation times that logs share.
+
+    Both are zero for the sources that are held.
+    """
     count, logs = len(sources[0]), len(sources)
     information, score = np.zeros((count * (logs + 1),) * 2), np.zeros(count * (logs + 1))
+    now = problem.innovations(theta, sources)
     changed = [
-        problem.innovations(theta, [_nudged(own, k % count, k >= count) for own in sources]) for k in range(2 * count)
+        now if held[k % count] else problem.innovations(theta, [_nudged(own, k % count, k >= count) for own in sources])
+        for k in range(2 * count)
     ]
-    for number, here in enumerate(problem.innovations(theta, sources)):
+    for number, here in enumerate(now):
         places = np.r_[number * count + np.arange(count), logs * count + np.arange(count)]
         own = scoring(here, [c[number] for c in changed], np.full(2 * count, NOISE_STEP))
         information[np.ix_(places, places)] += own[0]

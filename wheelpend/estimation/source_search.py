@@ -47,15 +47,26 @@ def likeliest_sources(
     if is_explained(estimator, whole):
         found = part.point(whole.theta, whole.sources)
     else:
-        progress("fitting with large random forces")
-        freest = _freest(part, [first, *starts], possible)
-        progress("taking random forces away that are not needed")
-        found = _with_filters(part, _with_ports(part, without_needless(part, freest), forces), errors)
+        found = likeliest_from(part, [first, *starts], forces, errors, progress)
     progress("looking for another random force or sensor error")
     while (trial := _with_another(part, found, possible)) and _is_worth(part, trial, found):
         found = _with_filters(part, without_needless(part, trial), errors)
     progress("fitting all samples")
     return estimator.fit(found.theta, found.sources)
+
+
+def likeliest_from(
+    estimator: FilterEstimator,
+    starts: Sequence[np.ndarray],
+    forces: Sources,
+    errors: Sources,
+    progress: Progress = lambda text: None,
+) -> FilterPoint:
+    """The fit that begins with large sources everywhere, from the best of some starts, without those not needed."""
+    progress("fitting with large random forces")
+    freest = _freest(estimator, starts, (*forces, *errors))
+    progress("taking random forces away that are not needed")
+    return _with_filters(estimator, _with_ports(estimator, without_needless(estimator, freest), forces), errors)
 
 
 def as_mixture(estimator: FilterEstimator, point: FilterPoint) -> tuple[FilterEstimator, FilterPoint]:

@@ -60,7 +60,7 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
     squares, count, residuals = 0.0, 0, []
     lead = LEAD_IN_SEGMENTS if problem.carries else 0
     for validation in problem.data.validation:
-        segments, values = validation.part, _validation_values(problem, fitted, validation)
+        segments, values = validation.part, validation_values(problem, fitted, validation)
         simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
         _, residual = prediction_error(simulator, segments, values, lead)
         squares += sum_of_squares(residual)
@@ -71,7 +71,8 @@ def validation_residuals(problem: EstimationProblem, fitted: Fit) -> tuple[float
     return float(np.sqrt(squares / max(count, 1))), residuals
 
 
-def _validation_values(problem: EstimationProblem, fitted: Fit, validation: ValidationData) -> dict[str, float]:
+def validation_values(problem: EstimationProblem, fitted: Fit, validation: ValidationData) -> dict[str, float]:
+    """Values with which a fit predicts a validation part; a log's own ones are estimated on its first third."""
     if validation.estimation_log is not None:
         return fitted.of_log(validation.estimation_log)
     if validation.calibration is None:

@@ -73,6 +73,8 @@ class Remainder:
     force: dict[str, RowForce] = field(default_factory=dict)  # by row
     sensors: dict[str, SensorError] = field(default_factory=dict)  # by channel
     places: tuple[str, ...] = ()  # where the forces act: rows, or ports between two of them
+    repeatable_share: float | None = None  # of the forces' mean square, that a smooth law predicts; None if not sought
+    repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row or port
 
     @property
     def strongest(self) -> RowForce | None:
@@ -81,7 +83,13 @@ class Remainder:
 
     def to_json(self) -> dict[str, Any]:
         """The remainder under the keys of JSON."""
-        return {"force": self.force, "sensors": self.sensors, "places": self.places}
+        return {
+            "force": self.force,
+            "sensors": self.sensors,
+            "places": self.places,
+            "repeatable_share": self.repeatable_share,
+            "repeating": self.repeating,
+        }
 
 
 def with_remainder(model: Model, left: Remainder | None) -> Model:
