@@ -75,6 +75,8 @@ class CandidateFit(EffectEstimate):
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     p_discovery: float | None = None  # from the training data that chose the effect, corrected for the library
     p_confirmation: float | None = None  # from validation data, corrected for how many effects were judged on them
+    held_out_gain: float | None = None  # of log-likelihood with a random force [nats], where that is what judges
+    in_sample_gain: float | None = None  # the same of the data that the effect was fitted to
 
     def to_json(self) -> dict[str, Any]:
         """The candidate under the keys of JSON."""
@@ -93,6 +95,8 @@ class CandidateFit(EffectEstimate):
             "per_log": self.per_log,
             "p_discovery": self.p_discovery,
             "p_confirmation": self.p_confirmation,
+            "held_out_gain": self.held_out_gain,
+            "in_sample_gain": self.in_sample_gain,
         }
 
     def is_supported(self, error_before: float) -> bool:
@@ -192,15 +196,22 @@ def confirmation_p_value(
     error is the larger of those for white noise and from the scatter of blocks, and counts the uncertainty of the
     training data.
     """
+    along, power = _regression_sums(residuals_before, residuals_after)
+    return encompassing_p_value(along, power, 1.0 + problem.data.validation_values / problem.data.values)
+
+
+def encompassing_p_value(along: np.ndarray, power: np.ndarray, inflation: float) -> float:
+    """P-value of residuals following a change, from their products with it and its squares, summed over blocks.
+
+    inflation is the variance of the factor over that which the residuals alone give it.
+    """
     from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
-    along, power = _regression_sums(residuals_before, residuals_after)
     if not np.isfinite(along).all() or not power.sum() > 0.0:
         return 1.0
     count = len(along)
     factor = along.sum() / power.sum()
     scatter = np.sqrt(np.sum((along - factor * power) ** 2) * count / max(count - 1, 1))
-    inflation = 1.0 + problem.data.validation_values / problem.data.values
     sigma = max(scatter, np.sqrt(power.sum())) / power.sum() * np.sqrt(inflation)
     return float(stdtr(max(count - 1, 1), -factor / sigma))
 
@@ -239,18 +250,25 @@ def deviation_from_absence(fitted: Fit, sizes: Sequence[FreeParameter], absent: 
 
 
 def wald_p_value(
-    fitted: Fit, sizes: Sequence[FreeParameter], deviation: np.ndarray, combined: np.ndarray | None = None
+    fitted: Fit,
+    sizes: Sequence[FreeParameter],
+    deviation: np.ndarray,
+    combined: np.ndarray | None = None,
+    parts: int | None = None,
 ) -> float:
     """P-value of coefficients that deviate so far from absence, with the more cautious of two covariances.
 
-    ``combined`` (n, sizes) tests combinations of them instead.
+    ``combined`` (n, sizes) tests combinations of them instead. ``parts`` is the number of independent parts of the
+    data, that of the segments where it is not given.
     """
     from scipy.special import fdtrc  # imported late: scipy.special takes longer to load than most commands
 
+    if not np.isfinite(fitted.error):
+        return 1.0  # what cannot be simulated is evidence for nothing
     indices = [fitted.places[p.name, p.log] for p in sizes]
     mixed = np.eye(len(sizes)) if combined is None else combined
     values, count = mixed @ deviation, len(mixed)
-    segment_count = sum(len(s) for s in fitted.states)
+    segment_count = sum(len(s) for s in fitted.states) if parts is None else parts
     kinds = (
         (fitted.covariance * max(fitted.error, 1.0) ** 2, max(segment_count - len(fitted.free), 2), 1.0),
         (fitted.robust, max(fitted.blocks - count, 2), max(fitted.blocks - count, 1) / max(fitted.blocks - 1, 1)),

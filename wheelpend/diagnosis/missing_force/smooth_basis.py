@@ -52,8 +52,12 @@ class SmoothBasis(NamedTuple):
     @staticmethod
     def of(linearised: LinearisedLogs, plant: PlantSignature) -> SmoothBasis:
         """Basis functions of the variables that change in the logs of a plant."""
+        return SmoothBasis.of_values({n: values_in_segments(linearised, n) for n in linearised.pieces[0].motion}, plant)
+
+    @staticmethod
+    def of_values(values: Mapping[str, np.ndarray], plant: PlantSignature) -> SmoothBasis:
+        """Basis functions of variables of a plant, from the values (N,) that they take."""
         directed, angles = {*plant.speeds, *plant.inputs}, {n for n, u in plant.positions.items() if u == "rad"}
-        values = {n: values_in_segments(linearised, n) for n in linearised.pieces[0].motion}
         splines = {n: SplineBasis.of(v, n in directed) for n, v in values.items() if v.std() > 0.0}
         ranges = {n: np.ptp(values[n]) for n in splines if n in angles}
         harmonics = tuple(

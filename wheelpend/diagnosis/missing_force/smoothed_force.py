@@ -93,7 +93,7 @@ def force_along(estimator: FilterEstimator, theta: np.ndarray, sources: Sources,
     problem, segments = estimator.problem, estimator.problem.segments[number]
     parts = [_part_along(problem, theta, sources, number, bounds) for bounds in _bounds_of_parts(segments)]
     samples, force, sigma, states = (np.concatenate(column) for column in zip(*parts, strict=True))
-    variables = _variables(problem, segments.log, samples, states)
+    variables = variables_of(problem, segments.log, samples, states)
     return MissingForce(segments.log.t[samples], force, sigma, variables, segments.log.name)
 
 
@@ -114,7 +114,7 @@ def _bounds_of_parts(segments: Segments) -> list[np.ndarray]:
     return [segments.bounds[part == k] for k in np.unique(part)]
 
 
-def _variables(problem: FilterProblem, log: Log, samples: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
+def variables_of(problem: FilterProblem, log: Log, samples: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
     """States, slip speed, input and time at the samples."""
     module = problem.module
     table = {name: states[:, k] for k, name in enumerate(module.STATES)}
