@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,9 @@ class Step(EffectEstimate):
     parameters: dict[str, float] = field(default_factory=dict)  # base parameters after the step
     per_log: tuple[LogEstimate, ...] = ()  # of several logs, where the effect has a size in each
     blocks_agree: str | None = None
+    held_out_gain: float | None = None  # of log-likelihood with a random force [nats], where that is what judged
+    force_before: float | None = None  # the random force that is left, as a share of the drive; None where not known
+    force_after: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The step under the keys of JSON."""
@@ -57,6 +61,9 @@ class Step(EffectEstimate):
             "parameters": self.parameters,
             "per_log": self.per_log,
             "blocks_agree": self.blocks_agree,
+            "held_out_gain": self.held_out_gain,
+            "force_before": self.force_before,
+            "force_after": self.force_after,
         }
 
 
@@ -130,7 +137,11 @@ def explain(
 
 def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Ladder:
     """The ladder of some rounds, with the last diagnosis as it is concluded, from the nominal validation error."""
-    steps = tuple(ladder_step(r.problem, r.named[0], r.error) for r in rounds[:-1])
+    forces = [remaining_force(r) for r in (*rounds[:-1], last)]
+    steps = tuple(
+        replace(ladder_step(r.problem, r.named[0], r.error), force_before=before, force_after=after)
+        for r, (before, after) in zip(rounds[:-1], pairwise(forces), strict=True)
+    )
     first, problem = revise_verdict(rounds[0], rounds[-1]), last.problem
     return Ladder(
         verdict=overall_verdict(steps, last),
@@ -155,12 +166,21 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
     )
 
 
+def remaining_force(found: Diagnosis) -> float | None:
+    """The largest random force that is left on a row, as a share of its drive; None where it was not measured."""
+    if found.remainder is None:
+        return None
+    strongest = found.remainder.strongest
+    return strongest.share_of_drive if strongest else 0.0
+
+
 def overall_verdict(steps: Sequence[Step], last: Diagnosis) -> str:
     """Verdict of a ladder: unexplained if the last diagnosis says so, else ambiguous if any step was.
 
     A ladder that had to end before the rest was added leaves that rest unexplained.
     """
-    if last.verdict == "unexplained" or last.error > MAX_EXPLAINED_ERROR_RATIO * last.noise_floor:
+    more_than_noise = last.error > MAX_EXPLAINED_ERROR_RATIO * last.noise_floor
+    if last.verdict == "unexplained" or (bool(last.named) if last.by_likelihood else more_than_noise):
         return "unexplained"
     return "ambiguous" if any(s.equivalent_to for s in steps) else "nothing_missing"
 
@@ -187,6 +207,7 @@ def ladder_step(problem: EstimationProblem, candidate: CandidateFit, error_befor
         parameters={n: candidate.fit.values[n] for n in problem.base},
         per_log=candidate.per_log,
         blocks_agree=candidate.blocks_agree,
+        held_out_gain=candidate.held_out_gain,
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from wheelpend.diagnosis.alternatives import with_backlash
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round
 from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force, with_remainder
@@ -55,6 +56,8 @@ def diagnose(
 def selection_done(rounds: Rounds) -> bool:
     """Enough rounds to know that the effects explain the rest, or that at this pace none will."""
     last = rounds[-1]
+    if last.by_likelihood:  # the rest may repeat though the error hardly falls
+        return len(rounds) == MAX_ADDED_EFFECTS
     slow = len(rounds) > 1 and last.named[0].error_after > MAX_REMAINING_ERROR_RATIO * last.error
     return last.is_explained or slow or len(rounds) == MAX_ADDED_EFFECTS
 
@@ -75,6 +78,8 @@ def stepwise(
     rounds = forward_pass(first_round(problem, start, progress), is_done, progress)
     if not rounds[-1].is_explained:
         rounds = _with_backlash_instead(rounds, is_done, progress)
+    if not rounds[-1].is_explained:
+        return rounds_by_likelihood(problem, start, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
         redundant = find_redundant_effect(rounds, progress)
         if redundant is None:

@@ -54,6 +54,7 @@ class Diagnosis:
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
+    by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -81,7 +82,9 @@ class Diagnosis:
 
     @property
     def is_explained(self) -> bool:
-        """Nothing but noise is left, with the first candidate where there is one."""
+        """Nothing but noise is left, with the first candidate where there is one; or a force that no law predicts."""
+        if self.by_likelihood:
+            return self.verdict == "nothing_missing"
         left = self.named[0].error_after if self.named else self.error
         return left <= MAX_EXPLAINED_ERROR_RATIO * self.noise_floor
 
@@ -109,6 +112,8 @@ def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: No
 
 def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
     """A diagnosis that says what its model leaves to chance, or warns that this could not be found."""
+    if found.remainder is not None:
+        return replace(found, warnings=(*found.warnings, *remainder_warnings(found.remainder)))
     progress("measuring what is left to chance")
     values = [found.fit.of_log(k) for k in range(len(found.problem.logs))]
     left, warnings = remainder_or_warning(refitted_remainder, found.problem, values)

@@ -11,7 +11,13 @@ from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
 from wheelpend.reports.text.remainder import remainder_sentences
 from wheelpend.reports.text.table import TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
-from wheelpend.reports.text.verdict import CLOSING_SENTENCES, effect_meaning_text, equivalents_text, evidence_text
+from wheelpend.reports.text.verdict import (
+    closing_sentence,
+    effect_meaning_text,
+    equivalents_text,
+    evidence_text,
+    force_change_text,
+)
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder, Step
@@ -24,7 +30,7 @@ def explanation_text(result: Ladder, asked: LawRequest | None = None) -> TextBlo
     yield from ladder_lines(result)
     for step in result.steps:
         yield from _step_lines(step, result)
-    yield CLOSING_SENTENCES[result.verdict]
+    yield closing_sentence(result)
     yield from remainder_sentences(result.remainder, result.model)
     yield from unexplained_text(result.repeats, result.law, asked or LawRequest(), result.verdict)
 
@@ -41,6 +47,8 @@ def ladder_lines(result: Ladder) -> Iterator[str]:
 def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
     yield f"{step.effect}: {effect_meaning_text(step, result.model, rms_input(result.problem))}"
     yield f"  {evidence_text(step)}"
+    if step.force_before is not None and step.force_after is not None:
+        yield f"  {force_change_text(step.force_before, step.force_after)}"
     yield from log_size_lines(step)
     if step.equivalent_to:
         yield f"  {equivalents_text(step, 'it')} {result.experiment or ''}"

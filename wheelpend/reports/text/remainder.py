@@ -45,7 +45,8 @@ def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> lis
     physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
     share = f", {_share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
     negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
-    found = (f"Left to chance: a random force of {digits_text(force.rms, 3)} {force.unit}{physical}{share}, {place}, "
+    unit = "" if force.unit == "1" else f" {force.unit}"
+    found = (f"Left to chance: a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
              f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip
     if not force.at_bound:
         return [found]

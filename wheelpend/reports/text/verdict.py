@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.model.record import Model
 
+CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
     "ambiguous": "Nothing more is missing, but a step was ambiguous.",
@@ -29,6 +30,8 @@ CLOSING_SENTENCES = {
 def verdict_text(result: Diagnosis, model: Model) -> str:
     """The verdict of a diagnosis in a sentence or two."""
     error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
+    if result.by_likelihood and not result.named:
+        return verdict_beside_force_text(result)
     if result.verdict == "nothing_missing":
         return (f"Nothing is missing: error {error}, noise floor {floor}, and no effect of the library is worth "
                 "naming.")  # fmt: skip
@@ -36,6 +39,36 @@ def verdict_text(result: Diagnosis, model: Model) -> str:
         return (f"Something is missing (error {error}, noise floor {floor}), and no single effect of the library "
                 f"accounts for it.{partial_explanation_text(result)}")  # fmt: skip
     return best_candidate_text(result.candidates[0], result, model)
+
+
+def verdict_beside_force_text(result: Diagnosis) -> str:
+    """The verdict of a diagnosis with a random force in the likelihood, where no effect is worth naming."""
+    error, floor = prediction_error_text(result.error), digits_text(result.noise_floor)
+    if result.verdict == "nothing_missing":
+        return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
+                f"library is worth naming, and {CHANCE_SENTENCE}")  # fmt: skip
+    return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
+            f"accounts for it. {repeating_force_text(result)}")  # fmt: skip
+
+
+def repeating_force_text(result: Diagnosis) -> str:
+    """The part of what is left to chance that repeats, and the signals that predict it, in a sentence."""
+    repeating = [f for f in result.remainder.repeating if f.repeats] if result.remainder else []
+    if not repeating:
+        return ""
+    first, ports = repeating[0], result.problem.plant.couplings
+    place = ports[first.row].place if first.row in ports else f"on the {first.row} row"
+    return (f"A function of {' and '.join(first.depends_on)}, as a force {place}, predicts "
+            f"{digits_text(100.0 * first.share, 2)} % of it on stretches that it was not made from.")  # fmt: skip
+
+
+def closing_sentence(result: Ladder) -> str:
+    """What a ladder ends with, in a sentence or two."""
+    if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
+        if result.verdict == "nothing_missing":
+            return f"Nothing more that repeats is missing; {CHANCE_SENTENCE}"
+        return f"{CLOSING_SENTENCES[result.verdict]} {repeating_force_text(result.last)}".strip()
+    return CLOSING_SENTENCES[result.verdict]
 
 
 def partial_explanation_text(result: Diagnosis) -> str:
@@ -52,6 +85,9 @@ def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> 
     """The first candidate with its size, its meaning for the machine, and the error with it."""
     rest = ("" if best.error_after <= MAX_EXPLAINED_ERROR_RATIO * result.noise_floor else
             " Further effects explain the rest: add it and diagnose again, or use `wheelpend explain`.")  # fmt: skip
+    if result.by_likelihood:
+        rest = (" Whether more repeats shows with it in the model: add it and diagnose again, or use "
+                "`wheelpend explain`.")  # fmt: skip
     certain = "is missing" if result.verdict == "effect_missing" else f"or {names_text(best.equivalent_to)} is missing"
     meaning = effect_meaning_text(best, model, rms_input(result.problem))
     return (f"{best.effect} {certain}: {meaning} "
@@ -74,7 +110,9 @@ def fall_text(before: float, after: float) -> str:
 
 
 def relative_fall_text(before: float, after: float) -> str:
-    """The fall of a held-out error in percent, as far as both are finite."""
+    """The fall, or rise, of a held-out error in percent, as far as both are finite."""
+    if is_number(before) and is_number(after) and after > before:
+        return f"the held-out error rises by {digits_text(100 * (after / before - 1), 3)} %"
     if not (is_number(before) and is_number(after)):
         return fall_text(before, after)
     return f"the held-out error falls by {digits_text(100 * (1 - after / before), 3)} %"
@@ -87,8 +125,18 @@ def evidence_text(step: Step) -> str:
     """Evidence for an effect: p-value, fall of the held-out error, blocks that agree."""
     fall = relative_fall_text(step.error_before, step.error_after)
     p_value = "" if step.p_value is None else f"p = {p_value_text(step.p_value)}"
-    agreement = "" if step.blocks_agree is None else f"lower in {step.blocks_agree} blocks"
+    better = "lower" if step.held_out_gain is None else "likelier"
+    agreement = "" if step.blocks_agree is None else f"{better} in {step.blocks_agree} blocks"
     return "; ".join(filter(None, (p_value, fall, agreement))) + "."
+
+
+def force_change_text(before: float, after: float) -> str:
+    """What a step did to the random force, as shares of the drive."""
+    return f"The random force that is left goes from {_percent_text(before)} to {_percent_text(after)} of the drive."
+
+
+def _percent_text(share: float) -> str:
+    return f"{digits_text(100.0 * share, 2)} %"
 
 
 def equivalents_text(step: Step, subject: str) -> str:

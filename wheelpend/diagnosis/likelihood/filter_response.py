@@ -1,0 +1,141 @@
+"""What a known force, added to a model, would change in its filter's whitened innovations, at the gains that it has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
+from wheelpend.diagnosis.missing_force.smoothed_force import variables_of
+from wheelpend.estimation.filter_error import FilterProblem, FilterTrack
+from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.random_source import RandomSource, Sources, mixing_matrix
+from wheelpend.estimation.smoother import FILTERED, PREDICTED, stretch_beginnings
+from wheelpend.identification.filter_error_method import estimator_at
+from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.logs.log import Log
+
+MAX_SAMPLES = 8_000  # of a log, from its first on
+PROBE_SHARE, PROBE_TIME_S = (
+    1e-9,
+    1e3,
+)  # of the drive, s: a force that only shows how states move
+
+
+class DriftResponse(NamedTuple):
+    """A filter along one log, linear in known forces: states move by ``moves``, innovations by ``readings``."""
+
+    whitened: np.ndarray  # (N, NY) innovations, 0 where nothing was read
+    motion: Mapping[str, np.ndarray]  # (N,) each, as the filter knew it a step before the reading
+    own: np.ndarray  # (N, parameters, rows) forces by which the model's own parameters act, per unit of each
+    transitions: np.ndarray  # (N, NS, NS) of the error of the states, a reading taken in and then a step
+    moves: np.ndarray  # (N, NS, rows) by a force over the step to the reading
+    readings: np.ndarray  # (N, NY, NS) whitened innovations by the error of the states, 0 where nothing was read
+
+    def of(self, forces: np.ndarray) -> np.ndarray:
+        """Whitened innovations (N, NY, columns) that forces (N, columns, rows) over the steps would take away."""
+        found = np.zeros((*self.whitened.shape, forces.shape[1]))
+        error = np.zeros((self.moves.shape[1], forces.shape[1]))
+        for k, (transition, move, reading) in enumerate(zip(self.transitions, self.moves, self.readings, strict=True)):
+            error = transition @ error + move @ forces[k].T
+            found[k] = reading @ error
+        return found
+
+    def of_own(self) -> np.ndarray:
+        """The same of the model's own parameters."""
+        return self.of(self.own)
+
+
+class OwnParameters(NamedTuple):
+    """The free parameters of a model in which its equations of motion are linear."""
+
+    values: np.ndarray  # (NP,) of all parameters
+    places: list[int]  # in the regressor
+
+    @classmethod
+    def of(cls, model: FilteredModel, number: int) -> OwnParameters:
+        """Those of a model in one of its logs."""
+        module, log = model.problem.module, model.problem.logs[number]
+        free = [k for k, name in enumerate(module.LINEAR) if name in model.names]
+        return cls(kernel_parameters(module, model.log_values[number], log), free)
+
+
+def drift_responses(model: FilteredModel, number: int) -> DriftResponse | None:
+    """The filter along the beginning of one of a model's logs; None where it left the finite numbers, or reads late."""
+    values = model.log_values
+    whole = estimator_at(model.problem, model.problem.module, (), values, lambda: values)
+    sources = model.point.sources[number]
+    probes = _probes(whole.problem.module, whole.force_scale)
+    filters = whole.problem.on_beginning(MAX_SAMPLES)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        track = filters.track(number, np.zeros(0), (*sources, *probes))
+        if len(np.unique(track.samples)) != len(track.samples) or not np.isfinite(track.covariances).all():
+            return None
+        return _response(filters, number, track, sources, OwnParameters.of(model, number))
+
+
+def _probes(module: KernelModule, scale: float) -> Sources:
+    """A force on every row so small that it is none."""
+    rows = np.eye(module.NQ)
+    return tuple(
+        RandomSource(module.ROWS[k], tuple(map(float, rows[k])), (0.0,) * module.NY, PROBE_SHARE * scale, PROBE_TIME_S)
+        for k in range(module.NQ)
+    )
+
+
+def _response(
+    filters: FilterProblem, number: int, track: FilterTrack, sources: Sources, parameters: OwnParameters
+) -> DriftResponse:
+    """The response of a filter whose track ends with a probe on every row."""
+    module, segments = filters.module, filters.segments[number]
+    kept, rows = track.means.shape[2] - module.NQ, slice(track.means.shape[2] - module.NQ, None)
+    innovations = filters.innovations(np.zeros(0), [sources] * len(filters.segments))[number][track.samples, :, 0]
+    taken, readings = _update(filters, number, track, sources, kept, np.isfinite(innovations))
+    begins = np.isin(track.samples, stretch_beginnings(segments.bounds))
+    transitions = np.zeros_like(taken)
+    transitions[1:] = track.transitions[1:, :kept, :kept] @ taken[:-1]
+    moves = track.transitions[:, :kept, rows].copy()
+    transitions[begins], moves[begins] = 0.0, 0.0
+    states, samples = np.roll(track.means[:, FILTERED, : module.NX], 1, axis=0), np.roll(track.samples, 1)
+    states[0], samples[0] = track.means[0, FILTERED, : module.NX], track.samples[0]
+    motion = variables_of(filters, segments.log, samples, states)
+    forces = np.roll(track.means[:, FILTERED, kept - len(sources) : kept], 1, axis=0)
+    forces = forces @ mixing_matrix([s.rows for s in sources], module.NQ).T
+    own = _own_forces(filters, segments.log, samples, states, forces, parameters)
+    return DriftResponse(np.nan_to_num(innovations), motion, own, transitions, moves, readings)
+
+
+def _update(
+    filters: FilterProblem, number: int, track: FilterTrack, sources: Sources, kept: int, read: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What readings leave of an error (N, kept, kept), and how they show it, whitened (N, NY, kept)."""
+    module = filters.module
+    by = np.zeros((module.NY, kept))
+    by[:, : module.NX], by[:, kept - len(sources) :] = (
+        module.OUTPUT_MATRIX,
+        mixing_matrix([s.readings for s in sources], module.NY),
+    )
+    by = np.where(read[:, :, None], by, 0.0)
+    predicted = track.covariances[:, PREDICTED, :kept, :kept]
+    crossed = predicted @ by.transpose(0, 2, 1)
+    variance = by @ crossed + np.diag(filters.segments[number].sigma ** 2)
+    gain = np.linalg.solve(variance, crossed.transpose(0, 2, 1)).transpose(0, 2, 1)
+    whitened = np.linalg.solve(np.linalg.cholesky(variance), by)
+    return np.eye(kept) - gain @ by, whitened
+
+
+def _own_forces(
+    filters: FilterProblem, log: Log, samples: np.ndarray, states: np.ndarray, forces: np.ndarray, own: OwnParameters
+) -> np.ndarray:
+    """Forces (N, own, NQ) by which a model's own parameters act, per unit of each, beside random forces (N, NQ)."""
+    module, parameters = filters.module, own.values.copy()
+    found = np.zeros((len(samples), len(own.places), module.NQ))
+    for k, (sample, state) in enumerate(zip(samples, states, strict=True)):
+        voltage = np.nan_to_num(log.voltage[sample])
+        parameters[filters.force_columns] = forces[k]
+        acceleration = module.acceleration(log.t[sample], state, voltage, parameters)[: module.NQ]
+        phi = module.regressor(log.t[sample], state, acceleration, voltage, parameters)[1]
+        found[k] = -phi[:, own.places].T
+    return found

@@ -1,0 +1,246 @@
+"""Evidence for an effect, the random force free with it and without it, in sample and held out."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+import derive
+from derive.effects import Effect, Quantiles
+from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.evidence import (
+    FAMILYWISE_SIGNIFICANCE_LEVEL,
+    CandidateFit,
+    deviation_from_absence,
+    estimate_of,
+    estimates_per_log,
+    is_physical,
+    wald_p_value,
+)
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
+from wheelpend.diagnosis.likelihood.held_out import (
+    Prediction,
+    following_p_value,
+    gain_in_blocks,
+    gain_statistic,
+    one_sided_p_value,
+    prediction,
+)
+from wheelpend.diagnosis.likelihood.refits import at_sources
+from wheelpend.diagnosis.score_test import size_names
+from wheelpend.estimation.estimate import EffectEstimate
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.profiled_starts import magnitude, null_values
+from wheelpend.estimation.validation import validation_residuals
+
+CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data of an effect that the estimation data discovered
+MAX_EQUIVALENT_STATISTIC = 2.0  # standard errors between blocks within which two predictions are alike
+
+
+class Judged(NamedTuple):
+    """An effect with the evidence for it, and the model that has it."""
+
+    candidate: CandidateFit
+    model: FilteredModel
+    predicted: Prediction  # of held-out data
+    gains: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it [nats]
+    in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
+    less_force: float  # relative fall of the random force's rms
+
+    @property
+    def evidence(self) -> float:
+        """Rise of log-likelihood in sample, with what its freedom is worth by chance taken off, and held out [nats].
+
+        Of the held-out blocks the best and the worst tenth are left out: where a force is at random it is now and then
+        far larger than a Gaussian one, and such a moment would decide.
+        """
+        trimmed = len(self.gains) // 10
+        kept = np.sort(self.gains)[trimmed : len(self.gains) - trimmed]
+        return 0.5 * self.in_sample + float(kept.mean()) * len(self.gains)
+
+    def is_supported(self, error_before: float) -> bool:
+        """Significant, physically possible, likelier in most blocks, and lowering the error or the force alone."""
+        one, confirmation = self.candidate, self.candidate.p_confirmation
+        significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
+        confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
+        likelier = self.in_sample > 0.0 and self.evidence > 0.0
+        in_most_blocks = 2 * np.count_nonzero(self.gains > 0.0) > len(self.gains)
+        change = one.error_after / error_before - 1.0 if np.isfinite(error_before) else -1.0
+        improves = change < -MIN_RELATIVE_ERROR_DECREASE or (
+            change < MIN_RELATIVE_ERROR_DECREASE and self.less_force > MIN_RELATIVE_ERROR_DECREASE
+        )
+        return one.physical and significant and confirmed and likelier and bool(in_most_blocks) and improves
+
+    @property
+    def evidence_per_parameter(self) -> float:
+        """The evidence for each of the effect's parameters [nats]."""
+        return self.evidence / len(derive.effects.find(self.candidate.effect).parameters)
+
+    def is_as_likely_as(self, other: Judged) -> bool:
+        """True where held-out data are as likely with it as with another, by the scatter between blocks."""
+        return abs(gain_statistic(gain_in_blocks(self.predicted, other.predicted))) < MAX_EQUIVALENT_STATISTIC
+
+
+class JudgedModel(NamedTuple):
+    """A model that effects are judged against: its fit and how it predicts what is held out."""
+
+    model: FilteredModel
+    fit: Fit
+    predicted: Prediction
+    error: float  # over validation segments [σ], as every error is judged
+    residuals: list[np.ndarray]  # of each log (N, channels) [σ]
+
+    @classmethod
+    def of(cls, model: FilteredModel) -> JudgedModel:
+        """Fit, prediction and error of a model."""
+        fitted = model.fitted()
+        error, residuals = validation_residuals(model.problem, fitted)
+        return cls(model, fitted, prediction(model, fitted), error, residuals)
+
+
+def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> Judged:
+    """Evidence for an effect from the model refitted with it, against the model without it, as one of so many tests."""
+    fitted = larger.fitted()
+    row = larger.problem.effect(effect)
+    error_after, _ = validation_residuals(larger.problem, fitted)
+    own, per_log = estimate_of(fitted, row), estimates_per_log(larger.problem, fitted, row)
+    in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
+    predicted = prediction(larger, fitted)
+    gains = gain_in_blocks(base.predicted, predicted)
+    discovery = min(1.0, _discovery(base.model, larger, fitted, effect) * tests)
+    confirmation = _confirmation(base, larger, predicted)
+    candidate = CandidateFit(
+        effect=effect,
+        estimates=own.estimates,
+        family=row.family,
+        p_value=discovery,
+        blocks_agree=f"{np.count_nonzero(gains > 0.0)}/{len(gains)}",
+        error_after=error_after,
+        equivalent_to=(),
+        physical=all(has_meaning(larger.problem, row, c) for c in in_logs)
+        and is_determined(row, own)
+        and rest_has_meaning(larger, fitted, effect),
+        fit=fitted,
+        per_log=per_log,
+        p_discovery=discovery,
+        p_confirmation=confirmation,
+        held_out_gain=float(gains.sum()),
+        in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
+    )
+    before, after = base.model.force_squared, larger.force_squared
+    less_force = 1.0 - float(np.sqrt(after / before)) if before > 0.0 else 0.0
+    return Judged(candidate, larger, predicted, gains, base.model.deviance - larger.deviance, less_force)
+
+
+def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str) -> float:
+    """P-value, not corrected, of an effect on the estimation data: the smaller of two tests, for both of them.
+
+    Its sizes against those at which it does nothing, with errors from the scatter of blocks; and the rise of the
+    log-likelihood of blocks, what the further freedom is worth by chance taken off, by its scatter.
+    """
+    row = larger.problem.effect(effect)
+    sizes = [p for p in fitted.free if p.name in size_names(row)]
+    deviation = deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
+    by_size = wald_p_value(fitted, sizes, deviation, parts=larger.estimator.problem.count)
+    return min(1.0, 2.0 * min(by_size, one_sided_p_value(gain_in_sample(smaller, larger))))
+
+
+def gain_in_sample(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
+    """Rise of log-likelihood in blocks of the estimation data (blocks,) [nats], what freedom is worth by chance off."""
+    falls = [np.concatenate([run.deviance for run in model.point.runs]) for model in (smaller, larger)]
+    numbers = larger.point.blocks
+    rises = 0.5 * np.bincount(numbers, falls[0] - falls[1])
+    worth = 0.5 * (larger.freedom - smaller.freedom) * np.log(max(larger.estimator.problem.count, 2))
+    return rises - worth / len(rises)
+
+
+def has_meaning_throughout(model: FilteredModel) -> bool:
+    """True where every effect of a model is physically possible as it was fitted."""
+    rows, log_values = [model.problem.effect(e) for e in model.problem.model.effects], model.log_values
+    return all(
+        has_meaning(model.problem, row, {p.name: values[row.name_of(p)] for p in row.parameters})
+        for row in rows
+        for values in log_values
+    )
+
+
+def is_determined(effect: Effect, found: EffectEstimate) -> bool:
+    """True where an inner parameter is known to better than its own size; else the effect is a simpler one."""
+    inner = effect.profiled
+    return inner is None or found.sigma[inner.name] < abs(found.coefficients[inner.name])
+
+
+def rest_has_meaning(model: FilteredModel, fitted: Fit, effect: str) -> bool:
+    """True where no other effect of a model has become physically impossible beside one, beyond its errors."""
+    others = [model.problem.effect(e) for e in model.problem.model.effects if e != effect]
+    found = [estimate_of(fitted, row) for row in others]
+    return all(is_physical(row, e.coefficients, e.sigma) for row, e in zip(others, found, strict=True))
+
+
+def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mapping[str, float]) -> bool:
+    """True where parameters are possible, in order, and within the logs where they are compared with a signal.
+
+    Else the effect is another one in disguise: friction that drives, a speed that was never reached.
+    """
+    if not all(p.minimum <= coefficients[p.name] <= p.maximum for p in effect.parameters):
+        return False
+    if any(coefficients[a] > coefficients[b] for a, b in itertools.pairwise(effect.ordered)):
+        return False
+    parameter = effect.profiled
+    if parameter is None or not isinstance(parameter.starts, Quantiles):
+        return True
+    of = parameter.starts.of
+    reached = max(float(magnitude(problem, s, of).max(initial=0.0)) for s in problem.data.estimation)
+    return abs(coefficients[parameter.name]) <= reached
+
+
+def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Prediction) -> float:
+    """P-value of the effect on held-out data: the smaller of two tests, for both of them.
+
+    Whether they follow the change that the effect makes behind the larger model's filter, and whether they are
+    likelier, by the scatter between blocks. For the first the model without the effect gets that filter's random
+    sources, and its parameters are refitted to them.
+    """
+    without = at_sources(base.model, larger.point.sources)
+    if not np.isfinite(without.point.deviance):
+        return 1.0
+    before = prediction(without, _values_of(without), larger.point.sources)
+    problem = base.model.problem
+    held_out = problem.data.validation_values or problem.data.values
+    follows = following_p_value(before, predicted, 1.0 + held_out / problem.data.values)
+    return min(1.0, 2.0 * min(follows, one_sided_p_value(gain_in_blocks(base.predicted, predicted))))
+
+
+def _values_of(model: FilteredModel) -> Fit:
+    """A model's values as a fit without errors."""
+    space = model.estimator.problem.space
+    per_log = [space.per_log_values(model.point.theta, k) for k in range(len(model.problem.logs))]
+    found = Fit.at({**space.shared, **space.shared_values(model.point.theta)}, per_log)
+    return replace(found, free=space.layout.elements)
+
+
+def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
+    """Supported effects, that with most evidence for each of its parameters first: what more an effect of several
+    parameters explains is judged beside the simple one, in the next round.
+
+    Each has the names of those that predict held-out data as well as it does.
+    """
+    found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
+    return [_with_equivalents(j, [o for o in found if o is not j and o.is_as_likely_as(j)]) for j in found]
+
+
+def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:
+    """True of an effect that predicts clearly better than each simpler one that it contains or approaches."""
+    effect = one.candidate.effect
+    nested = {*one.model.problem.module.CONTAINS.get(effect, {}), derive.effects.find(effect).approaches}
+    return not any(o.candidate.effect in nested and one.is_as_likely_as(o) for o in others)
+
+
+def _with_equivalents(one: Judged, others: Sequence[Judged]) -> Judged:
+    names = tuple(sorted(o.candidate.effect for o in others))
+    return one._replace(candidate=replace(one.candidate, equivalent_to=names))

@@ -1,0 +1,106 @@
+"""Refits of a model with one effect more, or without one, the random force free from fast and slow starts.
+
+A wrong model's slow force is no argument against a law that makes it small, so that each refit begins with the force as
+it was found and with a smaller and faster one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+import derive
+from wheelpend.diagnosis.likelihood.filtered_model import (
+    SETTLED_EFFORT,
+    FilteredModel,
+    LogValues,
+    estimator_of,
+    moved_to,
+    with_forces,
+)
+from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
+from wheelpend.diagnosis.score_test import EffectSize
+from wheelpend.estimation.filter_fit import Effort
+from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
+from wheelpend.estimation.problem import extended_effects
+from wheelpend.estimation.random_source import Sources
+from wheelpend.estimation.source_search import without_needless
+
+FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
+RANKING_SAMPLES = 5_000  # of all logs together, on which it is found which refits lead
+FIRST_EFFORT = Effort(4, 1.0, False, holds_times=True)  # of a fit that finds the best of several sizes, at held forces
+REFIT_EFFORT = Effort(8, 2.0, False, holds_times=True, holds_sensors=True)  # of the fit that goes on from it
+LAST_EFFORT = Effort(12, 0.5, False, holds_times=True)  # of the fit that ends it, errors of sensors free too
+HELD_EFFORT = Effort(8, 1.0, False)  # of a fit at held sources
+
+
+def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize]) -> FilteredModel | None:
+    """The model with one effect more, the likeliest of refits from some sizes; None where none can be simulated.
+
+    Of long logs on a part.
+    """
+    row = derive.effects.find(effect)
+    problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
+    log_values = []
+    for start in starts:
+        shared, size = replace_contained(model.problem, row, model.log_values[0], start)
+        size = clip_to_bounds(row, size)
+        sizes = [{n: size.value(n, k) for n in size.values} for k in range(len(problem.logs))]
+        own = zip(model.log_values, sizes, strict=True)
+        log_values.append([{**values, **_without_own(shared), **added} for values, added in own])
+    return _likeliest_refit(replace(model, problem=problem), log_values)
+
+
+def without_effect(model: FilteredModel, effect: str) -> FilteredModel | None:
+    """The model with one effect less, refitted from where it is; None where that cannot be simulated."""
+    effects = [e for e in model.problem.model.effects if e != effect]
+    problem = model.problem.with_effects(effects)
+    log_values = [values_of_model_effects(problem, values) for values in model.log_values]
+    found = _likeliest_refit(replace(model, problem=problem), [log_values])
+    return found and refined(found)
+
+
+def settled(model: FilteredModel) -> FilteredModel:
+    """A model fitted to its end, without the random sources that it does not need any more."""
+    estimator, point = model.estimator, model.point
+    return moved_to(model, without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT)))
+
+
+def at_sources(model: FilteredModel, sources: Sequence[Sources]) -> FilteredModel:
+    """The model with its parameters refitted at given sources."""
+    point = model.estimator.fit(model.point.theta, sources, HELD_EFFORT, fixed_noise=True)
+    return moved_to(model, point)
+
+
+def _without_own(values: Mapping[str, float]) -> dict[str, float]:
+    """Values but for those that each log has for itself."""
+    return {n: v for n, v in values.items() if (p := effect_parameter(n)) is None or p.scope == "shared"}
+
+
+def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> FilteredModel | None:
+    """The likeliest of fits of a model from several values in each log, with several starts of the random forces.
+
+    Of long logs on a part.
+    """
+    best: FilteredModel | None = None
+    wholes = [estimator_of(model.problem, values) for values in log_values]
+    estimators = [e.on_part(RANKING_SAMPLES) for e in wholes]
+    for share, slowness in FORCE_STARTS:
+        sources = with_forces(model.point.sources, share, slowness, estimators[0].correlation_bounds[0])
+        begun = [e.fit(e.problem.space.start(), sources, FIRST_EFFORT, fixed_noise=True) for e in estimators]
+        number = int(np.argmin([p.deviance for p in begun]))
+        point = estimators[number].fit(begun[number].theta, sources, REFIT_EFFORT)
+        point = estimators[number].fit(point.theta, point.sources, LAST_EFFORT)
+        if np.isfinite(point.deviance) and (best is None or point.deviance < best.point.deviance):
+            best = FilteredModel(model.problem, estimators[number], point)
+    return best
+
+
+def refined(model: FilteredModel) -> FilteredModel:
+    """A model that was refitted on a part of long logs, refitted on all samples that are used."""
+    whole = estimator_of(model.problem, model.log_values)
+    if whole.problem.count == model.estimator.problem.count:
+        return model
+    return FilteredModel(model.problem, whole, whole.fit(model.point.theta, model.point.sources, LAST_EFFORT))

@@ -1,0 +1,196 @@
+"""Whether what a model leaves to chance repeats: a smooth function of known signals, as a force in the filter.
+
+Such a function of at most two of states, input and time, as a drift of the filter, is fitted on some blocks of the logs
+and must raise the likelihood of others. The signals are the filter's own estimates before the reading that they help to
+predict: behind a force at random the innovations are then orthogonal to every function of them, whatever the controller
+does, which does not hold for a force and a speed of the same moment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from derive.plant_signature import PlantSignature
+from wheelpend.diagnosis.evidence import encompassing_p_value
+from wheelpend.diagnosis.likelihood.filter_response import DriftResponse, drift_responses
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_to, with_forces
+from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
+from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
+from wheelpend.estimation.filter_fit import FilterPoint
+from wheelpend.estimation.scaled_inverse import ScaledInverse
+
+FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
+RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of the random force's variance
+MAX_VARIABLES = 2  # of a function
+MIN_ADDED_GAIN = 3.0  # nats that a second variable must add
+FORCE_SHARES = (1.0, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
+SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
+
+
+@dataclass(frozen=True)
+class RepeatingForce:
+    """The share of a random force that repeats, as a force on one row or between two parts, and its variables."""
+
+    row: str  # of the model, or the port of a force between two parts
+    depends_on: tuple[str, ...]  # variables, the one that predicts most first; none where nothing repeats
+    share: float  # of the random force's mean square
+    gain: float  # of log-likelihood on blocks that did not make the function [nats]
+    p_value: float  # of that gain by its scatter between blocks, for all functions that were tried
+    functions: int  # that were tried
+
+    @property
+    def repeats(self) -> bool:
+        """True where it is more than chance finds."""
+        return self.p_value < SIGNIFICANCE_LEVEL and self.gain > 0.0
+
+    def to_json(self) -> dict[str, Any]:
+        """The finding under the keys of JSON."""
+        return {
+            "row": self.row,
+            "depends_on": self.depends_on,
+            "share": self.share,
+            "gain": self.gain,
+            "p_value": self.p_value,
+            "functions": self.functions,
+        }
+
+
+class DriftGain(NamedTuple):
+    """What drifts do to blocks of innovations that did not make them."""
+
+    gains: np.ndarray  # (blocks,) of log-likelihood [nats]
+    along: np.ndarray  # (blocks,) products of the innovations without them and the change that they make
+    power: np.ndarray  # (blocks,) squares of that change
+    size: np.ndarray  # (drifts,) fitted to all blocks
+
+    @property
+    def p_value(self) -> float:
+        """P-value of the innovations following the change, or of their likelihood rising: the smaller, for both."""
+        follows = encompassing_p_value(self.along, self.power, 1.0 + 1.0 / max(len(self.gains) - 1, 1))
+        return min(1.0, 2.0 * min(follows, one_sided_p_value(self.gains)))
+
+
+class FoldedDrifts(NamedTuple):
+    """Normal equations of drifts and of the model's own parameters, in blocks of the innovations."""
+
+    names: list[str]  # of the drifts, the model's own parameters first
+    own: int  # number of these
+    information: np.ndarray  # (blocks, n, n)
+    score: np.ndarray  # (blocks, n)
+    mean_square: float  # of the whitened innovations
+
+    def predicted(self, columns: Sequence[str], ridge: float) -> DriftGain:
+        """What some drifts, fitted to the other blocks beside the model's own parameters, do to each block."""
+        chosen = [*range(self.own), *(self.names.index(c) for c in columns)]
+        prior = np.r_[np.zeros(self.own), np.full(len(columns), ridge)]
+        at = np.ix_(chosen, chosen)
+        information, score = self.information[(slice(None), *at)], self.score[:, chosen]
+        total, pull = information.sum(axis=0) + np.diag(prior), score.sum(axis=0)
+        along, power = np.zeros(len(score)), np.zeros(len(score))
+        for k, (own, right) in enumerate(zip(information, score, strict=True)):
+            rest, left = total - own, pull - right
+            without = np.zeros(len(chosen))
+            without[: self.own] = ScaledInverse.of(rest[: self.own, : self.own]).solve(left[: self.own])
+            change = ScaledInverse.of(rest).solve(left) - without
+            along[k], power[k] = change @ (right - own @ without), change @ own @ change
+        unit = max(self.mean_square, 1.0)
+        size = ScaledInverse.of(total).solve(pull)[self.own :]
+        return DriftGain((along - 0.5 * power) / unit, along / unit, power / unit, size)
+
+
+def repeating_forces(model: FilteredModel) -> tuple[RepeatingForce, ...]:
+    """What of a model's random forces repeats, on each row and between two parts, the likeliest first.
+
+    Empty where the filter's innovations cannot be followed.
+    """
+    if not any(s.is_force for s in model.point.kinds):
+        return ()
+    found = [f for share in FORCE_SHARES for f in _repeating_behind(moved_to(model, _shrunk(model, share)), model)]
+    likeliest = sorted(found, key=lambda f: (f.p_value, -f.gain))
+    return tuple({f.row: f for f in reversed(likeliest)}.values())
+
+
+def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
+    return model.point._replace(sources=with_forces(model.point.sources, share, 1.0, 0.0))
+
+
+def _repeating_behind(shrunk: FilteredModel, model: FilteredModel) -> list[RepeatingForce]:
+    """The same behind the filter of a model whose forces were made smaller."""
+    responses = [r for k in range(len(model.problem.logs)) if (r := drift_responses(shrunk, k)) is not None]
+    if not responses:
+        return []
+    plant, rows = model.problem.plant, model.problem.module.ROWS
+    directions = {name: np.eye(len(rows))[k] for k, name in enumerate(rows)}
+    directions |= {n: np.array(p.weights) for n, p in plant.couplings.items() if np.count_nonzero(p.weights) > 1}
+    basis = basis_of(responses, plant)
+    columns = [name for group in basis.groups.values() for name in group]
+    square = model.force_squared
+    found = []
+    for name, direction in directions.items():
+        folded = folded_drifts(responses, basis, columns, direction)
+        found.append(_strongest(name, folded, basis, responses, square, len(directions) * len(FORCE_SHARES)))
+    return found
+
+
+def basis_of(responses: Sequence[DriftResponse], plant: PlantSignature) -> SmoothBasis:
+    """Functions of all variables along the logs; of time only within one log."""
+    names = [n for n in responses[0].motion if n != "t" or len(responses) == 1]
+    return SmoothBasis.of_values({n: np.concatenate([r.motion[n] for r in responses]) for n in names}, plant)
+
+
+def folded_drifts(
+    responses: Sequence[DriftResponse], basis: SmoothBasis, columns: Sequence[str], direction: np.ndarray
+) -> FoldedDrifts:
+    """Normal equations of all columns as drifts along a direction (rows,), in blocks of about equal length."""
+    total = sum(len(r.motion["t"]) for r in responses)
+    information, score, squares, count = [], [], 0.0, 0
+    for response in responses:
+        forces = basis.matrix(response.motion, columns)[:, :, None] * direction
+        whitened = np.concatenate([response.of_own(), response.of(forces)], axis=2)
+        residual = response.whitened
+        blocks = max(2, round(FOLD_COUNT * len(residual) / max(total, 1)))
+        for part in np.array_split(np.arange(len(residual)), blocks):
+            rows = whitened[part].reshape(-1, whitened.shape[2])
+            information.append(rows.T @ rows)
+            score.append(rows.T @ residual[part].ravel())
+        squares, count = squares + float((residual**2).sum()), count + int((residual != 0.0).sum())
+    own = responses[0].own.shape[1]
+    names = [*(f"own {k}" for k in range(own)), *columns]
+    return FoldedDrifts(names, own, np.array(information), np.array(score), squares / max(count, 1))
+
+
+def _strongest(
+    name: str,
+    folded: FoldedDrifts,
+    basis: SmoothBasis,
+    responses: Sequence[DriftResponse],
+    square: float,
+    others: int,
+) -> RepeatingForce:
+    """The function of one variable, or two, that predicts most of what the others leave."""
+    ridge = RIDGE_PER_VARIANCE / max(square, 1e-300)
+    chosen: list[str] = []
+    best, tried = folded.predicted((), ridge), 0
+    for _ in range(MAX_VARIABLES):
+        free = [v for v in basis.variables if v not in chosen]
+        trials = {v: folded.predicted(basis.names([*chosen, v]), ridge) for v in free}
+        tried += len(trials)
+        first = max(trials, key=lambda v: trials[v].gains.sum())
+        if trials[first].gains.sum() - best.gains.sum() < MIN_ADDED_GAIN:
+            break
+        chosen, best = [*chosen, first], trials[first]
+    if not chosen:
+        return RepeatingForce(name, (), 0.0, 0.0, 1.0, tried * others)
+    p_value = min(1.0, best.p_value * tried * others)
+    force = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
+    share = float(np.clip(np.mean(force**2) / max(square, 1e-300), 0.0, 1.0))
+    return RepeatingForce(name, tuple(chosen), share, float(best.gains.sum()), p_value, tried * others)
+
+
+def repeatable_share(found: Sequence[RepeatingForce]) -> float:
+    """The share of the random force that repeats; 0 where nothing does."""
+    return max((f.share for f in found if f.repeats), default=0.0)

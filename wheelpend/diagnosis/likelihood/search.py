@@ -1,0 +1,168 @@
+"""Effects added one by one where sensor noise will not be reached, and taken out where others make them needless."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import repeat
+from typing import NamedTuple
+
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
+from wheelpend.diagnosis.likelihood.judgement import (
+    Judged,
+    JudgedModel,
+    has_meaning_throughout,
+    judge,
+    most_telling_first,
+)
+from wheelpend.diagnosis.likelihood.refits import refined, settled, with_effect, without_effect
+from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repeating_forces
+from wheelpend.diagnosis.likelihood.whitened_scores import (
+    ScoredEffect,
+    detectable_sizes,
+    judged_effects,
+    leading_effects,
+)
+from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
+from wheelpend.diagnosis.verdict import Diagnosis, not_testable
+from wheelpend.estimation.noise_alarm import overstated_noise
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.validation import fit_percent
+from wheelpend.parallel import KernelPool
+
+MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
+MAX_BACKWARD_STEPS = 2  # times that the search is made again without an effect that proved needless
+INTERNAL_REASON = "moves by itself, and is judged only where sensor noise is reached with it"
+
+Progress = Callable[[str], None]
+Rounds = list[Diagnosis]
+
+
+class Round(NamedTuple):
+    """One diagnosis of the search, and the model with the effect that it adds."""
+
+    found: Diagnosis
+    larger: FilteredModel | None  # None where there is nothing to add
+
+
+def rounds_by_likelihood(
+    problem: EstimationProblem,
+    start: Mapping[str, float],
+    is_done: Callable[[Rounds], bool],
+    progress: Progress,
+) -> Rounds:
+    """Diagnoses, each with the first candidate of the one before in its model, the last with none worth naming.
+
+    An effect that later ones have made needless is taken out, and the search made once more without it.
+    """
+    progress("fitting with random forces")
+    model = filtered_model(problem, [start], progress)
+    rounds, needless = _forward(model, is_done, progress)
+    for _ in range(MAX_BACKWARD_STEPS):
+        if not needless:
+            break
+        progress(f"{needless} is needless beside the others: once more without it")
+        problem = replace(problem, redundant_effects=(*problem.redundant_effects, needless))
+        rounds, needless = _forward(replace(model, problem=problem), is_done, progress)
+    return rounds
+
+
+def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
+    """Rounds until there is nothing to add or they are enough; and the first effect that they made needless, or ''."""
+    rounds: Rounds = []
+    while True:
+        found, larger = _round(model, progress)
+        rounds.append(found)
+        if larger is None or is_done(rounds):
+            return rounds, ""
+        best = found.named[0]
+        progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
+        model, added = larger, [r.named[0].effect for r in rounds[:-1]]
+        for effect in (e for e in added if e in model.problem.model.effects):
+            smaller = without_effect(model, effect)
+            if smaller is not None and smaller.deviance <= model.deviance:
+                return rounds, effect
+
+
+def _round(model: FilteredModel, progress: Progress) -> Round:
+    """One diagnosis of a model, which is first made as likely as its refits show that it can be."""
+    progress("scoring every effect behind the filter")
+    refits = _refits(model, leading_effects(model), progress)
+    base = JudgedModel.of(_relieved(model, refits, progress))
+    tests = sum(1 + sum(len(p.grid) for p in e.parameters) for e in judged_effects(model))
+    judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
+    supported = most_telling_first([j for j in judged if j.is_supported(base.error)])
+    larger = None
+    while supported and larger is None:
+        progress(f"settling {supported[0].candidate.effect}")
+        larger = settled(supported[0].model)
+        if not has_meaning_throughout(larger):
+            supported, larger = supported[1:], None
+    return Round(_diagnosis(base, supported, judged, progress), larger)
+
+
+def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Progress) -> dict[str, FilteredModel]:
+    """The model refitted with each of some effects, by effect."""
+
+    def refit(one: ScoredEffect, of: FilteredModel) -> FilteredModel | None:
+        progress(f"refitting with {one.effect.name} and a random force")
+        return with_effect(of, one.effect.name, one.starts)
+
+    with KernelPool() as pool:
+        found = [f for f in pool.map(refit, leaders, repeat(model)) if f is not None]
+        leading = sorted(found, key=lambda f: f.deviance)[:MAX_JUDGED]
+        return {f.problem.model.effects[-1]: f for f in pool.map(refined, leading)}
+
+
+def _relieved(model: FilteredModel, refits: Mapping[str, FilteredModel], progress: Progress) -> FilteredModel:
+    """The model refitted from where the likeliest effect led its parameters, if that is likelier than where it is.
+
+    Else an effect would be credited with a way out of a minimum in which the model without it was stuck.
+    """
+    if not refits:
+        return model
+    effect, larger = min(refits.items(), key=lambda pair: pair[1].deviance)
+    if not set(model.problem.model.effects) <= set(larger.problem.model.effects):
+        return model
+    progress(f"refitting without {effect}")
+    other = without_effect(larger, effect)
+    if other is None or not other.point.deviance < model.point.deviance:
+        return model
+    return replace(other, problem=model.problem)
+
+
+def _diagnosis(
+    base: JudgedModel, supported: Sequence[Judged], judged: Sequence[Judged], progress: Progress
+) -> Diagnosis:
+    """What a round found, as a diagnosis."""
+    problem = base.model.problem
+    named = tuple(j.candidate for j in supported)
+    impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
+    missing = base.model.smoothed_forces()
+    parts = [v.part for v in problem.data.validation] or problem.data.estimation
+    internal = {e.name: INTERNAL_REASON for e in problem.candidates() if e.releases}
+    verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
+    if not named:
+        progress("looking for what repeats")
+        repeating = repeating_forces(base.model)
+        verdict = "unexplained" if any(f.repeats for f in repeating) else "nothing_missing"
+        remainder = replace(remainder, repeatable_share=repeatable_share(repeating), repeating=repeating)
+    return Diagnosis(
+        verdict=verdict,
+        horizon_s=problem.horizon,
+        error=base.error,
+        noise_floor=problem.floor,
+        fit_percent=fit_percent(problem, base.residuals),
+        candidates=(*named, *impossible),
+        experiment=None,
+        detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
+        where=where_it_shows(problem, missing, base.fit),
+        not_judged={**not_testable(problem), **internal},
+        warnings=(*problem.warnings, *overstated_noise(problem, base.error, parts, base.residuals)),
+        fit=base.fit,
+        problem=problem,
+        missing=missing,
+        refitted=tuple(j.candidate for j in judged),
+        remainder=remainder,
+        by_likelihood=True,
+    )

@@ -1,0 +1,138 @@
+"""Scores of effects behind a model's filter: by how much each is expected to raise the likelihood.
+
+Residual and sensitivities are whitened by the same filter. A random force that was fitted to a wrong model hides just
+what is missing, so that effects are scored behind filters that leave less to chance too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from derive.effects import Effect
+from derive.parameter_name import short_name
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of, with_forces
+from wheelpend.diagnosis.score_test import EffectSize, linear_names
+from wheelpend.estimation.filter_fit import FilterPoint
+from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.normal_equations import NormalEquations
+from wheelpend.estimation.profiled_starts import profile_grids
+from wheelpend.estimation.random_source import Sources
+
+FORCE_SHARES = (1.0, 0.3, 0.1)  # of the fitted random force, behind which effects are scored
+MAX_LEADERS = 7  # effects of each score that are refitted
+MIN_GAIN_PER_COEFFICIENT = 10.0  # expected fall of −2 log-likelihood from which an effect is refitted
+DETECTABLE_SIGMAS, MAX_DETECTABLE_SIZE = 5.0, 1e6  # standard errors that a size must have; beyond that it shows nowhere
+MAX_SETTINGS = 2  # of a profiled parameter from which a refit starts
+
+
+class ScoredEffect(NamedTuple):
+    """An effect with the sizes from which its refits start."""
+
+    effect: Effect
+    gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square
+    starts: tuple[EffectSize, ...]  # best first
+
+
+def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
+    """The union of the leaders behind all filters, the largest gain first, each with its starts of all of them."""
+    candidates = judged_effects(model)
+    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [e for e in candidates if e.profiled])
+    found: dict[str, ScoredEffect] = {}
+    for share in FORCE_SHARES:
+        sources = with_forces(model.point.sources, share, 1.0, 0.0)
+        settings = {name: grid.settings for name, grid in grids.items()}
+        for one in scored_effects(model, candidates, settings, sources)[:MAX_LEADERS]:
+            if one.gain > MIN_GAIN_PER_COEFFICIENT * len(one.effect.parameters):
+                known = found.get(one.effect.name, one._replace(starts=()))
+                starts = tuple(s for s in one.starts if s not in known.starts)
+                found[one.effect.name] = ScoredEffect(one.effect, max(one.gain, known.gain), (*known.starts, *starts))
+    return sorted(found.values(), key=lambda s: -s.gain)
+
+
+def judged_effects(model: FilteredModel) -> list[Effect]:
+    """Effects that are judged with a random force: all that the model may be missing but events and internal motion."""
+    return [e for e in model.problem.candidates() if not e.event and not e.releases]
+
+
+def scored_effects(
+    model: FilteredModel,
+    effects: Sequence[Effect],
+    settings: Mapping[str, Sequence[Mapping[str, float]]],
+    sources: Sequence[Sources],
+) -> list[ScoredEffect]:
+    """Effects with their expected gains behind a filter with these sources, best first.
+
+    settings are the values, by effect.parameter, at which an effect with a profiled parameter is scored.
+    """
+    linear = [e for e in effects if e.profiled is None]
+    point, rest = _equations(model, [n for e in linear for n in linear_names(e)], {}, sources)
+    if rest is None:
+        return []
+    unit = max(float(rest.cost) / max(model.estimator.problem.count, 1), 1.0)
+    found = [_scored(e, rest, linear_names(e), 0.0, {}, unit) for e in linear]
+    for effect in (e for e in effects if e.name in settings):
+        tried = []
+        for setting in settings[effect.name]:
+            names = linear_names(effect)
+            there, own = _equations(model, names, setting, sources)
+            if own is not None:
+                tried.append(_scored(effect, own, names, point.deviance - there.deviance, setting, unit))
+        tried.sort(key=lambda s: -s.gain)
+        if tried:
+            starts = tuple(s.starts[0] for s in tried[:MAX_SETTINGS])
+            found.append(tried[0]._replace(starts=starts))
+    return sorted((f for f in found if np.isfinite(f.gain)), key=lambda s: -s.gain)
+
+
+def detectable_sizes(model: FilteredModel) -> dict[str, dict[str, float]]:
+    """The smallest size of each effect, by parameter, that the logs would have shown beside the random force."""
+    effects = [e for e in judged_effects(model) if e.profiled is None]
+    _, rest = _equations(model, [n for e in effects for n in linear_names(e)], {}, model.point.sources)
+    found: dict[str, dict[str, float]] = {}
+    if rest is None:
+        return found
+    for effect in sorted(effects, key=lambda e: e.name):
+        places = rest.layout.indices(linear_names(effect))
+        sigma = np.sqrt(np.maximum(np.diag(rest.solve(places)[1]), 0.0))
+        sizes: dict[str, float] = {}
+        for place, value in zip(places, sigma, strict=True):
+            sizes.setdefault(short_name(rest.layout.elements[place].name), DETECTABLE_SIGMAS * float(value))
+        if all(0.0 < s < MAX_DETECTABLE_SIZE for s in sizes.values()):
+            found[effect.name] = sizes
+    return found
+
+
+def _equations(
+    model: FilteredModel, more: Sequence[str], setting: Mapping[str, float], sources: Sequence[Sources]
+) -> tuple[FilterPoint, NormalEquations | None]:
+    """The point with some values set otherwise, and the normal equations there of further parameters.
+
+    These are without what the model's own parameters explain; None where the filter left the finite numbers.
+    """
+    estimator = estimator_of(model.problem, [{**values, **setting} for values in model.log_values], more)
+    point = estimator.point(estimator.problem.space.start(), sources)
+    if not np.isfinite(point.deviance):
+        return point, None
+    total = estimator.problem.equations(point.runs).sum().finite()
+    return point, total.project(total.layout.indices(model.names))
+
+
+def _scored(
+    effect: Effect,
+    rest: NormalEquations,
+    names: Sequence[str],
+    fall: float,
+    setting: Mapping[str, float],
+    unit: float,
+) -> ScoredEffect:
+    """An effect scored by its linear parameters, beside a fall of the deviance that its setting brings by itself."""
+    places = rest.layout.indices(names)
+    step, _ = rest.solve(places)
+    size = EffectSize(dict(setting), {})
+    for place, value in zip(places, step, strict=True):
+        element = rest.layout.elements[place]
+        (size.further.setdefault(element.log, {}) if element.log else size.values)[element.name] = float(value)
+    return ScoredEffect(effect, (float(rest.score[places] @ step) + fall) / unit, (size,))
