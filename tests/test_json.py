@@ -50,7 +50,7 @@ KEYS = {
     "bias guide force_error cutoff_hz remainder covariance widening",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
-    Remainder: "force sensors places",
+    Remainder: "force sensors places repeatable_share repeating",
     RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",
     SensorError: "rms unit sigmas correlation_time_s lag_s",
     Estimate: "value sigma identifiable",
@@ -68,14 +68,14 @@ KEYS = {
     Diagnosis: "verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged "
     "warnings missing law remainder",
     CandidateFit: "effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical "
-    "beyond per_log p_discovery p_confirmation",
+    "beyond per_log p_discovery p_confirmation held_out_gain in_sample_gain",
     LogEstimate: "log coefficients sigma",
     ExplainedForce: "row depends_on alone repeatable",
     FreeLaw: "laws on coefficients sigma unit error_before error_after noise_floor blocks_agree explains tried",
     Ladder: "verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment "
     "warnings missing law remainder",
     Step: "effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log "
-    "blocks_agree",
+    "blocks_agree held_out_gain force_before force_after",
     HistoryEntry: "change error_before error_after logs",
     Finding: "kind channel sentence cure size",
     Design: "between command duration_s sample_s limits separation gap parameters builtin peaks gains own_controller "
@@ -111,7 +111,7 @@ KEYS = {
     Outcome: "key kind source size hidden soft failure verdict named equivalents final base_error error true_error "
     "floor costs strength deviations estimates made seconds",
 }
-STEP_KEYS = KEYS[Step].replace("p_value equivalent_to ", "").replace("parameters ", "")
+STEP_KEYS = KEYS[Step].replace("p_value equivalent_to ", "").replace("parameters ", "").split(" held_out_gain")[0]
 
 
 def blank(record, **given):

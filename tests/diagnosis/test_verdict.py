@@ -159,11 +159,17 @@ def replace_error(base, error):
 
 def test_a_ladder_is_unexplained_where_its_last_rung_is_and_ambiguous_where_one_is():
     sure, unsure = SimpleNamespace(equivalent_to=()), SimpleNamespace(equivalent_to=("slope",))
-    done = SimpleNamespace(verdict="nothing_missing", error=1.09, noise_floor=1.0)
+    done = SimpleNamespace(verdict="nothing_missing", error=1.09, noise_floor=1.0, by_likelihood=False, named=())
     assert overall_verdict([sure], done) == "nothing_missing"
     assert overall_verdict([sure, unsure], done) == "ambiguous"
     for left in ({"verdict": "unexplained"}, {"error": 1.11}):
         assert overall_verdict([sure], SimpleNamespace(**{**vars(done), **left})) == "unexplained"
+
+
+def test_beside_a_random_force_a_ladder_is_unexplained_where_something_is_left_to_name_however_large_the_error():
+    done = SimpleNamespace(verdict="nothing_missing", error=50.0, noise_floor=1.0, by_likelihood=True, named=())
+    assert overall_verdict([], done) == "nothing_missing"
+    assert overall_verdict([], SimpleNamespace(**{**vars(done), "named": ("slope",)})) == "unexplained"
 
 
 def test_the_lower_error_comes_first_and_the_simpler_effect_where_it_is_contained_and_alike(rough):

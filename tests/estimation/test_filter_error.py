@@ -253,7 +253,7 @@ def test_the_score_of_sizes_and_times_is_the_derivative_of_the_likelihood(arm_pr
         ]
 
     at = np.log([s.rms for s in sources] + [s.correlation_time for s in sources])
-    information, score = noise_equations(problem, theta, [sources])
+    information, score = noise_equations(problem, theta, [sources], [False] * len(sources))
     assert -2.0 * score == pytest.approx(slopes(deviance, at, np.full(4, 0.01)), rel=0.05, abs=1.0)
     assert np.linalg.eigvalsh(information).min() > 0.0
 

@@ -27,6 +27,12 @@ class Looser(NamedTuple):
 LOOSER = (
     # a stiffness at its upper bound, which the log does not determine: 0.7
     Looser(r"diagnose\.without\.answer\.candidates\[1\]\.(sigma\.|p_discovery)", Tolerance(rtol=1.0)),
+    # a fit with a random force that these three seconds hardly tell from the model, between two processors: 0.1
+    Looser(r"identify\.save\.", Tolerance(rtol=0.3, atol=1e-3)),
+    # replicas of a closed loop, which is unstable, between two processors: 5e-3
+    Looser(r"identify\.\w+\.answer\.bias\.", Tolerance(rtol=5e-2, atol=1e-9)),
+    # what is left to chance, kept in the model file, between two processors: 4e-4
+    Looser(r"\w+\.\w+\.model\.toml", Tolerance(rtol=1e-2, atol=1e-9)),
     # e to the minus of a large number, and no absolute tolerance, to which all of them would be zero: 2e-6
     Looser(r".*\.p_(value|discovery|confirmation)$", Tolerance(rtol=1e-4)),
     # instruments through filters so slow that they hardly determine anything: 7e-6

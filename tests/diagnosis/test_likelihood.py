@@ -1,0 +1,126 @@
+"""Effects judged with a random force in the likelihood, on an axis that a program of its own plays."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from wheelpend import Log, Model
+from wheelpend.diagnosis.likelihood.filter_response import drift_responses
+from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
+from wheelpend.diagnosis.likelihood.held_out import gain_statistic
+from wheelpend.diagnosis.likelihood.repeatability import repeating_forces
+from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.starts import best_start
+from wheelpend.identification.filter_error_method import estimator_at
+
+MASS, VISCOUS, DRY = 2.7, 6.0, 0.6  # V s²/m, V s/m, V
+RANDOM_RMS, RANDOM_TIME_S = 0.1, 0.05  # V, s
+STEP_S, EVERY, SAMPLES, NOISE_M = 1e-4, 40, 2500, 1e-5
+FRICTION = ("coulomb_drive", "stribeck_drive", "presliding_drive", "load_friction")
+MODEL = 'plant = "slide"\neffects = ["viscous_drive"]\n'
+
+
+@lru_cache
+def axis_log(dry: float, seed: int) -> Log:
+    """An axis with viscous and dry friction and a random force, ten seconds at 250 Hz by semi-implicit steps."""
+    random = np.random.default_rng(seed)
+    decay = np.exp(-STEP_S / RANDOM_TIME_S)
+    position, speed, force, rows = 0.0, 0.0, RANDOM_RMS * random.standard_normal(), []
+    for step in range(SAMPLES * EVERY):
+        t = step * STEP_S
+        if step % EVERY == 0:
+            command = 2.0 * np.sin(2.0 * np.pi * 0.7 * t) + 1.5 * np.sin(2.0 * np.pi * 1.9 * t + 1.0)
+            rows.append((t, command, position + NOISE_M * random.standard_normal()))
+        force = decay * force + RANDOM_RMS * np.sqrt(1.0 - decay**2) * random.standard_normal()
+        free = (speed + STEP_S * (command + force) / MASS) / (1.0 + STEP_S * VISCOUS / MASS)
+        before, speed = speed, np.sign(free) * max(abs(free) - STEP_S * dry / MASS, 0.0)
+        position += 0.5 * STEP_S * (before + speed)
+    t, command, measured = np.array(rows).T
+    return Log(f"axis {dry} {seed}", t, command, measured[:, None], ("x",), rates={})
+
+
+def begun(dry: float, seed: int, without: tuple[str, ...] = ()):
+    """The problem of a log, and a start."""
+    return best_start(prepare(Model.parse(MODEL), [axis_log(dry, seed)], without=without))
+
+
+@lru_cache
+def searched(dry: float, seed: int = 1, without: tuple[str, ...] = ()):
+    """Diagnoses of a log, with at most two effects added."""
+    problem, start = begun(dry, seed, without)
+    return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
+
+
+@pytest.fixture(scope="module")
+def filtered():
+    """The model with its random force, on a log with dry friction that it lacks."""
+    problem, start = begun(DRY, 1)
+    return filtered_model(problem, [start], lambda text: None)
+
+
+def test_a_force_at_random_is_no_missing_effect():
+    (found,) = searched(0.0)
+    assert found.verdict == "nothing_missing" and not found.named
+    assert found.remainder.repeatable_share == 0.0
+    assert found.remainder.force["carriage"].rms == pytest.approx(RANDOM_RMS, rel=0.3)
+
+
+def test_dry_friction_beside_it_is_named_first_and_with_its_size():
+    first = searched(DRY)[0].named[0]
+    assert first.effect == "coulomb_drive"
+    assert first.coefficients["torque"] == pytest.approx(DRY, abs=4.0 * first.sigma["torque"])
+    assert first.sigma["torque"] < 0.1 * DRY
+    assert first.held_out_gain > 20.0
+
+
+def test_with_the_friction_added_no_more_is_left_than_was_played():
+    before, *_, after = searched(DRY)
+    rms = [found.remainder.force["carriage"].rms for found in (before, after)]
+    assert rms[1] == pytest.approx(RANDOM_RMS, rel=0.3) and rms[1] < 0.7 * rms[0]
+    assert after.verdict == "nothing_missing"
+
+
+def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():
+    found = searched(DRY, 1, FRICTION)[-1]
+    assert found.verdict == "unexplained"
+    assert 0.0 < found.remainder.repeatable_share <= 1.0
+
+
+def test_functions_do_not_predict_a_force_at_random_that_made_them():
+    problem, start = begun(0.0, 3)
+    found = repeating_forces(filtered_model(problem, [start], lambda text: None))
+    assert not any(f.repeats for f in found) and max(f.gain for f in found) < 30.0
+
+
+def test_a_function_of_speed_is_what_repeats(filtered):
+    first = repeating_forces(filtered)[0]
+    assert first.repeats and "dx" in first.depends_on
+
+
+def test_a_filter_responds_to_a_force_as_its_kernel_does(filtered):
+    response = drift_responses(filtered, 0)
+    module, values = filtered.problem.module, filtered.log_values[0]
+    name = "viscous_drive.coefficient"
+    step = 1e-4 * values[name]
+
+    def innovations(value: float) -> np.ndarray:
+        changed = [{**values, name: value}]
+        filters = estimator_at(filtered.problem, module, (), changed, lambda: changed).problem
+        found = filters.innovations(np.zeros(0), filtered.point.sources)[0][..., 0]
+        return found[np.isfinite(found[:, 0])]
+
+    change = (innovations(values[name] + step) - innovations(values[name])) / step
+    own = [n for n in module.LINEAR if n in filtered.names]
+    predicted = -response.of_own()[:, 0, own.index(name)]
+    known = slice(50, len(predicted))  # behind the filter's start
+    actual = change[known, 0]
+    assert np.corrcoef(actual, predicted[known])[0, 1] > 0.98
+    assert np.std(predicted[known]) == pytest.approx(np.std(actual), rel=0.05)
+
+
+def test_gains_that_scatter_about_nothing_are_none():
+    assert abs(gain_statistic(np.array([1.0, -1.0, 2.0, -2.0]))) < 1e-12
+    assert gain_statistic(np.array([5.0, 5.5, 4.5, 5.2])) > 10.0
+    assert gain_statistic(np.array([5.0, -np.inf])) == 0.0
