@@ -66,16 +66,17 @@ KEYS = {
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",
     Diagnosis: "verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged "
-    "warnings missing law remainder",
-    CandidateFit: "effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical "
+    "warnings missing law remainder structures",
+    CandidateFit: "effect family coefficients sigma unit p_value probability blocks_agree error_after "
+    "equivalent_to physical "
     "beyond per_log p_discovery p_confirmation held_out_gain in_sample_gain",
     LogEstimate: "log coefficients sigma",
     ExplainedForce: "row depends_on alone repeatable",
     FreeLaw: "laws on coefficients sigma unit error_before error_after noise_floor blocks_agree explains tried",
     Ladder: "verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment "
-    "warnings missing law remainder",
+    "warnings missing law remainder structures",
     Step: "effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log "
-    "blocks_agree held_out_gain force_before force_after",
+    "blocks_agree held_out_gain force_before force_after probability",
     HistoryEntry: "change error_before error_after logs",
     Finding: "kind channel sentence cure size",
     Design: "between command duration_s sample_s limits separation gap parameters builtin peaks gains own_controller "

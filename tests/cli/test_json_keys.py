@@ -113,16 +113,16 @@ def test_a_changes_parameters_are_those_that_were_fitted(folder, monkeypatch):
 RECORDS = {
     Diagnosis: """
         schema verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged
-        warnings missing law remainder""",
+        warnings missing law remainder structures""",
     CandidateFit: """
         schema effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical beyond
-        per_log p_discovery p_confirmation held_out_gain in_sample_gain""",
+        per_log p_discovery p_confirmation held_out_gain in_sample_gain probability""",
     Ladder: """
         schema verdict nominal_error base_error steps effects error noise_floor horizon_s parameters experiment warnings
-        missing law remainder""",
+        missing law remainder structures""",
     Step: """
         schema effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log
-        blocks_agree held_out_gain force_before force_after""",
+        blocks_agree held_out_gain force_before force_after probability""",
     LogResult: """
         schema log seed failure verdict named effects error error_after noise_floor fit_percent parameters warnings""",
     Summary: """

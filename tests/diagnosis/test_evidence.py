@@ -61,7 +61,7 @@ def faint():
 
 def evidence(faint, tests=1, judged=1, significance=None):
     problem, without, fitted = faint
-    before = ValidatedFit.of(problem, without).residuals
+    before = ValidatedFit.of(problem, without)
     effect = derive.effects.find("coulomb_drive")
     return evaluate_candidate(problem, effect, fitted, before, Comparisons(tests, judged), significance)
 

@@ -42,7 +42,7 @@ def rough():
     better = fit_segments(problem, problem.data.estimation, {**X, TORQUE: 0.02}, [*problem.base, TORQUE])
     base = ValidatedFit.of(problem, fitted)
     effect = derive.effects.find("coulomb_drive")
-    return problem, base, evaluate_candidate(problem, effect, better, base.residuals, Comparisons(30, 1)), tests
+    return problem, base, evaluate_candidate(problem, effect, better, base, Comparisons(30, 1)), tests
 
 
 NOTHING = ScoreTest((), {})

@@ -67,7 +67,7 @@ def evaluate_event(
         return None
     without = fit_model(problem, found.fit.values, free, horizons=(1.0,), start_per_log=found.fit.per_log)
     base = ValidatedFit.of(problem, without)
-    return problem, base, evaluate_candidate(problem, events[0].effect, fitted, base.residuals, comparisons)
+    return problem, base, evaluate_candidate(problem, events[0].effect, fitted, base, comparisons)
 
 
 def with_backlash(found: Diagnosis, progress: Progress) -> Diagnosis:
@@ -103,4 +103,4 @@ def evaluate_backlash(
         return None
     extended = with_stable_step(problem.with_candidates(effect.name), start.values)
     fitted = fit_segments(extended, extended.data.estimation, start.values, start.names, start_per_log=start.per_log)
-    return evaluate_candidate(extended, effect, fitted, base.residuals, comparisons)
+    return evaluate_candidate(extended, effect, fitted, base, comparisons)

@@ -153,7 +153,7 @@ class CandidateSelection:
         significance = significance_fit(extended, fitted)
         comparisons = Comparisons(sum(c.trials for c in self.candidates.values()), validated)
         effect = self.candidates[name].effect
-        return evaluate_candidate(extended, effect, fitted, base.residuals, comparisons, significance)
+        return evaluate_candidate(extended, effect, fitted, base, comparisons, significance)
 
     def with_fresh_leader(self, candidates: Sequence[CandidateFit], validated: int) -> list[CandidateFit]:
         """Effects; the best refitted with the plant's own parameters from before any fit, where that leads further.

@@ -11,6 +11,7 @@ import numpy as np
 
 from derive.effects import Effect
 from derive.parameter_name import short_name
+from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.score_test import linear_names, size_names
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
@@ -77,6 +78,9 @@ class CandidateFit(EffectEstimate):
     p_confirmation: float | None = None  # from validation data, corrected for how many effects were judged on them
     held_out_gain: float | None = None  # of log-likelihood with a random force [nats], where that is what judges
     in_sample_gain: float | None = None  # the same of the data that the effect was fitted to
+    evidence: np.ndarray | None = field(repr=False, compare=False, default=None)  # rise of log-likelihood in blocks
+    p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals with it being no more than noise
+    probability: float | None = None  # that it is missing, alone or with others, once every round is known
 
     def to_json(self) -> dict[str, Any]:
         """The candidate under the keys of JSON."""
@@ -87,6 +91,7 @@ class CandidateFit(EffectEstimate):
             "sigma": self.sigma,
             "unit": self.unit,
             "p_value": self.p_value,
+            "probability": self.probability,
             "blocks_agree": self.blocks_agree,
             "error_after": self.error_after,
             "equivalent_to": self.equivalent_to,
@@ -117,11 +122,11 @@ def evaluate_candidate(
     problem: EstimationProblem,
     effect: Effect,
     fitted: Fit,
-    residuals_before: list[np.ndarray],
+    base: ValidatedFit,
     comparisons: Comparisons,
     significance: Fit | None = None,
 ) -> CandidateFit:
-    """Evidence for one effect from a fit with it, and from the validation residuals of the model without it.
+    """Evidence for one effect from a fit with it, and from that of the model without it.
 
     The larger of two corrected p-values counts: from the training data that chose the effect, by the fit
     ``significance`` where it is another one, and from the validation data.
@@ -133,13 +138,13 @@ def evaluate_candidate(
     sizes = [p for p in fitted.free if p.name in size_names(effect)]
     size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
     discovery = max([size_p_value, *(incremental[s] for s in problem.replaced(effect.name))])
-    confirmation = _corrected_confirmation(problem, residuals_before, residuals, comparisons.validated)
+    confirmation = _corrected_confirmation(problem, base.residuals, residuals, comparisons.validated)
     return CandidateFit(
         effect=effect.name,
         estimates=own.estimates,
         family=effect.family,
         p_value=max(discovery, confirmation or 0.0),
-        blocks_agree=block_agreement(residuals_before, residuals),
+        blocks_agree=block_agreement(base.residuals, residuals),
         error_after=error_after,
         equivalent_to=(),
         physical=all(is_physical(effect, own.coefficients | c, own.sigma | s) for c, s in in_logs),
@@ -148,6 +153,8 @@ def evaluate_candidate(
         per_log=per_log,
         p_discovery=discovery,
         p_confirmation=confirmation,
+        evidence=evidence_in_blocks(base.fit, fitted, base.residuals, residuals),
+        p_rest=p_value_of_rest(residuals, problem.floor),
     )
 
 

@@ -13,7 +13,15 @@ import numpy as np
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
-from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force, with_remainder
+from wheelpend.diagnosis.structures import Structure, probability_of
+from wheelpend.diagnosis.verdict import (
+    Diagnosis,
+    revise_verdict,
+    with_law,
+    with_missing_force,
+    with_remainder,
+    with_structures,
+)
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
@@ -46,6 +54,7 @@ class Step(EffectEstimate):
     held_out_gain: float | None = None  # of log-likelihood with a random force [nats], where that is what judged
     force_before: float | None = None  # the random force that is left, as a share of the drive; None where not known
     force_after: float | None = None
+    probability: float | None = None  # that the effect is missing, alone or with others
 
     def to_json(self) -> dict[str, Any]:
         """The step under the keys of JSON."""
@@ -64,6 +73,7 @@ class Step(EffectEstimate):
             "held_out_gain": self.held_out_gain,
             "force_before": self.force_before,
             "force_after": self.force_after,
+            "probability": self.probability,
         }
 
 
@@ -90,6 +100,7 @@ class Ladder:
     repeats: tuple[ExplainedForce, ...] = ()  # of the unexplained force: its variables, and how much of it repeats
     law: FreeLaw | None = None  # for the unexplained force, on request
     remainder: Remainder | None = None  # what the model leaves to chance after the last step
+    structures: tuple[Structure, ...] = ()  # what may be missing in the model as it came, the likeliest first
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -108,6 +119,7 @@ class Ladder:
             "missing": self.repeats,
             "law": self.law,
             "remainder": self.remainder,
+            "structures": self.structures,
         }
 
 
@@ -131,7 +143,7 @@ def explain(
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
     last = with_missing_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
-    last = with_remainder(last, progress=progress)
+    last = with_structures(with_remainder(last, progress=progress), rounds)
     return _error_ladder(rounds, with_law(last, progress=progress) if law else last, nominal)
 
 
@@ -139,7 +151,12 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
     """The ladder of some rounds, with the last diagnosis as it is concluded, from the nominal validation error."""
     forces = [remaining_force(r) for r in (*rounds[:-1], last)]
     steps = tuple(
-        replace(ladder_step(r.problem, r.named[0], r.error), force_before=before, force_after=after)
+        replace(
+            ladder_step(r.problem, r.named[0], r.error),
+            force_before=before,
+            force_after=after,
+            probability=probability_of(r.named[0].effect, last.structures),
+        )
         for r, (before, after) in zip(rounds[:-1], pairwise(forces), strict=True)
     )
     first, problem = revise_verdict(rounds[0], rounds[-1]), last.problem
@@ -158,6 +175,7 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
         repeats=last.repeats,
         law=last.law,
         remainder=last.remainder,
+        structures=last.structures,
         model=fitted_model(problem, last.fit, last.remainder),
         first=first,
         last=last,

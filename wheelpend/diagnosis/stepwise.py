@@ -11,7 +11,14 @@ from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERRO
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round
-from wheelpend.diagnosis.verdict import Diagnosis, revise_verdict, with_law, with_missing_force, with_remainder
+from wheelpend.diagnosis.verdict import (
+    Diagnosis,
+    revise_verdict,
+    with_law,
+    with_missing_force,
+    with_remainder,
+    with_structures,
+)
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
@@ -48,7 +55,8 @@ def diagnose(
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, selection_done, progress)
-    result = with_missing_force(revise_verdict(rounds[0], rounds[-1]), progress=progress)
+    result = with_structures(revise_verdict(rounds[0], rounds[-1]), rounds)
+    result = with_missing_force(result, progress=progress)
     result = with_remainder(result, progress=progress)
     return with_law(result, progress=progress) if law else result
 

@@ -10,6 +10,7 @@ import numpy as np
 
 import derive
 from derive.parameter_name import short_name
+from wheelpend.diagnosis.block_evidence import p_value_of_rest
 from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, MissingForce
@@ -17,6 +18,7 @@ from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce, expl
 from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
+from wheelpend.diagnosis.structures import RoundEvidence, Structure, probability_of, structures
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
@@ -54,6 +56,8 @@ class Diagnosis:
     repeats: tuple[ExplainedForce, ...] = ()  # of what is unexplained: on what it depends, and how much of it repeats
     law: FreeLaw | None = None  # for what is unexplained, on request
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
+    p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
+    structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
     def to_json(self) -> dict[str, Any]:
@@ -73,12 +77,20 @@ class Diagnosis:
             "missing": self.repeats,
             "law": self.law,
             "remainder": self.remainder,
+            "structures": self.structures,
         }
 
     @property
     def named(self) -> tuple[CandidateFit, ...]:
         """Candidates that are worth naming."""
         return tuple(t for t in self.candidates if t.physical)
+
+    @property
+    def p_value_of_rest(self) -> float:
+        """P-value of nothing more being there, with the first candidate where there is one."""
+        if self.remainder is not None and self.remainder.repeating:
+            return min(f.p_value for f in self.remainder.repeating)
+        return self.named[0].p_rest if self.named else self.p_rest
 
     @property
     def is_explained(self) -> bool:
@@ -97,6 +109,20 @@ def revise_verdict(found: Diagnosis, last: Diagnosis) -> Diagnosis:
     if last.is_explained or found.verdict == "nothing_missing":
         return found
     return replace(found, verdict="unexplained", experiment=None)
+
+
+def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
+    """A diagnosis with the probabilities of what may be missing, by the rounds of its search."""
+    evidence = [
+        RoundEvidence(
+            {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.physical},
+            r.named[0].effect if r.named else "",
+        )
+        for r in rounds
+    ]
+    known = structures(evidence, len(rounds[0].problem.candidates()), rounds[-1].p_value_of_rest)
+    likely = tuple(replace(c, probability=probability_of(c.effect, known)) for c in found.candidates)
+    return replace(found, structures=known, candidates=likely)
 
 
 def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
@@ -160,6 +186,7 @@ def conclude(
         missing=tuple(missing),
         score_test=full_score_test,
         refitted=tuple(candidates),
+        p_rest=p_value_of_rest(base.residuals, problem.floor),
     )
 
 

@@ -131,6 +131,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         p_confirmation=confirmation,
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
+        evidence=np.concatenate([gain_in_sample(base.model, larger), gains]),
     )
     before, after = base.model.force_squared, larger.force_squared
     less_force = 1.0 - float(np.sqrt(after / before)) if before > 0.0 else 0.0

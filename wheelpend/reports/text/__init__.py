@@ -7,6 +7,7 @@ effect_sizes      coefficients of effects with standard errors, as torques and a
 verdict           verdict, headline and title of a diagnosis or an explanation; evidence; equivalents
 force_ranges      ranges of the states in which the missing force is concentrated
 effects, history  the library, and the changes of a workspace
+structures        probabilities of what is missing
 remainder         what is left to chance, and the intervals that it widens
 unexplained       repeatability of the missing force, and a free-form law for it
 comparison, diagnosis, explanation, identification, inspection, first_look, design, campaign    whole results for the

@@ -10,6 +10,7 @@ from wheelpend.reports.numbers import number_text, p_value_text, prediction_erro
 from wheelpend.reports.text.effect_sizes import detectable_rows, effect_size_text, log_size_lines
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.structures import structures_text
 from wheelpend.reports.text.table import Table, TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
 from wheelpend.reports.text.verdict import verdict_text
@@ -26,6 +27,7 @@ def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = N
     """The verdict, the candidates, where the model fails, and what the logs would have shown."""
     yield verdict_text(result, model)
     yield from _candidates_text(result, model)
+    yield from structures_text(result.structures)
     if result.experiment:
         yield result.experiment
     yield from remainder_sentences(result.remainder, model)

@@ -1,0 +1,112 @@
+"""Probabilities of what is missing: shared by twins, uncertain where few moments decide, honest about the unknown."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest
+from wheelpend.diagnosis.structures import (
+    NONE_OF_THESE,
+    PRIOR_OF_COUNT,
+    RoundEvidence,
+    probability_of,
+    probability_of_none,
+    structures,
+)
+from wheelpend.reports.text.structures import structures_text
+
+LIBRARY = 30
+
+
+def even(nats, blocks=20):
+    return np.full(blocks, nats / blocks)
+
+
+def known(*rounds, p_rest=1.0):
+    found = structures([RoundEvidence(*r) for r in rounds], LIBRARY, p_rest)
+    assert sum(s.probability for s in found) == pytest.approx(1.0, abs=1e-3)
+    return {s.effects: s.probability for s in found}
+
+
+def test_without_evidence_the_prior_stands():
+    found = known(({"a": even(0.0)}, ""))
+    assert found["a",] / found[()] == pytest.approx(PRIOR_OF_COUNT[1] / LIBRARY / PRIOR_OF_COUNT[0])
+
+
+def test_an_effect_needs_evidence_for_the_size_of_the_library_too():
+    assert known(({"a": even(1.0)}, ""))["a",] < 0.2
+    assert known(({"a": even(8.0)}, ""))["a",] > 0.9
+
+
+def test_twins_share_their_probability():
+    found = known(({"a": even(50.0), "b": even(50.0)}, "a"))
+    assert found["a",] == pytest.approx(found["b",]) and found["a",] > 0.45
+
+
+def test_a_lead_that_one_moment_decides_is_no_certainty():
+    steady, moment = even(12.0), np.zeros(20)
+    moment[3] = 12.0
+    assert known(({"a": steady}, ""))["a",] > 0.95
+    assert 0.1 < known(({"a": moment}, ""))["a",] < 0.85
+
+
+def test_two_effects_of_two_rounds_are_one_structure_with_the_evidence_of_both():
+    found = known(({"a": even(20.0), "c": even(3.0)}, "a"), ({"b": even(30.0)}, "b"), ({}, ""))
+    assert found["a", "b"] > 0.95 and ("b",) not in found
+    hidden = known(({"a": even(-2.0)}, "a"), ({"b": even(30.0)}, "b"), ({}, ""))  # neither pays alone
+    assert hidden["a", "b"] > 0.95
+
+
+def test_what_repeats_is_probably_none_of_these():
+    assert known(({}, ""), p_rest=1e-6)[NONE_OF_THESE,] > 0.99
+    assert 0.01 < known(({}, ""), p_rest=1.0)[NONE_OF_THESE,] < 0.05
+    rising = [probability_of_none(p) for p in (1.0, 0.1, 1e-2, 1e-3, 1e-300, 0.0)]
+    assert rising == sorted(rising) and rising[-1] <= 1.0
+
+
+def test_blocks_that_came_in_another_number_count_as_much():
+    found = known(({"a": even(20.0)}, "a"), ({"b": even(30.0, blocks=7)}, ""))
+    assert found["a", "b"] > 0.95
+
+
+def test_what_diverges_is_no_candidate():
+    worse = np.full(20, -np.inf)
+    assert known(({"a": worse, "b": np.full(20, np.nan)}, "")).keys() == {(), (NONE_OF_THESE,)}
+
+
+def test_an_effects_probability_is_that_of_all_structures_with_it():
+    found = structures([RoundEvidence({"a": even(20.0)}, "a"), RoundEvidence({"b": even(3.0)}, "")], LIBRARY, 1.0)
+    assert probability_of("a", found) == pytest.approx(sum(s.probability for s in found if "a" in s.effects))
+    assert 0.9 < probability_of("a", found) < 1.0
+
+
+def fit(cost, free, count=1000):
+    return SimpleNamespace(cost=cost, free=(None,) * free, count=count)
+
+
+def test_evidence_is_the_rise_of_likelihood_of_all_data_less_what_freedom_is_worth():
+    before, after = np.full((500, 2), 1.1), np.full((500, 2), 1.0)
+    found = evidence_in_blocks(fit(1200.0, 7), fit(1000.0, 8), [before], [after])
+    assert len(found) == 10
+    assert found.sum() == pytest.approx(0.5 * 0.21 * 1000 + 0.5 * (200.0 - np.log(1000)))
+    elsewhere = evidence_in_blocks(fit(1200.0, 7), fit(1000.0, 8, count=900), [before], [after])
+    assert elsewhere.sum() == pytest.approx(0.5 * 0.21 * 1000)
+
+
+@pytest.mark.parametrize(("error", "low", "high"), [(1.0, 0.05, 0.95), (1.1, 0.0, 1e-3), (0.9, 0.95, 1.0)])
+def test_a_rest_is_one_where_its_mean_square_is_above_that_of_noise(error, low, high):
+    residual = error * np.random.default_rng(5).normal(size=(6000, 3))
+    residual[::3, 1] = np.nan  # a channel that is not always read
+    assert low <= p_value_of_rest([residual], 1.0) <= high
+
+
+def test_sigma_itself_is_known_to_a_percent_only():
+    residual = 1.01 * np.random.default_rng(5).normal(size=(400_000, 3))
+    assert 0.05 < p_value_of_rest([residual], 1.0) < 0.4
+
+
+def test_the_likeliest_are_said_in_percent():
+    (sentence,) = structures_text(structures([RoundEvidence({"a": even(50.0), "b": even(49.0)}, "a")], LIBRARY, 1.0))
+    assert sentence.startswith("Probabilities: a 7") and "b 2" in sentence and "not among these 3" in sentence
+    assert not list(structures_text(()))

@@ -1,0 +1,55 @@
+"""How much likelier all data are with an effect, and whether more than noise is left, in blocks of validation data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from wheelpend.estimation.fit import Fit
+
+EVIDENCE_BLOCK_COUNT = 10  # of each log's validation segments
+SIGMA_UNCERTAINTY = 0.01  # relative, of the sensors' σ: an error that is higher by so much is no sign of anything
+
+
+def evidence_in_blocks(
+    before: Fit, after: Fit, residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Rise of the log-likelihood of all data after a change of the model (blocks,) [nats], where noise is all else.
+
+    That of validation residuals of each log (N, channels) [σ] in blocks, and spread evenly over these that of the
+    estimation data, less what the change's freedom is worth by chance (Schwarz).
+    """
+    squares = zip(residuals_before, residuals_after, strict=True)
+    gains = 0.5 * np.concatenate([_sums(b) - _sums(a) for b, a in squares])
+    if before.count != after.count:  # other data: the validation residuals alone tell
+        return gains
+    worth = (len(after.free) - len(before.free)) * np.log(max(after.count, 2))
+    return gains + 0.5 * (before.cost - after.cost - worth) / len(gains)
+
+
+def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
+    """P-value of validation residuals of each log (N, channels) [σ] being no more than noise of the error ``floor``.
+
+    By the scatter of the mean squares of their blocks, and by how well the sensors' σ are known.
+    """
+    from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
+
+    squares = np.concatenate([[np.nanmean(b**2) for b in _blocks(r)] for r in residuals])
+    if not np.isfinite(squares).all():
+        return 0.0
+    count = len(squares)
+    scatter = np.std(squares, ddof=1) / np.sqrt(count) if count > 1 else 0.0
+    error = np.hypot(scatter, 2.0 * SIGMA_UNCERTAINTY * floor**2)
+    return float(stdtr(max(count - 1, 1), -(squares.mean() - floor**2) / error))
+
+
+def _sums(residuals: np.ndarray) -> np.ndarray:
+    """Sums of squares of residuals (N, channels) over their blocks (blocks,)."""
+    return np.array([np.nansum(b**2) for b in _blocks(residuals)])
+
+
+def _blocks(residuals: np.ndarray) -> list[np.ndarray]:
+    """Residuals (N, channels) in blocks of the samples that have one."""
+    used = np.flatnonzero(np.isfinite(residuals).any(axis=1))
+    return np.array_split(residuals[used], min(EVIDENCE_BLOCK_COUNT, max(len(used), 1)))

@@ -1,0 +1,96 @@
+"""Probabilities of what is missing: nothing, an effect, several together, or none of these.
+
+A structure's weight is its prior times the exponential of its evidence: the log-likelihood of the estimation logs less
+what the freedom is worth by chance (Schwarz's approximation of a marginal likelihood), and that of held-out data given
+the estimation logs, together that of all data. A noise model is never exact, so the evidence is drawn anew from its
+blocks, and the weights averaged over the draws: a lead that a few moments decide is no certainty.
+Source: Yao, Vehtari, Simpson and Gelman, Using stacking to average Bayesian predictive distributions, Bayesian Analysis
+13 (2018) 917, section 3.4 (weights with the Bayesian bootstrap); Sellke, Bayarri and Berger, Calibration of p values
+for testing precise null hypotheses, The American Statistician 55 (2001) 62 (p-values of what is there as a Beta(ξ, 1)).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+NONE_OF_THESE = "none_of_these"  # something is missing that neither an effect nor several of those tried account for
+PRIOR_OF_COUNT = (0.25, 0.35, 0.1, 0.04, 0.01)  # that so many effects of the library are missing, each set alike
+PRIOR_OF_NONE_OF_THESE = 0.25
+P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of what is there lie below 1e-3, a tenth above 0.35
+DRAW_COUNT = 2000  # of the evidence from its blocks
+MAX_EVIDENCE = 1e9  # nats of a block: what diverges is as good as impossible
+MIN_LISTED_PROBABILITY = 1e-4
+
+
+class Structure(NamedTuple):
+    """Effects that may be missing together, and how probably just these are."""
+
+    effects: tuple[str, ...]  # none: nothing is missing; ("none_of_these",): something that is not in the library
+    probability: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The structure under the keys of JSON."""
+        return {"effects": self.effects, "probability": self.probability}
+
+
+class RoundEvidence(NamedTuple):
+    """What one round of a search found."""
+
+    tried: Mapping[str, np.ndarray]  # evidence for each possible effect over the round's model, in blocks [nats]
+    added: str  # the effect that the next round has, or ''
+
+
+def structures(rounds: Sequence[RoundEvidence], library: int, p_rest: float) -> tuple[Structure, ...]:
+    """Probabilities of every structure that a search among so many effects met, the likeliest first.
+
+    ``p_rest`` is the p-value of nothing more being there behind its last model.
+    """
+    evidence = _evidence(rounds)
+    names, blocks = list(evidence), np.stack(list(evidence.values()))
+    prior = np.log([PRIOR_OF_COUNT[min(len(n), len(PRIOR_OF_COUNT) - 1)] / math.comb(library, len(n)) for n in names])
+    draws = np.random.default_rng(0).dirichlet(np.ones(blocks.shape[1]), DRAW_COUNT) * blocks.shape[1]
+    exponents = prior + draws @ blocks.T  # (draws, structures)
+    weights = np.exp(exponents - exponents.max(axis=1, keepdims=True))
+    found = (weights / weights.sum(axis=1, keepdims=True)).mean(axis=0)
+    other = probability_of_none(p_rest)
+    named = [Structure(n, float((1.0 - other) * p)) for n, p in zip(names, found, strict=True)]
+    every = sorted([*named, Structure((NONE_OF_THESE,), other)], key=lambda s: -s.probability)
+    return tuple(s for s in every if s.probability > MIN_LISTED_PROBABILITY)
+
+
+def _evidence(rounds: Sequence[RoundEvidence]) -> dict[tuple[str, ...], np.ndarray]:
+    """Evidence of every structure over the model as it is, in blocks (blocks,) [nats], by its effects."""
+    length = next((len(blocks) for r in rounds for blocks in r.tried.values()), 1)
+    present: tuple[str, ...] = ()
+    reached = np.zeros(length)
+    found = {present: reached}
+    for one in rounds:
+        own = {effect: _of_length(blocks, length) for effect, blocks in one.tried.items()}
+        for effect, blocks in own.items():
+            found.setdefault(tuple(sorted({*present, effect})), reached + blocks)
+        if one.added in own:
+            reached = reached + own[one.added]
+            present = tuple(sorted({*present, one.added}))
+    return found
+
+
+def _of_length(blocks: np.ndarray, length: int) -> np.ndarray:
+    """Evidence in so many blocks; in equal ones where it came in another number."""
+    kept = np.clip(np.nan_to_num(blocks, nan=-np.inf), -MAX_EVIDENCE, MAX_EVIDENCE)
+    return kept if len(kept) == length else np.full(length, kept.sum() / length)
+
+
+def probability_of_none(p_value: float) -> float:
+    """Probability that something is missing which no tried structure accounts for, by the p-value of what remains."""
+    ratio = P_VALUE_EXPONENT * max(p_value, 1e-300) ** (P_VALUE_EXPONENT - 1.0)
+    odds = PRIOR_OF_NONE_OF_THESE / sum(PRIOR_OF_COUNT) * ratio
+    return odds / (1.0 + odds)
+
+
+def probability_of(effect: str, known: Sequence[Structure]) -> float:
+    """Probability that an effect is missing, alone or with others."""
+    return float(sum(s.probability for s in known if effect in s.effects))
