@@ -83,7 +83,7 @@ def benchmark_plant() -> PlantSignature:
 
 def plan(effects: Sequence[Effect] | None = None) -> list[Case]:
     """All cases, in rounds that each hold a share of every kind."""
-    known = [e for e in (effects or derive.effects.applicable_to(benchmark_plant())) if _can_be_hidden(e)]
+    known = [e for e in (effects or derive.effects.applicable_to(benchmark_plant())) if can_be_hidden(e)]
     kinds = [list(make(known)) for make in (singles, complete, left_out, pairs, triples, stick_slip)]
     return [
         case for round_ in zip_longest(*map(_spread_evenly(max(map(len, kinds))), kinds)) for case in round_ if case
@@ -102,7 +102,7 @@ def _spread_evenly(length: int):
     return spread
 
 
-def _can_be_hidden(effect: Effect) -> bool:
+def can_be_hidden(effect: Effect) -> bool:
     """True if a log can show the effect: the plant's own parameters do not absorb it."""
     module = model_kernels.library_module_of(Model.default(), [effect.name])
     return effect.full_names[0] in module.PARAMETERS and effect.full_names[0] not in module.ABSORBED

@@ -22,7 +22,6 @@ from wheelpend.reports.ladder import ladder_rungs
 
 INK_COLOUR, MUTED_COLOUR, BEFORE_COLOUR, AFTER_COLOUR = "#243447", "#8a97a6", "#d1592a", "#1f6f8b"
 FORCE_PER_VOLT_N = 35.1507
-RUNG_LABELS = ("mass and offset", "+ viscous_drive", "+ coulomb_drive", "+ viscous_asymmetry")
 
 
 class Rung(NamedTuple):
@@ -33,10 +32,10 @@ class Rung(NamedTuple):
     pulses_error: float  # force error on the log with pulses [%]
     values: dict[str, float]  # of its parameters, forces in V
 
-
-def step_rows(found: Ladder) -> list[tuple[str, ...]]:
-    """Number, effect and errors before and after of every step of an explanation."""
-    return [(str(k), s.effect, f"{s.error_before:.4g}", f"{s.error_after:.4g}") for k, s in enumerate(found.steps, 1)]
+    @property
+    def label(self) -> str:
+        """The effect that it has more than the one before."""
+        return f"+ {self.effects[-1]}" if len(self.effects) > 1 else "mass and offset"
 
 
 def new_figure(width: float, height: float, rows: int = 1):
@@ -62,11 +61,11 @@ def bar_heights(rungs: Sequence) -> np.ndarray:
 
 def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
     """Force error of every rung on both logs."""
-    figure, (ax,) = new_figure(7, 2.6)
+    figure, (ax,) = new_figure(7, 1.0 + 0.4 * len(rungs))
     y = bar_heights(rungs)
     ax.barh(y + 0.18, [r.estimation_error for r in rungs], 0.34, color=AFTER_COLOUR, label="estimation log")
     ax.barh(y - 0.18, [r.pulses_error for r in rungs], 0.34, color=BEFORE_COLOUR, label="log with pulses")
-    ax.set_yticks(y, RUNG_LABELS[: len(rungs)])
+    ax.set_yticks(y, [r.label for r in rungs])
     ax.set_xscale("log")
     ax.set_xticks([3, 5, 10, 20, 50], ["3", "5", "10", "20", "50"])
     ax.xaxis.set_minor_locator(NullLocator())
@@ -77,13 +76,13 @@ def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
 
 def draw_force(path: Path, model: Model, rungs: Sequence[Rung], log_path: Path) -> None:
     """Measured force and its residual, rung by rung, over five seconds."""
-    figure, axes = new_figure(7, 5.2, len(rungs))
-    for ax, name, rung in zip(axes, RUNG_LABELS, rungs, strict=False):
+    figure, axes = new_figure(7, 1.3 * len(rungs), len(rungs))
+    for ax, rung in zip(axes, rungs, strict=True):
         t, force, rest = unexplained_force(model.with_effects(rung.effects), rung.values, log_path)
         shown = (t > 1.0) & (t < 6.0)
         ax.plot(t[shown], force[shown], color=MUTED_COLOUR, lw=0.8, label="measured force")
         ax.plot(t[shown], rest[shown], color=BEFORE_COLOUR, lw=0.9, label="left unexplained")
-        ax.set_title(name, fontsize=9, loc="left", color=INK_COLOUR)
+        ax.set_title(rung.label, fontsize=9, loc="left", color=INK_COLOUR)
         ax.set_ylabel("N")
     axes[0].legend(frameon=False, ncols=2, fontsize=8, loc="upper right")
     axes[-1].set_xlabel("time [s]")

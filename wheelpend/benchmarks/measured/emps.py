@@ -10,13 +10,12 @@ from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.benchmarks.measured.drawing import (
     FORCE_PER_VOLT_N,
-    RUNG_LABELS,
     Rung,
     draw_bursts,
     draw_force,
     draw_force_ladder,
-    step_rows,
 )
+from wheelpend.benchmarks.measured.rungs import steps_table
 from wheelpend.diagnosis.compare import Comparison, compare
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
@@ -24,11 +23,12 @@ from wheelpend.identification.identify import identify
 from wheelpend.identification.inverse_dynamics import force_error
 from wheelpend.kernels.load import model_module
 from wheelpend.model.record import Model
+from wheelpend.reports.text.verdict import repeating_force_text
 
 PAGE_TEMPLATE_PATH = Path(__file__).with_name("emps.md")
 ESTIMATION_LOG, PULSES_LOG = "emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"
 BALANCING_LOG = "mini_segway/balancing.csv"
-FRICTION_EFFECTS = ("voltage_offset", "viscous_drive", "coulomb_drive", "viscous_asymmetry")  # as explain finds it
+PUBLISHED_EFFECTS = ("voltage_offset", "viscous_drive", "coulomb_drive")
 PUBLISHED_FORCE_VALUES = {"X1": 95.1089, "viscous_drive.coefficient": 203.5034, "coulomb_drive.torque": 20.3935,
              "voltage_offset.offset": 3.1648}  # Janot, Gautier, Brunot 2019: kg, N s/m, N, N  # fmt: skip
 SLIDE_MODEL = """\
@@ -53,6 +53,7 @@ class AxisStudy(NamedTuple):
     identified: Model  # the last rung with its values
     estimation: Comparison  # with the log the values come from
     pulses: Comparison  # with the log with pulses
+    published: Rung  # the effects of the published model
 
 
 def emps_page_text(estimation: Path, pulses: Path, out: Path, update: Callable[[str], None]) -> str:
@@ -67,8 +68,8 @@ def emps_page_text(estimation: Path, pulses: Path, out: Path, update: Callable[[
         verdict=study.explanation.verdict,
         repeats=repeatable_share_text(study.explanation),
         shooting=markdown_table(("", "M [kg]", "F_v [N s/m]", "F_c [N]"), shooting_rows(model, estimation, pulses)),
-        steps=markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(study.explanation)),
-        **force_texts(study.rungs),
+        steps=steps_table(study.explanation),
+        **force_texts(study),
         **burst_texts(study),
     )
 
@@ -81,19 +82,20 @@ def study_axis(model: Model, estimation: Path, pulses: Path, update: Callable[[s
     update("comparing with the log with pulses")
     identified = model_with_values(explanation.model, rungs[-1].values)
     with_pulses = compare(identified, [pulses])
-    return AxisStudy(explanation, rungs, identified, compare(identified, [estimation]), with_pulses)
+    published = fit_rung(model, PUBLISHED_EFFECTS, estimation, pulses)
+    return AxisStudy(explanation, rungs, identified, compare(identified, [estimation]), with_pulses, published)
 
 
-def force_texts(rungs: Sequence[Rung]) -> dict[str, str]:
+def force_texts(study: AxisStudy) -> dict[str, str]:
     """Table of the force errors, and the deviations from the published parameters."""
-    rows = [force_row(name, rung) for name, rung in zip(RUNG_LABELS, rungs, strict=False)]
-    asymmetry = rungs[-1].values["viscous_asymmetry.coefficient"] * FORCE_PER_VOLT_N
+    rows = [force_row(rung.label, rung) for rung in study.rungs]
+    asymmetry = study.rungs[-1].values.get("viscous_asymmetry.coefficient", float("nan")) * FORCE_PER_VOLT_N
     return {
         "forces": markdown_table(
             ("model", "estimation [%]", "pulses [%]", "M [kg]", "F_v [N s/m]", "F_c [N]", "offset [N]"),
             [*rows, PUBLISHED_ROW],
         ),
-        "worst": f"{max_deviation_percent(rungs[2].values):.2f}",
+        "worst": f"{max_deviation_percent(study.published.values):.2f}",
         "asymmetry": f"{asymmetry:.1f}",
     }
 
@@ -150,7 +152,7 @@ def max_deviation_percent(values: dict[str, float]) -> float:
 
 def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
     """Parameters of the model with viscous and Coulomb friction by shooting on each log."""
-    larger, rows = model.with_effects(FRICTION_EFFECTS[:3]), []
+    larger, rows = model.with_effects(PUBLISHED_EFFECTS), []
     for path in logs:
         found = identify(larger, [path], method="shooting").parameters
         cells = [
@@ -163,10 +165,12 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
 
 def repeatable_share_text(found: Ladder) -> str:
     """Repeatable share of the missing force, and the variables it depends on."""
+    if found.last.by_likelihood:
+        return repeating_force_text(found.last) or "None of it repeats."
     if not found.repeats:
-        return "nothing"
+        return "None of it repeats."
     first = found.repeats[0]
-    return f"{100 * first.repeatable:.0f} %, with {' and '.join(first.depends_on)}"
+    return f"Of it {100 * first.repeatable:.0f} % repeat, with {' and '.join(first.depends_on)}."
 
 
 def model_with_values(model: Model, values: dict[str, float]) -> Model:

@@ -9,7 +9,8 @@ from typing import NamedTuple
 from derive.parameter_name import effect_of
 from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
-from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot, step_rows
+from wheelpend.benchmarks.measured.drawing import draw_error_ladder, draw_robot
+from wheelpend.benchmarks.measured.rungs import steps_table
 from wheelpend.diagnosis.compare import Comparison, compare
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.identification.identify import Identification, identify
@@ -90,7 +91,7 @@ def explanation_texts(explanation: Ladder) -> dict[str, str]:
     """Steps, errors and verdict of the explanation, with size and gain of its first effect."""
     first = explanation.steps[0]
     return {
-        "steps": markdown_table(("step", "added", "error before [σ]", "error after [σ]"), step_rows(explanation)),
+        "steps": steps_table(explanation),
         "first": first.effect,
         "size": f"{first.coefficients.get('torque', float('nan')):.3f}",
         "cut": f"{100 * (1 - first.error_after / first.error_before):.0f}",

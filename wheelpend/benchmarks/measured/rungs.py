@@ -8,7 +8,6 @@ import numpy as np
 
 from derive.parameter_name import full_name
 from wheelpend.benchmarks.markdown import markdown_table
-from wheelpend.benchmarks.measured.drawing import step_rows
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.fit import Fit
@@ -62,14 +61,29 @@ def _fitted_model(label: str, problem: EstimationProblem, fitted: Fit) -> Fitted
 def ladder_texts(found: Ladder) -> dict[str, str]:
     """What a page says of every ladder: its steps, errors, last values and what remains, as Markdown."""
     rows = [(f"`{n}`", f"{e.value:.4g}", f"{e.sigma:.2g}", e.unit) for n, e in found.parameters.items()]
-    header = ("step", "added", "error before [σ]", "error after [σ]")
     return {
-        "steps": markdown_table(header, step_rows(found)) if found.steps else "No effect was added.",
+        "steps": steps_table(found),
         "course": course_text(found),
         "values": markdown_table(("parameter", "value", "standard error", "unit"), rows),
         "verdict": found.verdict,
         "remains": "\n".join(f"- {line}" for line in remainder_sentences(found.remainder, found.model)),
     }
+
+
+def steps_table(found: Ladder) -> str:
+    """Effect, errors and random force before and after every step of an explanation, in Markdown."""
+    header = ("step", "added", "probability", "error before [σ]", "error after [σ]",
+              "random force before [% of the drive]", "after")  # fmt: skip
+    rows = [
+        (str(k), f"`{s.effect}`", _share_text(s.probability), f"{s.error_before:.4g}", f"{s.error_after:.4g}",
+         _share_text(s.force_before), _share_text(s.force_after))
+        for k, s in enumerate(found.steps, 1)
+    ]  # fmt: skip
+    return markdown_table(header, rows) if rows else "No effect was added."
+
+
+def _share_text(share: float | None) -> str:
+    return "" if share is None else f"{100.0 * share:.2g} %"
 
 
 def course_text(found: Ladder) -> str:

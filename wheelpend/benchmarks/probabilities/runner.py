@@ -1,0 +1,62 @@
+"""All cases on all cores; every outcome is written down as it comes, so that an interrupted run goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from time import monotonic
+
+from wheelpend.benchmarks.code_state import code_fingerprint
+from wheelpend.benchmarks.probabilities.cases import Case
+from wheelpend.benchmarks.probabilities.trial import Outcome, Sizes, shown_sizes, try_case
+from wheelpend.campaigns.journal import Journal, with_tuples
+from wheelpend.parallel import cores, results_as_completed
+from wheelpend.serialise import plain_data
+
+Progress = Callable[[str], None]
+Try = Callable[[Case, Sizes], Outcome]
+NOT_ASKED = ("benchmarks/probabilities/page.py", "benchmarks/probabilities/summary.py",
+             "benchmarks/probabilities/__main__.py")  # fmt: skip
+PILOT_KEYS = {False: "pilot smooth", True: "pilot rough"}
+
+
+def run(
+    folder: Path,
+    cases: Sequence[Case],
+    *,
+    minutes: float | None = None,
+    progress: Progress = print,
+    attempt: Try = try_case,
+    pilot: Callable[[bool], Sizes] = shown_sizes,
+) -> list[Outcome]:
+    """Try the cases that have no outcome yet, for so many minutes or all; returns the outcomes of these cases.
+
+    When the minutes are over no further case is begun, and those under way are finished and kept. Outcomes are kept
+    per state of the code.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    code = code_fingerprint(NOT_ASKED)
+    journal = Journal(folder / f"outcomes-{code}.jsonl", code)
+    journal.begin()
+    left = [c for c in cases if c.key not in journal.results]
+    begin, seconds = monotonic(), float("inf") if minutes is None else 60.0 * minutes
+    for rough in sorted({bool(c.force) for c in left}) if seconds > 0.0 else ():
+        if PILOT_KEYS[rough] not in journal.results:
+            progress("finding the sizes that such a log just shows")
+            journal.add(PILOT_KEYS[rough], plain_data(pilot(rough)))
+    progress(f"{len(cases)} logs, {len(cases) - len(left)} of them known; {cores()} processes")
+    known = journal.results
+    trials = [partial(attempt, c, known[PILOT_KEYS[bool(c.force)]]) for c in left if PILOT_KEYS[bool(c.force)] in known]
+    answers = results_as_completed(trials, max(seconds - (monotonic() - begin), 0.0))
+    for number, (_, outcome) in enumerate(answers, 1):
+        journal.add(outcome.key, plain_data(outcome))
+        spent = monotonic() - begin
+        told = outcome.failure or ", ".join(f"{'+'.join(e) or 'nothing'} {p:.2f}" for e, p in outcome.structures[:3])
+        progress(f"{number} of {len(trials)}, {spent / 60:.1f} min: {outcome.key}: {told}")
+    return [outcome_of(known[c.key]) for c in cases if c.key in known]
+
+
+def outcome_of(data: dict) -> Outcome:
+    """An outcome from JSON, whose lists become tuples again."""
+    return Outcome(**{name: with_tuples(value) for name, value in data.items()})
