@@ -66,6 +66,7 @@ def ladder_texts(found: Ladder) -> dict[str, str]:
         "course": course_text(found),
         "values": markdown_table(("parameter", "value", "standard error", "unit"), rows),
         "verdict": found.verdict,
+        "horizon": f"{found.horizon_s:g}",
         "remains": "\n".join(f"- {line}" for line in remainder_sentences(found.remainder, found.model)),
     }
 

@@ -18,6 +18,7 @@ def main(
     only: Annotated[list[str] | None, typer.Option(help="first or second set; repeat for both.")] = None,
     logs: Annotated[int | None, typer.Option(min=1, help="Logs of each set; 300 and 100 without.")] = None,
     folder: Annotated[Path, typer.Option(help="Where outcomes are kept.")] = Path("benchmark/probabilities"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores without.")] = None,
     minutes: Annotated[float | None, typer.Option(min=0, help="Begin no log later; 0 tells what is known.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the tables into this page, docs/trust.md.")] = None,
 ) -> None:
@@ -26,7 +27,7 @@ def main(
         if wrong := sorted(set(only or []) - set(KIND_SHARES)):
             raise Failure(f"A set must be one of {', '.join(KIND_SHARES)}, not {', '.join(wrong)}.")
         cases = [c for of in only or KIND_SHARES for c in plan(of, logs)]
-        found = run(folder, cases, minutes=minutes, progress=lambda line: err.print(line, markup=False))
+        found = run(folder, cases, minutes=minutes, jobs=jobs, progress=lambda line: err.print(line, markup=False))
         outcomes = {of: [o for o in found if o.key.startswith(f"{of} ")] for of in KIND_SHARES}
         print_line(section_text(outcomes))
         if out:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 import derive
+from derive.effects import Effect
 from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant, can_be_hidden, is_supported_by_engine
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 
@@ -53,13 +55,18 @@ def plan(of: str, count: int | None = None) -> list[Case]:
     return [_case(of, number) for number in range(count or DEFAULT_COUNTS[of])]
 
 
+@cache
+def _known_effects(rough: bool) -> tuple[Effect, ...]:
+    """Effects that a log can have in it; on rough ground those that the engine offers."""
+    known = (e for e in derive.effects.applicable_to(benchmark_plant()) if can_be_hidden(e))
+    return tuple(e for e in known if not rough or is_supported_by_engine([(n, 0.0) for n in e.full_names]))
+
+
 def _case(of: str, number: int) -> Case:
     random = np.random.default_rng((SET_SEEDS[of], number))
     kind = str(random.choice(KINDS, p=KIND_SHARES[of]))
     rough = bool(random.random() < FORCE_SHARE)
-    known = [e for e in derive.effects.applicable_to(benchmark_plant()) if can_be_hidden(e)]
-    if rough:
-        known = [e for e in known if is_supported_by_engine([(n, 0.0) for n in e.full_names])]
+    known = _known_effects(rough)
     chosen = random.choice(len(known), size=EFFECT_COUNT[kind], replace=False)
     low, high = np.log(SIZE_RANGE)
     return Case(

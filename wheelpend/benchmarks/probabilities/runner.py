@@ -26,6 +26,7 @@ def run(
     cases: Sequence[Case],
     *,
     minutes: float | None = None,
+    jobs: int | None = None,
     progress: Progress = print,
     attempt: Try = try_case,
     pilot: Callable[[bool], Sizes] = shown_sizes,
@@ -45,10 +46,10 @@ def run(
         if PILOT_KEYS[rough] not in journal.results:
             progress("finding the sizes that such a log just shows")
             journal.add(PILOT_KEYS[rough], plain_data(pilot(rough)))
-    progress(f"{len(cases)} logs, {len(cases) - len(left)} of them known; {cores()} processes")
+    progress(f"{len(cases)} logs, {len(cases) - len(left)} of them known; {jobs or cores()} processes")
     known = journal.results
     trials = [partial(attempt, c, known[PILOT_KEYS[bool(c.force)]]) for c in left if PILOT_KEYS[bool(c.force)] in known]
-    answers = results_as_completed(trials, max(seconds - (monotonic() - begin), 0.0))
+    answers = results_as_completed(trials, max(seconds - (monotonic() - begin), 0.0), jobs)
     for number, (_, outcome) in enumerate(answers, 1):
         journal.add(outcome.key, plain_data(outcome))
         spent = monotonic() - begin
