@@ -21,7 +21,7 @@ def test_cases_come_in_the_stated_shares():
     assert [kinds[k] / 1000 for k in ("complete", "left_out", "single", "pair")] == pytest.approx(
         [0.2, 0.2, 0.4, 0.2], abs=0.05
     )
-    assert 0.07 < np.mean([bool(c.force) for c in plan("first", 1000)]) < 0.13
+    assert 0.03 < np.mean([bool(c.force) for c in plan("first", 1000)]) < 0.08
     assert plan("first", 20) == plan("first", 1000)[:20] != plan("second", 20)
 
 
@@ -35,7 +35,8 @@ def test_a_late_log_begins_in_motion_and_a_filtered_gyro_lags():
     case = Case("first", 3, "complete")
     plain, slow, late = (made_log(c, {}) for c in (case, replace(case, filtered=True), replace(case, late=True)))
     assert late.t[0] == 0.0 and len(late) == pytest.approx(len(plain), abs=2) and late.earlier is None
-    assert np.ptp(late.measured[:10, 0]) > 10 * np.ptp(plain.measured[:10, 0])
+    begun, at_rest = (abs(log.measured[1, 0] - log.measured[0, 0]) for log in (late, plain))
+    assert begun > 10 * at_rest
     step = replace(plain, measured=np.where(np.arange(len(plain))[:, None] < 500, 0.0, np.ones(3)))
     after = round(500 + GYRO_LAG_S / plain.dt)
     assert filtered(step).measured[after, 2] == pytest.approx(1 - np.exp(-1), abs=0.1)

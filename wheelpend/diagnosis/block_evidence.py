@@ -35,10 +35,12 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
     """
     from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
-    squares = np.concatenate([[np.nanmean(b**2) for b in _blocks(r)] for r in residuals])
+    squares = np.concatenate([[np.nanmean(b**2) for b in _blocks(r) if len(b)] for r in residuals])
     if not np.isfinite(squares).all():
         return 0.0
     count = len(squares)
+    if not count:
+        return 1.0
     scatter = np.std(squares, ddof=1) / np.sqrt(count) if count > 1 else 0.0
     error = np.hypot(scatter, 2.0 * SIGMA_UNCERTAINTY * floor**2)
     return float(stdtr(max(count - 1, 1), -(squares.mean() - floor**2) / error))

@@ -80,3 +80,13 @@ def noise_array(sources: Sources) -> np.ndarray:
 def mixing_matrix(weights: Sequence[tuple[float, ...]], rows: int) -> np.ndarray:
     """Weights of sources on rows or readings as a matrix (rows, sources)."""
     return np.array(weights, dtype=float).reshape(-1, rows).T.copy()
+
+
+def with_forces(sources: Sequence[Sources], share: float, slowness: float, shortest: float) -> tuple[Sources, ...]:
+    """Each log's sources with the forces a share as large, and that much slower, but no faster than shortest [s]."""
+
+    def changed(source: RandomSource) -> RandomSource:
+        time = max(source.correlation_time * slowness, shortest)
+        return source.with_noise(source.rms * share, time) if source.is_force else source
+
+    return tuple(tuple(map(changed, own)) for own in sources)

@@ -17,7 +17,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.normal_equations import covariance_of
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.random_source import RandomSource, Sources, possible_errors, possible_forces
+from wheelpend.estimation.random_source import Sources, possible_errors, possible_forces
 from wheelpend.estimation.source_search import Progress, likeliest_sources
 from wheelpend.estimation.starts import start_candidates
 from wheelpend.identification.filter_error_method import estimator_at, remainder_at_point
@@ -141,16 +141,6 @@ def possible_sources(problem: EstimationProblem) -> tuple[Sources, Sources]:
     """Random forces that the plant may feel, and errors that its sensors may have."""
     module = problem.module
     return possible_forces(problem.plant, module.NY), possible_errors(module.OUTPUTS, module.NQ)
-
-
-def with_forces(sources: Sequence[Sources], share: float, slowness: float, shortest: float) -> tuple[Sources, ...]:
-    """Each log's sources with the forces a share as large, and that much slower, but no faster than shortest [s]."""
-
-    def changed(source: RandomSource) -> RandomSource:
-        time = max(source.correlation_time * slowness, shortest)
-        return source.with_noise(source.rms * share, time) if source.is_force else source
-
-    return tuple(tuple(map(changed, own)) for own in sources)
 
 
 def moved_to(model: FilteredModel, point: FilterPoint) -> FilteredModel:

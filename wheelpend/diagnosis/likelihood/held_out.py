@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.diagnosis.evidence import encompassing_p_value
-from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, with_forces
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.estimation.filter_error import FilterProblem, parted
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.random_source import Sources
+from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.segments import Segments, contiguous_ranges
 from wheelpend.estimation.validation import validation_values
 from wheelpend.logs.log import Log

@@ -18,14 +18,13 @@ from wheelpend.diagnosis.likelihood.filtered_model import (
     LogValues,
     estimator_of,
     moved_to,
-    with_forces,
 )
 from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.filter_fit import Effort
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import extended_effects
-from wheelpend.estimation.random_source import Sources
+from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.source_search import without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start

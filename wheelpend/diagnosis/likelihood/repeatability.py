@@ -17,10 +17,11 @@ import numpy as np
 from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.evidence import encompassing_p_value
 from wheelpend.diagnosis.likelihood.filter_response import DriftResponse, drift_responses
-from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_to, with_forces
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_to
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
 from wheelpend.estimation.filter_fit import FilterPoint
+from wheelpend.estimation.random_source import with_forces
 from wheelpend.estimation.scaled_inverse import ScaledInverse
 
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others

@@ -13,13 +13,13 @@ import numpy as np
 
 from derive.effects import Effect
 from derive.parameter_name import short_name
-from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of, with_forces
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
 from wheelpend.estimation.filter_fit import FilterPoint
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.profiled_starts import profile_grids
-from wheelpend.estimation.random_source import Sources
+from wheelpend.estimation.random_source import Sources, with_forces
 
 FORCE_SHARES = (1.0, 0.3, 0.1)  # of the fitted random force, behind which effects are scored
 MAX_LEADERS = 7  # effects of each score that are refitted
