@@ -58,6 +58,11 @@ def test_two_effects_of_two_rounds_are_one_structure_with_the_evidence_of_both()
     assert hidden["a", "b"] > 0.95
 
 
+def test_three_effects_have_the_evidence_of_all_rounds_and_no_other():
+    lost = known(({"a": even(-30.0)}, "a"), ({"b": even(5.0)}, "b"), ({"c": even(12.0)}, "c"))
+    assert lost[()] > 0.9 and ("a", "b", "c") not in lost
+
+
 def test_what_repeats_is_probably_none_of_these():
     assert known(({}, ""), p_rest=1e-6)[NONE_OF_THESE,] > 0.99
     assert 0.01 < known(({}, ""), p_rest=1.0)[NONE_OF_THESE,] < 0.05

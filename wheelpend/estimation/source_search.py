@@ -70,10 +70,10 @@ def likeliest_from(
     freest = _freest(estimator, starts, (*forces, *errors))
     progress("taking random forces away that are not needed")
     found = _with_filters(estimator, _with_ports(estimator, without_needless(estimator, freest), forces), errors)
-    return _with_fast_forces(estimator, found)
+    return with_fast_forces(estimator, found)
 
 
-def _with_fast_forces(estimator: FilterEstimator, point: FilterPoint) -> FilterPoint:
+def with_fast_forces(estimator: FilterEstimator, point: FilterPoint) -> FilterPoint:
     """The likelier of a fit and the one from forces that are smaller and faster.
 
     Large and slow ones let parameters go where less force would have held them, and a local optimum keeps them there.
