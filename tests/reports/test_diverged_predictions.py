@@ -13,7 +13,8 @@ RUNGS = [Rung("nominal", "nominal", float("inf")), Rung("refitted", "refitted", 
 
 
 def ladder(nominal: float | None, base: float, *after: float):
-    steps = [SimpleNamespace(effect=f"effect_{k}", error_after=e) for k, e in enumerate(after)]
+    unknown = {"force_before": None, "force_after": None}
+    steps = [SimpleNamespace(effect=f"effect_{k}", error_after=e, **unknown) for k, e in enumerate(after)]
     return SimpleNamespace(nominal_error=nominal, base_error=base, steps=steps, noise_floor=1.0)
 
 

@@ -12,7 +12,7 @@ from wheelpend.reports.numbers import digits_text, prediction_error_text
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder
 
-PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX, ERROR_WIDTH_PX = 720, 34, 190, 90  # px
+PICTURE_WIDTH_PX, BAR_HEIGHT_PX, LABEL_WIDTH_PX, ERROR_WIDTH_PX = 720, 34, 190, 150  # px
 TOP_MARGIN_PX = BOTTOM_MARGIN_PX = 36  # px
 MIN_BAR_LENGTH_PX = 4  # px, of an error at the noise floor
 SVG_COLOURS = {"nominal": "#9aa0a6", "refitted": "#d9622b", "step": "#2166ac"}
@@ -26,14 +26,36 @@ class Rung(NamedTuple):
     kind: RungKind
     label: str
     error: float  # σ
+    force: float | None = None  # random force that is left, as a share of the drive; None unless every rung has one
+
+    @property
+    def text(self) -> str:
+        """The error, and the random force where it is known."""
+        error = prediction_error_text(self.error)
+        return error if self.force is None else f"{error}, force {share_text(self.force)}"
+
+
+def share_text(share: float) -> str:
+    """A share of the drive in percent."""
+    return f"{digits_text(100.0 * share, 2)} %"
 
 
 def ladder_rungs(explanation: Ladder, nominal: str = "nominal", refitted: str = "parameters refitted") -> list[Rung]:
     """The nominal model where it has values, the refitted one, and one with each added effect."""
-    rungs = [Rung("refitted", refitted, explanation.base_error)]
+    forces = _remaining_forces(explanation)
+    rungs = [Rung("refitted", refitted, explanation.base_error, forces[0])]
     if explanation.nominal_error is not None:
         rungs.insert(0, Rung("nominal", nominal, explanation.nominal_error))
-    return rungs + [Rung("step", f"+ {s.effect}", s.error_after) for s in explanation.steps]
+    steps = zip(explanation.steps, forces[1:], strict=True)
+    return rungs + [Rung("step", f"+ {s.effect}", s.error_after, force) for s, force in steps]
+
+
+def _remaining_forces(explanation: Ladder) -> list[float | None]:
+    """Random force that the refitted model and every step leave, as shares of the drive; None where one is unknown."""
+    steps = explanation.steps
+    forces = [s.force_before for s in steps[:1]] + [s.force_after for s in steps]
+    known = len(forces) > 1 and all(f is not None for f in forces)
+    return forces if known else [None] * (len(steps) + 1)
 
 
 def bar_lengths(rungs: Sequence[Rung], noise_floor: float, longest: int, shortest: int = 0) -> list[int]:
@@ -58,7 +80,7 @@ def draw_ladder(explanation: Ladder, path: Path) -> Path:
     bars = [
         {
             "label": rung.label,
-            "error": prediction_error_text(rung.error),
+            "error": rung.text,
             "colour": SVG_COLOURS[rung.kind],
             "y": TOP_MARGIN_PX + BAR_HEIGHT_PX * k,
             "length": length,
@@ -71,6 +93,7 @@ def draw_ladder(explanation: Ladder, path: Path) -> Path:
         label_width=LABEL_WIDTH_PX,
         height=TOP_MARGIN_PX + BAR_HEIGHT_PX * len(bars) + BOTTOM_MARGIN_PX,
         floor=digits_text(explanation.noise_floor),
+        has_forces=any(r.force is not None for r in rungs),
     )
     path.write_text(text, encoding="utf-8")
     return path

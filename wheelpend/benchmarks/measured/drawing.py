@@ -138,8 +138,11 @@ def draw_error_ladder(path: Path, found: Ladder) -> None:
     figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
     rungs = [rung for rung in ladder_rungs(found) if rung.kind != "nominal"]
     y = bar_heights(rungs)
+    ax.set_xlim(0.0, 1.25 * max(r.error for r in rungs))
     ax.barh(y, [r.error for r in rungs], color=[AFTER_COLOUR if r.kind == "step" else BEFORE_COLOUR for r in rungs])
     ax.axvline(found.noise_floor, color=MUTED_COLOUR, lw=1, ls="--")
     ax.set_yticks(y, [rung.label for rung in rungs])
-    ax.set_xlabel("held-out error [σ]; dashed: noise floor")
+    for place, rung in zip(y, rungs, strict=True):
+        ax.text(rung.error, place, f" {rung.text}", va="center", fontsize=8, color=INK_COLOUR)
+    ax.set_xlabel("held-out error [σ]; dashed: noise floor; force: random force left, share of the drive")
     save_svg(figure, path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.ladder import bar_lengths, ladder_rungs
+from wheelpend.reports.ladder import bar_lengths, ladder_rungs, share_text
 from wheelpend.reports.numbers import digits_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
 from wheelpend.reports.text.remainder import remainder_sentences
@@ -43,7 +43,9 @@ def ladder_lines(result: Ladder) -> Iterator[str]:
     lengths = bar_lengths(rungs, result.noise_floor, LONGEST_BAR)
     yield f"{'held-out error':>24}   (noise floor {digits_text(result.noise_floor)})"
     for rung, length in zip(rungs, lengths, strict=True):
-        yield f"{rung.label:>24} {prediction_error_text(rung.error):>9} {'█' * length}{'▏' if length == 0 else ''}"
+        force = "" if rung.force is None else f" random force {share_text(rung.force)} of the drive"
+        bar = "█" * length or "▏"
+        yield f"{rung.label:>24} {prediction_error_text(rung.error):>9} {bar}{force}"
 
 
 def _step_lines(step: Step, result: Ladder) -> Iterator[str]:
