@@ -1,5 +1,6 @@
 """The ladder shows both figures, the error and the random force: a step may lower only one."""
 
+import itertools
 from types import SimpleNamespace
 
 import pytest
@@ -11,7 +12,7 @@ from wheelpend.reports.text.explanation import ladder_lines
 def ladder(*forces):
     steps = [
         SimpleNamespace(effect=f"effect_{k}", error_after=100.0 - k, force_before=before, force_after=after)
-        for k, (before, after) in enumerate(zip(forces[:-1], forces[1:], strict=True))
+        for k, (before, after) in enumerate(itertools.pairwise(forces))
     ]
     return SimpleNamespace(nominal_error=200.0, base_error=100.0, steps=steps, noise_floor=1.0)
 
