@@ -24,9 +24,11 @@ def even(nats, blocks=20):
 
 
 def known(*rounds, p_rest=1.0):
-    found = structures([RoundEvidence(*r) for r in rounds], LIBRARY, p_rest)
-    assert sum(s.probability for s in found) == pytest.approx(1.0, abs=1e-3)
-    return {s.effects: s.probability for s in found}
+    """Probabilities by structure: of those that were tried if it is one of them, and of none of these."""
+    found = {s.effects: s.probability for s in structures([RoundEvidence(*r) for r in rounds], LIBRARY, p_rest)}
+    assert sum(found.values()) == pytest.approx(1.0, abs=1e-3)
+    other = found.pop((NONE_OF_THESE,))
+    return {n: p / (1.0 - other) for n, p in found.items()} | {(NONE_OF_THESE,): other}
 
 
 def test_without_evidence_the_prior_stands():
@@ -37,6 +39,12 @@ def test_without_evidence_the_prior_stands():
 def test_an_effect_needs_evidence_for_the_size_of_the_library_too():
     assert known(({"a": even(1.0)}, ""))["a",] < 0.2
     assert known(({"a": even(8.0)}, ""))["a",] > 0.9
+
+
+def test_what_was_not_refitted_has_the_evidence_that_its_score_promises_in_the_last_round_only():
+    assert known(({}, "", {"a": 10.0}))["a",] > 0.9
+    assert ("a",) not in known(({"b": even(50.0)}, "b", {"a": 10.0}), ({}, ""))
+    assert known(({"a": even(-5.0)}, "", {"a": 10.0}))[()] > 0.9  # a refit knows better
 
 
 def test_twins_share_their_probability():
@@ -65,7 +73,7 @@ def test_three_effects_have_the_evidence_of_all_rounds_and_no_other():
 
 def test_what_repeats_is_probably_none_of_these():
     assert known(({}, ""), p_rest=1e-6)[NONE_OF_THESE,] > 0.99
-    assert 0.01 < known(({}, ""), p_rest=1.0)[NONE_OF_THESE,] < 0.05
+    assert 0.1 < known(({}, ""), p_rest=1.0)[NONE_OF_THESE,] < 0.2  # it may be too small, or look like another
     rising = [probability_of_none(p) for p in (1.0, 0.1, 1e-2, 1e-3, 1e-300, 0.0)]
     assert rising == sorted(rising) and rising[-1] <= 1.0
 
@@ -83,7 +91,7 @@ def test_what_diverges_is_no_candidate():
 def test_an_effects_probability_is_that_of_all_structures_with_it():
     found = structures([RoundEvidence({"a": even(20.0)}, "a"), RoundEvidence({"b": even(3.0)}, "")], LIBRARY, 1.0)
     assert probability_of("a", found) == pytest.approx(sum(s.probability for s in found if "a" in s.effects))
-    assert 0.9 < probability_of("a", found) < 1.0
+    assert 0.8 < probability_of("a", found) < 0.9
 
 
 def fit(cost, free, count=1000):
@@ -113,5 +121,5 @@ def test_sigma_itself_is_known_to_a_percent_only():
 
 def test_the_likeliest_are_said_in_percent():
     (sentence,) = structures_text(structures([RoundEvidence({"a": even(50.0), "b": even(49.0)}, "a")], LIBRARY, 1.0))
-    assert sentence.startswith("Probabilities: a 7") and "b 2" in sentence and "not among these 3" in sentence
+    assert sentence.startswith("Probabilities: a 62 %, b 23 %") and "not among these 15 %" in sentence
     assert not list(structures_text(()))

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +21,8 @@ import numpy as np
 NONE_OF_THESE = "none_of_these"  # something is missing that neither an effect nor several of those tried account for
 PRIOR_OF_COUNT = (0.25, 0.35, 0.1, 0.04, 0.01)  # that so many effects of the library are missing, each set alike
 PRIOR_OF_NONE_OF_THESE = 0.25
-P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of what is there lie below 1e-3, a tenth above 0.35
+UNSEEN_SHARE = 0.5  # of what is not in the library: too small to be seen, or passed off by an effect that resembles it
+P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of the rest lie below 1e-3, a tenth above 0.35
 DRAW_COUNT = 2000  # of the evidence from its blocks
 MAX_EVIDENCE = 1e9  # nats of a block: what diverges is as good as impossible
 MIN_LISTED_PROBABILITY = 1e-4
@@ -42,6 +44,7 @@ class RoundEvidence(NamedTuple):
 
     tried: Mapping[str, np.ndarray]  # evidence for each possible effect over the round's model, in blocks [nats]
     added: str  # the effect that the next round has, or ''
+    scored: Mapping[str, float] = MappingProxyType({})  # the same of effects that were not refitted, as expected [nats]
 
 
 def structures(rounds: Sequence[RoundEvidence], library: int, p_rest: float) -> tuple[Structure, ...]:
@@ -69,7 +72,8 @@ def _evidence(rounds: Sequence[RoundEvidence]) -> dict[tuple[str, ...], np.ndarr
     reached = np.zeros(length)
     found = {present: reached}
     for one in rounds:
-        own = {effect: _of_length(blocks, length) for effect, blocks in one.tried.items()}
+        expected = {} if one.added else {e: np.array([nats]) for e, nats in one.scored.items()}
+        own = {effect: _of_length(blocks, length) for effect, blocks in {**expected, **one.tried}.items()}
         for effect, blocks in own.items():
             found.setdefault(tuple(sorted({*present, effect})), reached + blocks)
         if one.added in own:
@@ -86,7 +90,8 @@ def _of_length(blocks: np.ndarray, length: int) -> np.ndarray:
 
 def probability_of_none(p_value: float) -> float:
     """Probability that something is missing which no tried structure accounts for, by the p-value of what remains."""
-    ratio = P_VALUE_EXPONENT * max(p_value, 1e-300) ** (P_VALUE_EXPONENT - 1.0)
+    seen = P_VALUE_EXPONENT * max(p_value, 1e-300) ** (P_VALUE_EXPONENT - 1.0)
+    ratio = UNSEEN_SHARE + (1.0 - UNSEEN_SHARE) * seen
     odds = PRIOR_OF_NONE_OF_THESE / sum(PRIOR_OF_COUNT) * ratio
     return odds / (1.0 + odds)
 

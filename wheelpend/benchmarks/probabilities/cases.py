@@ -24,7 +24,7 @@ FORCE_SHARE, FILTERED_SHARE, MID_ACTION_SHARE = (
     0.05,
     0.2,
 )  # of the logs: a random force, a slow gyro, a late start
-SET_SEEDS = {"first": 1, "second": 2}
+SET_SEEDS = {"first": 11, "second": 12}
 DEFAULT_COUNTS = {"first": 300, "second": 100}
 
 
