@@ -90,8 +90,10 @@ def test_what_diverges_is_no_candidate():
 
 def test_an_effects_probability_is_that_of_all_structures_with_it():
     found = structures([RoundEvidence({"a": even(20.0)}, "a"), RoundEvidence({"b": even(3.0)}, "")], LIBRARY, 1.0)
-    assert probability_of("a", found) == pytest.approx(sum(s.probability for s in found if "a" in s.effects))
-    assert 0.8 < probability_of("a", found) < 0.9
+    with_a, other = (sum(s.probability for s in found if n in s.effects) for n in ("a", NONE_OF_THESE))
+    assert probability_of("a", found) == pytest.approx(with_a + 0.5 * other * with_a / (1.0 - other))
+    known_rest = structures([RoundEvidence({"a": even(20.0)}, "a")], LIBRARY, 0.0)  # certainly more than a
+    assert probability_of("a", known_rest) == pytest.approx(0.5, abs=0.01)
 
 
 def fit(cost, free, count=1000):

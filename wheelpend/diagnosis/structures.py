@@ -21,6 +21,8 @@ import numpy as np
 NONE_OF_THESE = "none_of_these"  # something is missing that neither an effect nor several of those tried account for
 PRIOR_OF_COUNT = (0.25, 0.35, 0.1, 0.04, 0.01)  # that so many effects of the library are missing, each set alike
 PRIOR_OF_NONE_OF_THESE = 0.25
+PART_SHARE = 0.5  # of the effects that explain a part of something unknown: parts of it, not what resembles it
+MAX_PROBABILITY_OF_NONE = 0.999  # what was tried stays possible
 UNSEEN_SHARE = 0.5  # of what is not in the library: too small to be seen, or passed off by an effect that resembles it
 P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of the rest lie below 1e-3, a tenth above 0.35
 DRAW_COUNT = 2000  # of the evidence from its blocks
@@ -93,9 +95,11 @@ def probability_of_none(p_value: float) -> float:
     seen = P_VALUE_EXPONENT * max(p_value, 1e-300) ** (P_VALUE_EXPONENT - 1.0)
     ratio = UNSEEN_SHARE + (1.0 - UNSEEN_SHARE) * seen
     odds = PRIOR_OF_NONE_OF_THESE / sum(PRIOR_OF_COUNT) * ratio
-    return odds / (1.0 + odds)
+    return min(odds / (1.0 + odds), MAX_PROBABILITY_OF_NONE)
 
 
 def probability_of(effect: str, known: Sequence[Structure]) -> float:
-    """Probability that an effect is missing, alone or with others."""
-    return float(sum(s.probability for s in known if effect in s.effects))
+    """Probability that an effect is missing, alone, with others, or beside something that is not in the library."""
+    other = sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))
+    among_tried = sum(s.probability for s in known if effect in s.effects) / (1.0 - other)
+    return float(among_tried * (1.0 - other + PART_SHARE * other))

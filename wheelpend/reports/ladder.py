@@ -7,7 +7,7 @@ from math import isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from wheelpend.reports.numbers import digits_text, prediction_error_text
+from wheelpend.reports.numbers import digits_text, prediction_error_text, share_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder
@@ -33,11 +33,6 @@ class Rung(NamedTuple):
         """The error, and the random force where it is known."""
         error = prediction_error_text(self.error)
         return error if self.force is None else f"{error}, force {share_text(self.force)}"
-
-
-def share_text(share: float) -> str:
-    """A share of the drive in percent."""
-    return f"{digits_text(100.0 * share, 2)} %"
 
 
 def ladder_rungs(explanation: Ladder, nominal: str = "nominal", refitted: str = "parameters refitted") -> list[Rung]:

@@ -149,6 +149,11 @@ def percent_text(share: float, decimals: int = 0) -> str:
     return f"{100 * share:.{decimals}f} %"
 
 
+def share_text(share: float) -> str:
+    """A share in percent: two digits of a small one, whole percent from 10 % on."""
+    return f"{whole_digits_text(100.0 * share, 2) if share >= 0.1 else digits_text(100.0 * share, 2)} %"
+
+
 def incomplete_percent_text(share: float) -> str:
     """A share in whole percent, and 100 % only where it is all."""
     return f"{min(round(100 * share), 99) if share < 0.9995 else 100} %"

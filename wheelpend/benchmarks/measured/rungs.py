@@ -16,6 +16,7 @@ from wheelpend.estimation.problem import EstimationProblem, extended_effects
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.model.record import Model
+from wheelpend.reports.numbers import share_text
 from wheelpend.reports.text.remainder import remainder_sentences
 
 START_LABEL = "model file, refitted"
@@ -84,7 +85,7 @@ def steps_table(found: Ladder) -> str:
 
 
 def _share_text(share: float | None) -> str:
-    return "" if share is None else f"{100.0 * share:.2g} %"
+    return "" if share is None else share_text(share)
 
 
 def course_text(found: Ladder) -> str:

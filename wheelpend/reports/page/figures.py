@@ -22,6 +22,7 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.ladder import Rung, ladder_rungs
 from wheelpend.reports.names import display_text
+from wheelpend.reports.numbers import digits_text
 from wheelpend.reports.page.style import (
     AFTER_COLOUR,
     BEFORE_COLOUR,
@@ -50,7 +51,7 @@ def ladder_figure(explanation: Ladder) -> go.Figure:
     errors = tuple(r.error for r in rungs)
     figure = go.Figure(go.Bar(
         x=errors, y=tuple(r.label for r in rungs), orientation="h",
-        marker_color=tuple(RUNG_COLOURS[r.kind] for r in rungs), text=[r.text for r in rungs],
+        marker_color=tuple(RUNG_COLOURS[r.kind] for r in rungs), text=[digits_text(e) for e in errors],
         textposition="outside", cliponaxis=False, hovertemplate="%{y}: %{x:.4g}<extra></extra>", width=0.62,
     ))  # fmt: skip
     wide = _scale_error_axis(figure, [*errors, explanation.noise_floor])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from wheelpend.reports.ladder import bar_lengths, ladder_rungs, share_text
-from wheelpend.reports.numbers import digits_text, prediction_error_text
+from wheelpend.reports.ladder import bar_lengths, ladder_rungs
+from wheelpend.reports.numbers import digits_text, prediction_error_text, share_text
 from wheelpend.reports.text.effect_sizes import log_size_lines, rms_input
 from wheelpend.reports.text.remainder import remainder_sentences
 from wheelpend.reports.text.structures import structures_text

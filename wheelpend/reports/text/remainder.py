@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from wheelpend.model.units import PlantUnits, plant_units_of
-from wheelpend.reports.numbers import digits_text, is_number, range_text, time_text, whole_digits_text
+from wheelpend.reports.numbers import digits_text, is_number, range_text, share_text, time_text
 
 if TYPE_CHECKING:
     from wheelpend.identification.remainder import Remainder, RowForce, SensorError
@@ -43,7 +43,7 @@ def _place_text(row: str, force: RowForce, model: Model) -> str:
 
 def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> list[str]:
     physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
-    share = f", {_share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
+    share = f", {share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
     negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
     unit = "" if force.unit == "1" else f" {force.unit}"
     found = (f"Left to chance: a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
@@ -53,10 +53,6 @@ def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> lis
     return [found, "Its correlation time is the longest that is allowed on this log (1 s, or a twentieth of the log): "
             "what is left is slower than that, so rather a law, an offset or a drift that is missing "
             "than chance."]  # fmt: skip
-
-
-def _share_text(share: float) -> str:
-    return f"{digits_text(100.0 * share, 2)} %" if share < 0.1 else f"{whole_digits_text(100.0 * share, 2)} %"
 
 
 def _sensor_sentence(name: str, error: SensorError) -> str:

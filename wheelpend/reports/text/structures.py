@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from wheelpend.diagnosis.structures import NONE_OF_THESE, Structure
-from wheelpend.reports.numbers import digits_text
+from wheelpend.reports.numbers import share_text
 
 MAX_NAMED_STRUCTURES = 4
 MIN_NAMED_PROBABILITY = 0.01
@@ -28,4 +28,4 @@ def _name(one: Structure) -> str:
 
 
 def _percent(probability: float) -> str:
-    return "> 99 %" if probability > CERTAIN_PROBABILITY else f"{digits_text(100.0 * probability, 2)} %"
+    return "> 99 %" if probability > CERTAIN_PROBABILITY else share_text(probability)

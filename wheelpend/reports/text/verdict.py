@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING
 from derive import effects as library
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model.units import PlantUnits
-from wheelpend.reports.numbers import digits_text, error_text, is_number, p_value_text, prediction_error_text
+from wheelpend.reports.numbers import (
+    digits_text,
+    error_text,
+    is_number,
+    p_value_text,
+    prediction_error_text,
+    share_text,
+)
 from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
 
 if TYPE_CHECKING:
@@ -59,7 +66,7 @@ def repeating_force_text(result: Diagnosis) -> str:
     first, ports = repeating[0], result.problem.plant.couplings
     place = ports[first.row].place if first.row in ports else f"on the {first.row} row"
     return (f"A function of {' and '.join(first.depends_on)}, as a force {place}, predicts "
-            f"{digits_text(100.0 * first.share, 2)} % of it on stretches that it was not made from.")  # fmt: skip
+            f"{share_text(first.share)} of it on stretches that it was not made from.")  # fmt: skip
 
 
 def closing_sentence(result: Ladder) -> str:
@@ -132,11 +139,7 @@ def evidence_text(step: Step) -> str:
 
 def force_change_text(before: float, after: float) -> str:
     """What a step did to the random force, as shares of the drive."""
-    return f"The random force that is left goes from {_percent_text(before)} to {_percent_text(after)} of the drive."
-
-
-def _percent_text(share: float) -> str:
-    return f"{digits_text(100.0 * share, 2)} %"
+    return f"The random force that is left goes from {share_text(before)} to {share_text(after)} of the drive."
 
 
 def equivalents_text(step: Step, subject: str) -> str:
