@@ -41,12 +41,6 @@ def test_an_effect_needs_evidence_for_the_size_of_the_library_too():
     assert known(({"a": even(8.0)}, ""))["a",] > 0.9
 
 
-def test_what_was_not_refitted_has_the_evidence_that_its_score_promises_in_the_last_round_only():
-    assert known(({}, "", {"a": 10.0}))["a",] > 0.9
-    assert ("a",) not in known(({"b": even(50.0)}, "b", {"a": 10.0}), ({}, ""))
-    assert known(({"a": even(-5.0)}, "", {"a": 10.0}))[()] > 0.9  # a refit knows better
-
-
 def test_twins_share_their_probability():
     found = known(({"a": even(50.0), "b": even(50.0)}, "a"))
     assert found["a",] == pytest.approx(found["b",]) and found["a",] > 0.45

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +45,6 @@ class RoundEvidence(NamedTuple):
 
     tried: Mapping[str, np.ndarray]  # evidence for each possible effect over the round's model, in blocks [nats]
     added: str  # the effect that the next round has, or ''
-    scored: Mapping[str, float] = MappingProxyType({})  # the same of effects that were not refitted, as expected [nats]
 
 
 def structures(rounds: Sequence[RoundEvidence], library: int, p_rest: float) -> tuple[Structure, ...]:
@@ -74,8 +72,7 @@ def _evidence(rounds: Sequence[RoundEvidence]) -> dict[tuple[str, ...], np.ndarr
     reached = np.zeros(length)
     found = {present: reached}
     for one in rounds:
-        expected = {} if one.added else {e: np.array([nats]) for e, nats in one.scored.items()}
-        own = {effect: _of_length(blocks, length) for effect, blocks in {**expected, **one.tried}.items()}
+        own = {effect: _of_length(blocks, length) for effect, blocks in one.tried.items()}
         for effect, blocks in own.items():
             found.setdefault(tuple(sorted({*present, effect})), reached + blocks)
         if one.added in own:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -57,7 +57,6 @@ class Diagnosis:
     law: FreeLaw | None = None  # for what is unexplained, on request
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
     p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
-    scored: Mapping[str, float] = field(repr=False, default_factory=dict)  # expected evidence, before a refit [nats]
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
@@ -118,7 +117,6 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
         RoundEvidence(
             {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.physical},
             r.named[0].effect if r.named else "",
-            r.scored,
         )
         for r in rounds
     ]
@@ -189,17 +187,7 @@ def conclude(
         score_test=full_score_test,
         refitted=tuple(candidates),
         p_rest=p_value_of_rest(base.residuals, problem.floor),
-        scored={} if failing else expected_evidence(full_score_test, base.fit.count),
     )
-
-
-def expected_evidence(found: ScoreTest, values: int) -> dict[str, float]:
-    """Evidence that the score test of so many values expects of each effect [nats], in noise; see structures."""
-    return {
-        c.effect.name: 0.5 * c.gain - 0.5 * len(c.sigma) * float(np.log(max(values, 2))) - float(np.log(c.trials))
-        for c in found.candidates
-        if c.sigma
-    }
 
 
 def not_testable(problem: EstimationProblem) -> dict[str, str]:

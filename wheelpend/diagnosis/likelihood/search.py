@@ -20,7 +20,6 @@ from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repea
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
     detectable_sizes,
-    expected_evidence,
     judged_effects,
     leading_effects,
 )
@@ -166,5 +165,4 @@ def _diagnosis(
         refitted=tuple(j.candidate for j in judged),
         remainder=remainder,
         by_likelihood=True,
-        scored={} if named else expected_evidence(base.model),
     )

@@ -87,14 +87,6 @@ def scored_effects(
     return sorted((f for f in found if np.isfinite(f.gain)), key=lambda s: -s.gain)
 
 
-def expected_evidence(model: FilteredModel) -> dict[str, float]:
-    """Evidence that the score expects of each effect without inner parameters [nats], less what freedom is worth."""
-    effects = [e for e in judged_effects(model) if e.profiled is None]
-    worth = 0.5 * float(np.log(max(model.estimator.problem.count, 2)))
-    found = scored_effects(model, effects, {}, model.point.sources)
-    return {s.effect.name: 0.5 * s.gain - worth * len(linear_names(s.effect)) for s in found}
-
-
 def detectable_sizes(model: FilteredModel) -> dict[str, dict[str, float]]:
     """The smallest size of each effect, by parameter, that the logs would have shown beside the random force."""
     effects = [e for e in judged_effects(model) if e.profiled is None]
