@@ -12,7 +12,7 @@ from derive.effects import Effect
 from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant, can_be_hidden, is_supported_by_engine
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 
-KINDS = ("complete", "left_out", "single", "pair")
+CASE_KINDS = ("complete", "left_out", "single", "pair")
 KIND_SHARES = {  # of a set's logs; the second has other base rates than the first
     "first": (0.2, 0.2, 0.4, 0.2),
     "second": (0.5, 0.1, 0.3, 0.1),
@@ -68,7 +68,7 @@ def _known_effects(rough: bool) -> tuple[Effect, ...]:
 
 def _case(of: str, number: int) -> Case:
     random = np.random.default_rng((SET_SEEDS[of], number))
-    kind = str(random.choice(KINDS, p=KIND_SHARES[of]))
+    kind = str(random.choice(CASE_KINDS, p=KIND_SHARES[of]))
     rough = bool(random.random() < FORCE_SHARE)
     known = _known_effects(rough)
     chosen = random.choice(len(known), size=EFFECT_COUNT[kind], replace=False)

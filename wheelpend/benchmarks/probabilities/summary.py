@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.benchmarks.probabilities.cases import EFFECT_COUNT, KIND_SHARES, KINDS
+from wheelpend.benchmarks.probabilities.cases import EFFECT_COUNT, KIND_SHARES, CASE_KINDS
 from wheelpend.benchmarks.probabilities.trial import Outcome
 from wheelpend.proportion import Proportion, proportion_of
 
 BIN_EDGES = (0.0, 0.02, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0)
-MIDDLE = (0.2, 0.8)  # answers between these are neither a yes nor a no
+MIDDLE_RANGE = (0.2, 0.8)  # answers between these are neither a yes nor a no
 LEAST_PROBABILITY = 1e-4  # that a score counts of what was not listed
 
 
@@ -65,7 +65,7 @@ def reliability(outcomes: Sequence[Outcome]) -> list[Bin]:
 
 def middle_count(outcomes: Sequence[Outcome]) -> int:
     """Number of answers that are neither a yes nor a no."""
-    return sum(MIDDLE[0] < a.probability < MIDDLE[1] for a in answers_of(outcomes))
+    return sum(MIDDLE_RANGE[0] < a.probability < MIDDLE_RANGE[1] for a in answers_of(outcomes))
 
 
 def score(outcomes: Sequence[Outcome], of: str) -> Score | None:
@@ -87,6 +87,6 @@ def _probability_of_truth(outcome: Outcome) -> float:
 
 def _base_rate(outcome: Outcome, of: str) -> float:
     """Share of the true kind in the set, over the structures of that kind."""
-    share = KIND_SHARES[of][KINDS.index(outcome.kind)]
+    share = KIND_SHARES[of][CASE_KINDS.index(outcome.kind)]
     count = EFFECT_COUNT[outcome.kind] if outcome.kind != "left_out" else 0
     return share / math.comb(max(outcome.library, 1), count)

@@ -22,7 +22,7 @@ from wheelpend.model.record import Model
 from wheelpend.simulation.simulate import simulate
 
 DURATION_S, LATE_BEGIN_S = 8.0, 3.0  # s, of a log; into the motion, where it begins late
-COMMAND = "aggressive"
+LOG_COMMAND = "aggressive"
 GYRO_CHANNEL, GYRO_LAG_S = "dtheta_p", 0.005  # s, of a gyro's low-pass filter of first order
 ROUGH_PLACE = "drive"  # of a random force
 PILOT_SEED = 999_999  # of the logs that say which sizes such a log just shows
@@ -113,7 +113,7 @@ def made_log(case: Case, hide: Mapping[str, float]) -> Log:
     if case.force:
         log = rough_log(case.force, ROUGH_PLACE, case.number, hide, duration).log
     else:
-        log = simulate(Model.default(), command=COMMAND, duration=duration, hide=hide, seed=case.number)
+        log = simulate(Model.default(), command=LOG_COMMAND, duration=duration, hide=hide, seed=case.number)
     log = filtered(log) if case.filtered else log
     return begun_at(log, LATE_BEGIN_S) if case.late else log
 
