@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wheelpend.benchmarks.probabilities.cases import EFFECT_COUNT, KIND_SHARES, CASE_KINDS
+from wheelpend.benchmarks.probabilities.cases import CASE_KINDS, EFFECT_COUNT, KIND_SHARES
 from wheelpend.benchmarks.probabilities.trial import Outcome
 from wheelpend.proportion import Proportion, proportion_of
 
