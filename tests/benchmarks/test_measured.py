@@ -8,7 +8,7 @@ from wheelpend.benchmarks.measured.drawing import FORCE_PER_VOLT_N
 from wheelpend.benchmarks.measured.emps import (
     BALANCING_LOG,
     ESTIMATION_LOG,
-    FRICTION_EFFECTS,
+    PUBLISHED_EFFECTS,
     PUBLISHED_FORCE_VALUES,
     PULSES_LOG,
     SLIDE_MODEL,
@@ -18,6 +18,8 @@ from wheelpend.estimation.data import read_logs
 from wheelpend.identification.inverse_dynamics import force_error
 from wheelpend.inspection.inspect import inspect_file
 from wheelpend.kernels import load as kernels
+
+AXIS_EFFECTS = (*PUBLISHED_EFFECTS, "viscous_asymmetry")
 
 
 @pytest.fixture(scope="module")
@@ -32,14 +34,16 @@ def axis(slide):
 
 
 @pytest.mark.slow
-def test_friction_of_the_axis_is_found_in_as_many_steps_and_then_its_direction_dependence(axis):
-    assert [s.effect for s in axis.steps] == ["viscous_drive", "coulomb_drive", "viscous_asymmetry"]
-    assert all(s.error_after < 0.5 * s.error_before for s in axis.steps)
+def test_friction_of_the_axis_is_found_and_then_its_direction_dependence(axis):
+    names = [s.effect for s in axis.steps]
+    assert names[:2] == ["viscous_drive", "coulomb_drive"] and "viscous_asymmetry" in names
+    assert all(s.error_after < 0.6 * s.error_before and s.force_after < s.force_before for s in axis.steps)
     assert axis.verdict == "unexplained"  # hundreds of times the encoder's noise are left, and said to be
 
 
 @pytest.mark.parametrize(
-    ("effects", "estimation", "pulses"), [(FRICTION_EFFECTS[:3], 4.1, 6.0), (FRICTION_EFFECTS, 3.15, 5.4)]
+    ("effects", "estimation", "pulses"),
+    [(PUBLISHED_EFFECTS, 4.1, 6.0), (AXIS_EFFECTS, 3.15, 5.4)],
 )
 def test_what_inverse_dynamics_leave_is_what_was_published(slide, effects, estimation, pulses):
     model = slide.with_effects(effects)
@@ -54,7 +58,7 @@ def test_what_inverse_dynamics_leave_is_what_was_published(slide, effects, estim
 
 
 def test_without_coulomb_friction_the_others_are_corrupted(slide):
-    found = identify(slide.with_effects(FRICTION_EFFECTS[:2]), [DATA / ESTIMATION_LOG], method="inverse").parameters
+    found = identify(slide.with_effects(PUBLISHED_EFFECTS[:2]), [DATA / ESTIMATION_LOG], method="inverse").parameters
     assert (
         found["viscous_drive.coefficient"].value * FORCE_PER_VOLT_N
         > 1.9 * PUBLISHED_FORCE_VALUES["viscous_drive.coefficient"]
@@ -62,14 +66,14 @@ def test_without_coulomb_friction_the_others_are_corrupted(slide):
 
 
 def test_force_pulses_are_located_in_time_and_not_absorbed_into_friction(slide):
-    model = identify(slide.with_effects(FRICTION_EFFECTS), [DATA / ESTIMATION_LOG], method="inverse").model
+    model = identify(slide.with_effects(AXIS_EFFECTS), [DATA / ESTIMATION_LOG], method="inverse").model
     calm, pushed = (compare(model, [DATA / name]) for name in (ESTIMATION_LOG, PULSES_LOG))
     assert not [b for b in calm.bursts if not b["at_reversal"]]
     times = [b["from"] for b in pushed.bursts]
     edges = [0.343 + 0.5 * k for k in range(2, 40)]  # of the pulses, as the file has them; the tool is not told
     assert sum(any(abs(t - edge) < 0.02 for t in times) for edge in edges) >= 36
     friction = [
-        identify(slide.with_effects(FRICTION_EFFECTS[:3]), [DATA / name], method="shooting").parameters
+        identify(slide.with_effects(PUBLISHED_EFFECTS), [DATA / name], method="shooting").parameters
         for name in (ESTIMATION_LOG, PULSES_LOG)
     ]
     for name in ("viscous_drive.coefficient", "coulomb_drive.torque"):
