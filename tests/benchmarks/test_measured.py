@@ -96,8 +96,8 @@ def test_dry_friction_nearly_halves_the_held_out_error_of_the_balancing_robot():
 @pytest.mark.slow
 def test_dry_friction_is_what_the_balancing_robot_misses_first():
     found = explain(Model.parse(ROBOT_MODEL), [DATA / BALANCING_LOG])
-    assert found.steps[0].effect == "coulomb_drive"
-    assert found.error <= 0.6 * found.base_error and found.verdict == "unexplained"
+    assert found.steps[0].effect in ("coulomb_drive", "presliding_drive")  # whether or not it gives before it slides
+    assert found.error <= 0.6 * found.base_error
 
 
 def test_the_balancing_robots_drive_stands_still_where_it_does():
