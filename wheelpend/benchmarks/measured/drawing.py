@@ -135,7 +135,7 @@ def draw_robot(path: Path, log: Log, standstills: Sequence[tuple[float, float]])
 
 def draw_error_ladder(path: Path, found: Ladder) -> None:
     """Validation error of the refitted model and after every step, with the noise floor."""
-    figure, (ax,) = new_figure(7, 1.2 + 0.4 * len(found.steps))
+    figure, (ax,) = new_figure(7, 1.4 + 0.4 * len(found.steps))
     rungs = [rung for rung in ladder_rungs(found) if rung.kind != "nominal"]
     y = bar_heights(rungs)
     ax.set_xlim(0.0, 1.25 * max(r.error for r in rungs))
@@ -144,5 +144,5 @@ def draw_error_ladder(path: Path, found: Ladder) -> None:
     ax.set_yticks(y, [rung.label for rung in rungs])
     for place, rung in zip(y, rungs, strict=True):
         ax.text(rung.error, place, f" {rung.text}", va="center", fontsize=8, color=INK_COLOUR)
-    ax.set_xlabel("held-out error [σ]; dashed: noise floor; force: random force left, share of the drive")
+    ax.set_xlabel("held-out error [σ]; dashed: noise floor\nforce: random force that is left, share of the drive")
     save_svg(figure, path)
