@@ -64,16 +64,14 @@ class Judged(NamedTuple):
         return 0.5 * self.in_sample + float(kept.mean()) * len(self.gains)
 
     def is_supported(self, error_before: float) -> bool:
-        """Significant, physically possible, likelier in most blocks, and lowering the error or the force alone."""
+        """Significant, physically possible, likelier in most blocks, and lowering the error or the force."""
         one, confirmation = self.candidate, self.candidate.p_confirmation
         significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
         likelier = self.in_sample > 0.0 and self.evidence > 0.0
         in_most_blocks = 2 * np.count_nonzero(self.gains > 0.0) > len(self.gains)
         change = one.error_after / error_before - 1.0 if np.isfinite(error_before) else -1.0
-        improves = change < -MIN_RELATIVE_ERROR_DECREASE or (
-            change < MIN_RELATIVE_ERROR_DECREASE and self.less_force > MIN_RELATIVE_ERROR_DECREASE
-        )
+        improves = change < -MIN_RELATIVE_ERROR_DECREASE or self.less_force > MIN_RELATIVE_ERROR_DECREASE
         return one.physical and significant and confirmed and likelier and bool(in_most_blocks) and improves
 
     @property

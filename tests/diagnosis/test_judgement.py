@@ -1,0 +1,31 @@
+"""Beside a random force an effect needs evidence, and must lower the error or the force; one of them is enough."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from wheelpend.diagnosis.likelihood.judgement import Judged
+
+
+def judged(error_after=100.0, less_force=0.0, **changed):
+    told = {"p_value": 1e-6, "p_confirmation": 1e-3, "physical": True, "error_after": error_after, **changed}
+    return Judged(SimpleNamespace(**told), None, None, np.linspace(-1.0, 3.0, 20), 50.0, less_force)
+
+
+@pytest.mark.parametrize(
+    ("error_after", "less_force", "supported"),
+    [(99.0, 0.0, True), (103.0, 0.1, True), (95.0, -0.2, True), (99.8, 0.004, False), (103.0, 0.0, False)],
+)
+def test_an_effect_lowers_the_error_or_the_force(error_after, less_force, supported):
+    assert judged(error_after, less_force).is_supported(100.0) == supported
+
+
+@pytest.mark.parametrize("changed", [{"p_value": 0.02}, {"p_confirmation": 0.06}, {"physical": False}])
+def test_an_effect_needs_significance_confirmation_and_a_possible_size(changed):
+    assert judged(90.0, 0.1).is_supported(100.0) and not judged(90.0, 0.1, **changed).is_supported(100.0)
+
+
+def test_most_blocks_must_be_likelier():
+    few = judged(90.0, 0.1)._replace(gains=np.r_[np.full(11, -0.1), np.full(9, 5.0)])
+    assert few.evidence > 0.0 and not few.is_supported(100.0)
