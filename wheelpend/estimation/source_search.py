@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from wheelpend.estimation.filter_fit import TRIAL, Effort, FilterEstimator, FilterPoint
-from wheelpend.estimation.random_source import RandomSource, Sources, with_forces
+from wheelpend.estimation.random_source import RandomSource, Sources
 
 Progress = Callable[[str], None]
 
@@ -25,9 +25,6 @@ FREEST = Effort(25, 0.1, True, holds_times=True)  # of the fit that begins the s
 START = Effort(6, 10.0, True, holds_times=True)  # of fits that decide between starts
 TRIAL_FORCE_SHARES, TRIAL_ERROR_SIGMAS = (0.2, 0.01), (2.0, 0.5)  # first sizes that are tried of a source
 TRIAL_TIMES_S = (0.003, 0.03, 0.3)  # s, its first correlation times
-FAST_FORCE = (0.3, 0.1)  # share of a found force's size and of its correlation time, from which a fit begins anew
-FAST_START = Effort(4, 1.0, False, holds_times=True)  # of its beginning, at held forces
-FAST_END = Effort(20, 0.5, False, holds_times=True)  # of the rest of it
 MAX_TRIED = 2  # sources that are fitted in a round, those that promise most
 MAX_EXPLAINED_SQUARE = 1.1  # mean square of whitened innovations up to which no source is behind them
 
@@ -69,21 +66,7 @@ def likeliest_from(
     progress("fitting with large random forces")
     freest = _freest(estimator, starts, (*forces, *errors))
     progress("taking random forces away that are not needed")
-    found = _with_filters(estimator, _with_ports(estimator, without_needless(estimator, freest), forces), errors)
-    return with_fast_forces(estimator, found)
-
-
-def with_fast_forces(estimator: FilterEstimator, point: FilterPoint) -> FilterPoint:
-    """The likelier of a fit and the one from forces that are smaller and faster.
-
-    Large and slow ones let parameters go where less force would have held them, and a local optimum keeps them there.
-    """
-    if not any(s.is_force for s in point.kinds):
-        return point
-    sources = with_forces(point.sources, *FAST_FORCE, estimator.correlation_bounds[0])
-    trial = estimator.fit(point.theta, sources, FAST_START, fixed_noise=True)
-    trial = estimator.fit(trial.theta, trial.sources, FAST_END)
-    return trial if trial.deviance < point.deviance else point
+    return _with_filters(estimator, _with_ports(estimator, without_needless(estimator, freest), forces), errors)
 
 
 def as_mixture(estimator: FilterEstimator, point: FilterPoint) -> tuple[FilterEstimator, FilterPoint]:
