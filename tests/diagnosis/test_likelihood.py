@@ -9,7 +9,7 @@ from wheelpend import Log, Model
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import gain_statistic
-from wheelpend.diagnosis.likelihood.repeatability import repeating_forces
+from wheelpend.diagnosis.likelihood.repeatability import RepeatingForce, likeliest_by_row, repeating_forces
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.starts import best_start
@@ -124,3 +124,14 @@ def test_gains_that_scatter_about_nothing_are_none():
     assert abs(gain_statistic(np.array([1.0, -1.0, 2.0, -2.0]))) < 1e-12
     assert gain_statistic(np.array([5.0, 5.5, 4.5, 5.2])) > 10.0
     assert gain_statistic(np.array([5.0, -np.inf])) == 0.0
+
+
+def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_function():
+    found = [
+        RepeatingForce("body", (), 0.0, 0.0, 1.0, 90),
+        RepeatingForce("drive", ("v_in",), 0.2, 30.0, 1e-3, 90),
+        RepeatingForce("wheel", ("t",), 0.3, 40.0, 0.28, 90),
+        RepeatingForce("drive", ("dtheta_w",), 0.5, 700.0, 1e-17, 90),
+    ]
+    told = [(f.row, f.p_value) for f in likeliest_by_row(found)]
+    assert told == [("drive", 1e-17), ("wheel", 0.28), ("body", 1.0)]

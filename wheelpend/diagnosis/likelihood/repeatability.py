@@ -111,8 +111,15 @@ def repeating_forces(model: FilteredModel) -> tuple[RepeatingForce, ...]:
     if not any(s.is_force for s in model.point.kinds):
         return ()
     found = [f for share in FORCE_SHARES for f in _repeating_behind(moved_to(model, _shrunk(model, share)), model)]
-    likeliest = sorted(found, key=lambda f: (f.p_value, -f.gain))
-    return tuple({f.row: f for f in reversed(likeliest)}.values())
+    return likeliest_by_row(found)
+
+
+def likeliest_by_row(found: Sequence[RepeatingForce]) -> tuple[RepeatingForce, ...]:
+    """The likeliest finding of each row or port, the likeliest of all first."""
+    by_row: dict[str, RepeatingForce] = {}
+    for one in sorted(found, key=lambda f: (f.p_value, -f.gain)):
+        by_row.setdefault(one.row, one)
+    return tuple(by_row.values())
 
 
 def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
