@@ -36,9 +36,10 @@ def test_identified_values_go_before_nominal_ones_and_constants_are_known():
     assert found["X2"] == model.parameters["X2"].nominal
 
 
-def test_an_effect_takes_the_place_of_those_that_it_contains():
+def test_an_effect_takes_the_place_of_those_that_it_contains_or_approaches():
     model = Model.default().with_effects(["coulomb_drive", "slope"])
     assert extended_effects(model, "stribeck_drive") == ["slope", "stribeck_drive"]
+    assert extended_effects(model, "presliding_drive") == ["slope", "presliding_drive"]
     assert extended_effects(model, "imu_bias") == ["coulomb_drive", "slope", "imu_bias"]
 
 
@@ -48,6 +49,8 @@ def test_a_problem_frees_what_its_model_has_and_offers_what_it_lacks():
     offered = {e.name for e in problem.candidates()}
     assert not offered & {"stribeck_drive", "coulomb_drive", "slope", "viscous_drive"}
     assert {"voltage_offset", "imu_bias", "air_drag"} <= offered
+    elastic = prepare(Model.default().with_effects(["presliding_drive"]), [simulated(duration=4.0)])
+    assert "coulomb_drive" not in {e.name for e in elastic.candidates()}
 
 
 def test_a_limit_does_nothing_from_the_largest_value_on_that_the_log_reaches():

@@ -8,7 +8,7 @@ import numpy as np
 
 from wheelpend.estimation.fit import Fit
 
-EVIDENCE_BLOCK_COUNT = 10  # of each log's validation segments
+BLOCK_COUNT = 10  # of each log's validation segments, whose scatter gives a standard error
 SIGMA_UNCERTAINTY = 0.01  # relative, of the sensors' σ: an error that is higher by so much is no sign of anything
 
 
@@ -20,8 +20,7 @@ def evidence_in_blocks(
     That of validation residuals of each log (N, channels) [σ] in blocks, and spread evenly over these that of the
     estimation data, less what the change's freedom is worth by chance (Schwarz).
     """
-    squares = zip(residuals_before, residuals_after, strict=True)
-    gains = 0.5 * np.concatenate([_sums(b) - _sums(a) for b, a in squares])
+    gains = falls_in_blocks(residuals_before, residuals_after)
     if before.count != after.count:  # other data: the validation residuals alone tell
         return gains
     worth = (len(after.free) - len(before.free)) * np.log(max(after.count, 2))
@@ -35,7 +34,7 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
     """
     from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
-    squares = np.concatenate([[np.nanmean(b**2) for b in _blocks(r) if len(b)] for r in residuals])
+    squares = np.concatenate([[np.nanmean(r[b] ** 2) for b in sample_blocks(r) if len(b)] for r in residuals])
     if not np.isfinite(squares).all():
         return 0.0
     count = len(squares)
@@ -46,12 +45,18 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
     return float(stdtr(max(count - 1, 1), -(squares.mean() - floor**2) / error))
 
 
+def falls_in_blocks(residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]) -> np.ndarray:
+    """Fall of half the sum of squares of each log's residuals (N, channels) over their blocks (blocks,)."""
+    squares = zip(residuals_before, residuals_after, strict=True)
+    return 0.5 * np.concatenate([_sums(b) - _sums(a) for b, a in squares])
+
+
+def sample_blocks(residuals: np.ndarray, count: int = BLOCK_COUNT) -> list[np.ndarray]:
+    """The samples that have residuals (N, channels), in so many blocks, or as many as there are samples."""
+    used = np.flatnonzero(np.isfinite(residuals).any(axis=1))
+    return np.array_split(used, min(count, max(len(used), 1)))
+
+
 def _sums(residuals: np.ndarray) -> np.ndarray:
     """Sums of squares of residuals (N, channels) over their blocks (blocks,)."""
-    return np.array([np.nansum(b**2) for b in _blocks(residuals)])
-
-
-def _blocks(residuals: np.ndarray) -> list[np.ndarray]:
-    """Residuals (N, channels) in blocks of the samples that have one."""
-    used = np.flatnonzero(np.isfinite(residuals).any(axis=1))
-    return np.array_split(residuals[used], min(EVIDENCE_BLOCK_COUNT, max(len(used), 1)))
+    return np.array([np.nansum(residuals[b] ** 2) for b in sample_blocks(residuals)])

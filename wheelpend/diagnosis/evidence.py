@@ -11,7 +11,7 @@ import numpy as np
 
 from derive.effects import Effect
 from derive.parameter_name import short_name
-from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest
+from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest, sample_blocks
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.score_test import linear_names, size_names
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
@@ -26,7 +26,6 @@ from wheelpend.numerics import null_space
 
 FAMILYWISE_SIGNIFICANCE_LEVEL = 0.01  # over the whole library
 AGREEMENT_BLOCK_COUNT = 5  # blocks of each log's validation segments in which the fall of the error is counted
-CONFIRMATION_BLOCK_COUNT = 10  # blocks of each log's validation segments whose scatter gives a standard error
 
 
 class ValidatedFit(NamedTuple):
@@ -137,7 +136,8 @@ def evaluate_candidate(
     incremental = incremental_p_values(problem, effect, significance or fitted, comparisons.tests)
     sizes = [p for p in fitted.free if p.name in size_names(effect)]
     size_p_value = min(1.0, _size_p_value(problem, effect, significance or fitted, sizes) * comparisons.tests)
-    discovery = max([size_p_value, *(incremental[s] for s in problem.replaced(effect.name))])
+    added = [added_p_value(problem, effect, significance or fitted, s) for s in problem.replaced(effect.name)]
+    discovery = max([size_p_value, *(min(1.0, p * comparisons.tests) for p in added)])
     confirmation = _corrected_confirmation(problem, base.residuals, residuals, comparisons.validated)
     return CandidateFit(
         effect=effect.name,
@@ -229,8 +229,7 @@ def _regression_sums(
     """Products of the old residuals with the change, and its squares, summed over each block (blocks,)."""
     blocks = []
     for before, after in zip(residuals_before, residuals_after, strict=True):
-        used = np.flatnonzero(np.isfinite(before).any(axis=1))
-        for block in np.array_split(used, min(CONFIRMATION_BLOCK_COUNT, len(used))):
+        for block in sample_blocks(before):
             change = before[block] - after[block]
             blocks.append((np.nansum(before[block] * change), np.nansum(change**2)))
     along, power = np.array(blocks).T
@@ -239,15 +238,25 @@ def _regression_sums(
 
 def incremental_p_values(problem: EstimationProblem, effect: Effect, fitted: Fit, tests: int) -> dict[str, float]:
     """P-value, corrected for so many tests, of what an effect adds to each effect that it contains."""
-    names = linear_names(effect)
-    found = {}
-    for smaller, weights in problem.module.CONTAINS.get(effect.name, {}).items():
-        if all((n, None) in fitted.places for n in names):
-            sizes = [fitted.element(n, None) for n in names]
-            added = null_space(np.array(weights).T).T  # combinations that vanish where it is but the smaller one
-            deviation = deviation_from_absence(fitted, sizes, {})
-            found[smaller] = min(1.0, wald_p_value(fitted, sizes, deviation, added) * tests)
-    return found
+    if not all((n, None) in fitted.places for n in linear_names(effect)):
+        return {}
+    contained = problem.module.CONTAINS.get(effect.name, {})
+    return {s: min(1.0, added_p_value(problem, effect, fitted, s) * tests) for s in contained}
+
+
+def added_p_value(
+    problem: EstimationProblem, effect: Effect, fitted: Fit, smaller: str, parts: int | None = None
+) -> float:
+    """P-value, not corrected, of what an effect adds to one that it contains, or that it approaches.
+
+    It becomes the one that it approaches where its inner parameter is infinite: to first order the inverse is as many
+    standard errors from zero as the parameter itself.
+    """
+    weights = problem.module.CONTAINS.get(effect.name, {}).get(smaller)
+    names = linear_names(effect) if weights else [effect.name_of(p) for p in filter(None, [effect.profiled])]
+    sizes = [fitted.element(n, None) for n in names]
+    added = null_space(np.array(weights).T).T if weights else None  # combinations that vanish where it is the smaller
+    return wald_p_value(fitted, sizes, deviation_from_absence(fitted, sizes, {}), added, parts)
 
 
 def deviation_from_absence(fitted: Fit, sizes: Sequence[FreeParameter], absent: Mapping[str, float]) -> np.ndarray:
@@ -301,7 +310,6 @@ def block_agreement(residuals_before: list[np.ndarray], residuals_after: list[np
     """Number of blocks of the validation data in which the error falls, and of all, as "4/5"."""
     falls = []
     for before, after in zip(residuals_before, residuals_after, strict=True):
-        used = np.flatnonzero(np.isfinite(before).any(axis=1))
-        for block in np.array_split(used, AGREEMENT_BLOCK_COUNT):
+        for block in sample_blocks(before, AGREEMENT_BLOCK_COUNT):
             falls.append(np.nansum(after[block] ** 2) < np.nansum(before[block] ** 2))
     return f"{sum(falls)}/{len(falls)}"

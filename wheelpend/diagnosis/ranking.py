@@ -9,7 +9,7 @@ from wheelpend.diagnosis.criteria import MAX_EQUIVALENT_ERROR_DIFFERENCE, MAX_EV
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, WRONG_START_ERROR_RATIO
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 
 MAX_SIMILAR_ERROR_RATIO = 1.1  # times the best error, up to which the simplest effect comes first where all leave much
 INTERNAL_EFFECT_ERROR_PENALTY = 1.5  # times its error counts of an internal coordinate that does not reach the noise
@@ -43,9 +43,8 @@ def rank_candidates(problem: EstimationProblem, candidates: Iterable[CandidateFi
 
 def nested_effects(problem: EstimationProblem, effect: str) -> list[str]:
     """Effects that one contains, and the one that it approaches, as far as the model may be missing them."""
-    approached = derive.effects.find(effect).approaches
     testable = {e.name for e in problem.candidates()}
-    return [*with_contained(problem, [effect])[1:], *([approached] if approached in testable else [])]
+    return [s for s in simpler_effects(problem.module, effect) if s in testable]
 
 
 def with_contained(problem: EstimationProblem, names: Sequence[str]) -> list[str]:

@@ -73,12 +73,18 @@ def free_names_with(problem: EstimationProblem, base: Fit, effect: str) -> list[
 def replace_contained(
     problem: EstimationProblem, effect: Effect, values: Mapping[str, float], size: EffectSize
 ) -> tuple[dict[str, float], EffectSize]:
-    """A start, and the size of an effect there, once it has taken the place of the present effects that it contains."""
-    rest, enlarged = dict(values), dict(size.values)
+    """A start, and the size of an effect there, once it has taken the place of the present effects that it replaces.
+
+    Those that it contains are added to it; of the one that it approaches it has the size.
+    """
+    rest, enlarged, contained = dict(values), dict(size.values), problem.module.CONTAINS.get(effect.name, {})
     for smaller in problem.replaced(effect.name):
-        names, weights = linear_names(derive.effects.find(smaller)), problem.module.CONTAINS[effect.name][smaller]
-        for name, row in zip(linear_names(effect), weights, strict=True):
-            enlarged[name] = enlarged.get(name, 0.0) + float(np.dot(row, [values[n] for n in names]))
+        names = linear_names(derive.effects.find(smaller))
+        if smaller in contained:
+            for name, row in zip(linear_names(effect), contained[smaller], strict=True):
+                enlarged[name] = enlarged.get(name, 0.0) + float(np.dot(row, [values[n] for n in names]))
+        else:
+            enlarged |= {full_name(effect.name, short_name(n)): values[n] for n in names}
         rest |= dict.fromkeys(names, 0.0)
     return rest, size.with_values(enlarged)
 

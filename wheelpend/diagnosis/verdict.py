@@ -23,7 +23,7 @@ from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_L
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
-from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 from wheelpend.estimation.validation import fit_percent
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
@@ -205,8 +205,8 @@ def verdict_on(problem: EstimationProblem, named: Sequence[CandidateFit], error_
 
 def improves_on_nested(problem: EstimationProblem, candidate: CandidateFit, others: Sequence[CandidateFit]) -> bool:
     """An effect worth naming over every effect that it contains, and over the one that it approaches."""
-    smaller = {*problem.module.CONTAINS.get(candidate.effect, {}), derive.effects.find(candidate.effect).approaches}
-    return all(candidate.improves_on(o) for o in others if o.effect in smaller)
+    simpler = simpler_effects(problem.module, candidate.effect)
+    return all(candidate.improves_on(o) for o in others if o.effect in simpler)
 
 
 def structurally_equivalent(problem: EstimationProblem, candidate: CandidateFit) -> set[str]:

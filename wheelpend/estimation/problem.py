@@ -77,13 +77,13 @@ class EstimationProblem:
         return tuple(derive.effects.in_plant_units(e, self.plant) for e in rows if not self.why_not_testable(e))
 
     def candidates(self) -> tuple[Effect, ...]:
-        """Testable effects that the model may be missing: neither in it nor contained in one that is."""
-        contained = {s for e in self.model.effects for s in self.module.CONTAINS.get(e, {})}
-        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in contained)
+        """Testable effects that the model may be missing: neither in it nor simpler than one that is."""
+        simpler = {s for e in self.model.effects for s in simpler_effects(self.module, e)}
+        return tuple(e for e in self.effects() if e.name not in self.model.effects and e.name not in simpler)
 
     def replaced(self, effect: str) -> tuple[str, ...]:
-        """Effects of the model that an effect contains, and so replaces."""
-        return tuple(s for s in self.module.CONTAINS.get(effect, {}) if s in self.model.effects)
+        """Effects of the model that an effect contains or approaches, and so replaces."""
+        return tuple(s for s in simpler_effects(self.module, effect) if s in self.model.effects)
 
     def with_candidates(self, *effects: str) -> EstimationProblem:
         """The problem with kernels that contain these effects besides its model's."""
@@ -128,10 +128,16 @@ def needed_constants(model: Model, effect: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(c for n in names for c in module.NEEDS.get(n, ())))
 
 
+def simpler_effects(module: KernelModule, effect: str) -> tuple[str, ...]:
+    """Effects that one contains, and the one that it approaches: beside any of these it would be there twice."""
+    approached = derive.effects.find(effect).approaches
+    return (*module.CONTAINS.get(effect, {}), *filter(None, [approached]))
+
+
 def extended_effects(model: Model, effect: str) -> list[str]:
-    """A model's effects with one more, which replaces those that it contains."""
-    contained = library_module_of(model).CONTAINS.get(effect, {})
-    return [*(e for e in model.effects if e not in contained), effect]
+    """A model's effects with one more, which replaces those that it contains or approaches."""
+    simpler = simpler_effects(library_module_of(model), effect)
+    return [*(e for e in model.effects if e not in simpler), effect]
 
 
 def require_testable(effect: Effect, model: Model) -> None:

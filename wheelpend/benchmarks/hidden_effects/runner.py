@@ -55,4 +55,4 @@ def outcome_of(data: dict) -> Outcome:
 
 def fingerprint() -> str:
     """Hash of all code that an outcome depends on."""
-    return code_fingerprint(["benchmarks/random_force"])
+    return code_fingerprint(["benchmarks/random_force", "benchmarks/probabilities"])

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import derive
 from wheelpend.api import explain
 from wheelpend.benchmarks.markdown import markdown_table
 from wheelpend.benchmarks.measured.drawing import (
@@ -80,7 +81,7 @@ def study_axis(model: Model, estimation: Path, pulses: Path, update: Callable[[s
     update("inverse dynamics with each rung")
     rungs = [fit_rung(model, effects, estimation, pulses) for effects in effects_of_rungs(explanation)]
     update("comparing with the log with pulses")
-    identified = model_with_values(explanation.model, rungs[-1].values)
+    identified = model_with_values(model.with_effects(rungs[-1].effects), rungs[-1].values)
     with_pulses = compare(identified, [pulses])
     published = fit_rung(model, PUBLISHED_EFFECTS, estimation, pulses)
     return AxisStudy(explanation, rungs, identified, compare(identified, [estimation]), with_pulses, published)
@@ -118,9 +119,13 @@ PUBLISHED_ROW = ("published, with Coulomb friction", "4.083", "5.982", "95.11", 
 
 
 def effects_of_rungs(found: Ladder) -> list[tuple[str, ...]]:
-    """The effects of every rung, from those of the model on."""
-    own = tuple(found.effects[: len(found.effects) - len(found.steps)])
-    return [own + tuple(s.effect for s in found.steps[:k]) for k in range(len(found.steps) + 1)]
+    """The effects of every rung, from those of the model on; of one that remembers its path the law that it approaches.
+
+    Inverse dynamics see one moment, not the path that led to it.
+    """
+    laws = dict.fromkeys(derive.effects.find(step.effect).approaches or step.effect for step in found.steps)
+    own = found.first.problem.model.effects
+    return [(*own, *list(laws)[:k]) for k in range(len(laws) + 1)]
 
 
 def fit_rung(model: Model, effects: Sequence[str], estimation: Path, pulses: Path) -> Rung:

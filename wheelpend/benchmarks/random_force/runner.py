@@ -30,7 +30,8 @@ PILOT_SEED = 1000  # of the log that says how large ten standard errors are
 NOT_ASKED = (
     "api.py", "diagnosis", "experiments", "inspection", "benchmarks/hidden_effects/alarms.py",
     "benchmarks/hidden_effects/nonideal_sensors.py", "benchmarks/hidden_effects/runner.py",
-    "benchmarks/hidden_effects/trial.py", "benchmarks/random_force/page.py", "benchmarks/random_force/summary.py",
+    "benchmarks/hidden_effects/trial.py", "benchmarks/probabilities", "benchmarks/random_force/page.py",
+    "benchmarks/random_force/summary.py",
     "benchmarks/random_force/__main__.py",
 )  # fmt: skip
 

@@ -18,10 +18,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 MAX_SAMPLES = 8_000  # of a log, from its first on
-PROBE_SHARE, PROBE_TIME_S = (
-    1e-9,
-    1e3,
-)  # of the drive, s: a force that only shows how states move
+PROBE_SHARE, PROBE_TIME_S = 1e-9, 1e3  # of the drive, s: a force that only shows how states move
 
 
 class DriftResponse(NamedTuple):

@@ -22,6 +22,7 @@ from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.segments import Segments, contiguous_ranges
+from wheelpend.estimation.source_search import MIXTURE_PARTS
 from wheelpend.estimation.validation import validation_values
 from wheelpend.logs.log import Log
 
@@ -81,7 +82,8 @@ def _filters_at(
     problem: EstimationProblem, segments: Sequence[Segments], values: Sequence[Mapping[str, float]]
 ) -> FilterProblem:
     space = ParameterSpace.of(ParameterLayout.of((), len(segments)), {}, values)
-    return FilterProblem(problem.module, segments, space, problem.max_step)
+    parts = MIXTURE_PARTS if problem.module.SURFACES else 1  # one part alone is deaf to what moves where it sticks
+    return FilterProblem(problem.module, segments, space, problem.max_step, parts=parts)
 
 
 def _sources_of(sources: Sequence[Sources], log: int | None) -> Sources:

@@ -11,10 +11,12 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, Quantiles
+from wheelpend.diagnosis.block_evidence import falls_in_blocks
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
     FAMILYWISE_SIGNIFICANCE_LEVEL,
     CandidateFit,
+    added_p_value,
     deviation_from_absence,
     estimate_of,
     estimates_per_log,
@@ -34,12 +36,12 @@ from wheelpend.diagnosis.likelihood.refits import at_sources
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.estimate import EffectEstimate
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.problem import EstimationProblem, simpler_effects
 from wheelpend.estimation.profiled_starts import magnitude, null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data of an effect that the estimation data discovered
-MAX_EQUIVALENT_STATISTIC = 2.0  # standard errors between blocks within which two predictions are alike
+MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
 
 class Judged(NamedTuple):
@@ -51,6 +53,7 @@ class Judged(NamedTuple):
     gains: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it [nats]
     in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
     less_force: float  # relative fall of the random force's rms
+    falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
 
     @property
     def evidence(self) -> float:
@@ -64,24 +67,33 @@ class Judged(NamedTuple):
         return 0.5 * self.in_sample + float(kept.mean()) * len(self.gains)
 
     def is_supported(self, error_before: float) -> bool:
-        """Significant, physically possible, likelier in most blocks, and lowering the error or the force."""
+        """Significant, physically possible, better in most blocks, and lowering the error or the force.
+
+        Where it lowers the force alone, the error may rise, at random, by less than the force falls.
+        """
         one, confirmation = self.candidate, self.candidate.p_confirmation
         significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
         likelier = self.in_sample > 0.0 and self.evidence > 0.0
-        in_most_blocks = 2 * np.count_nonzero(self.gains > 0.0) > len(self.gains)
-        change = one.error_after / error_before - 1.0 if np.isfinite(error_before) else -1.0
-        improves = change < -MIN_RELATIVE_ERROR_DECREASE or self.less_force > MIN_RELATIVE_ERROR_DECREASE
-        return one.physical and significant and confirmed and likelier and bool(in_most_blocks) and improves
+        in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls))
+        ratio, left = one.error_after / error_before if np.isfinite(error_before) else 0.0, 1.0 - self.less_force
+        least = 1.0 - MIN_RELATIVE_ERROR_DECREASE
+        improves = ratio < least or (left < least and ratio * left < 1.0)
+        return one.physical and significant and confirmed and likelier and in_most_blocks and improves
 
     @property
     def evidence_per_parameter(self) -> float:
         """The evidence for each of the effect's parameters [nats]."""
         return self.evidence / len(derive.effects.find(self.candidate.effect).parameters)
 
-    def is_as_likely_as(self, other: Judged) -> bool:
-        """True where held-out data are as likely with it as with another, by the scatter between blocks."""
-        return abs(gain_statistic(gain_in_blocks(self.predicted, other.predicted))) < MAX_EQUIVALENT_STATISTIC
+    def lead_over(self, other: Judged) -> tuple[float, float]:
+        """By how many standard errors between blocks held-out data are likelier, and nearer over the horizon."""
+        gains = gain_in_blocks(other.predicted, self.predicted)
+        return gain_statistic(gains), gain_statistic(self.falls - other.falls)
+
+    def predicts_like(self, other: Judged) -> bool:
+        """True where held-out data are as likely, and as near over the horizon, as with another effect."""
+        return max(map(abs, self.lead_over(other))) < MIN_CLEAR_STATISTIC
 
 
 class JudgedModel(NamedTuple):
@@ -105,19 +117,20 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     """Evidence for an effect from the model refitted with it, against the model without it, as one of so many tests."""
     fitted = larger.fitted()
     row = larger.problem.effect(effect)
-    error_after, _ = validation_residuals(larger.problem, fitted)
+    error_after, residuals = validation_residuals(larger.problem, fitted)
     own, per_log = estimate_of(fitted, row), estimates_per_log(larger.problem, fitted, row)
     in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
     predicted = prediction(larger, fitted)
-    gains = gain_in_blocks(base.predicted, predicted)
+    gains, falls = gain_in_blocks(base.predicted, predicted), falls_in_blocks(base.residuals, residuals)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect) * tests)
-    confirmation = _confirmation(base, larger, predicted)
+    confirmation = _confirmation(base, larger, predicted, falls)
+    agreement = max((gains, falls), key=lambda blocks: float(np.mean(blocks > 0.0)) if len(blocks) else 0.0)
     candidate = CandidateFit(
         effect=effect,
         estimates=own.estimates,
         family=row.family,
         p_value=discovery,
-        blocks_agree=f"{np.count_nonzero(gains > 0.0)}/{len(gains)}",
+        blocks_agree=f"{np.count_nonzero(agreement > 0.0)}/{len(agreement)}",
         error_after=error_after,
         equivalent_to=(),
         physical=all(has_meaning(larger.problem, row, c) for c in in_logs)
@@ -133,19 +146,21 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     )
     before, after = base.model.force_squared, larger.force_squared
     less_force = 1.0 - float(np.sqrt(after / before)) if before > 0.0 else 0.0
-    return Judged(candidate, larger, predicted, gains, base.model.deviance - larger.deviance, less_force)
+    return Judged(candidate, larger, predicted, gains, base.model.deviance - larger.deviance, less_force, falls)
 
 
 def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str) -> float:
     """P-value, not corrected, of an effect on the estimation data: the smaller of two tests, for both of them.
 
-    Its sizes against those at which it does nothing, with errors from the scatter of blocks; and the rise of the
-    log-likelihood of blocks, what the further freedom is worth by chance taken off, by its scatter.
+    Its sizes against those at which it does nothing, and what it adds to effects that it replaces, with errors from the
+    scatter of blocks; and the rise of the log-likelihood of blocks, what the further freedom is worth by chance taken
+    off, by its scatter.
     """
-    row = larger.problem.effect(effect)
+    row, parts = larger.problem.effect(effect), larger.estimator.problem.count
     sizes = [p for p in fitted.free if p.name in size_names(row)]
     deviation = deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
-    by_size = wald_p_value(fitted, sizes, deviation, parts=larger.estimator.problem.count)
+    added = [added_p_value(larger.problem, row, fitted, s, parts) for s in smaller.problem.replaced(effect)]
+    by_size = max([wald_p_value(fitted, sizes, deviation, parts=parts), *added])
     return min(1.0, 2.0 * min(by_size, one_sided_p_value(gain_in_sample(smaller, larger))))
 
 
@@ -198,21 +213,23 @@ def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mappin
     return abs(coefficients[parameter.name]) <= reached
 
 
-def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Prediction) -> float:
-    """P-value of the effect on held-out data: the smaller of two tests, for both of them.
+def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Prediction, falls: np.ndarray) -> float:
+    """P-value of the effect on held-out data: the smallest of three tests, for all of them.
 
-    Whether they follow the change that the effect makes behind the larger model's filter, and whether they are
-    likelier, by the scatter between blocks. For the first the model without the effect gets that filter's random
-    sources, and its parameters are refitted to them.
+    Whether they follow the change that the effect makes behind the larger model's filter; whether they are likelier;
+    and whether they are predicted better over the horizon, where no filter follows what a law has missed: both by the
+    scatter between blocks. For the first the model without the effect gets that filter's random sources, and its
+    parameters are refitted to them.
     """
+    likelier, nearer = one_sided_p_value(gain_in_blocks(base.predicted, predicted)), one_sided_p_value(falls)
     without = at_sources(base.model, larger.point.sources)
-    if not np.isfinite(without.point.deviance):
-        return 1.0
-    before = prediction(without, _values_of(without), larger.point.sources)
-    problem = base.model.problem
-    held_out = problem.data.validation_values or problem.data.values
-    follows = following_p_value(before, predicted, 1.0 + held_out / problem.data.values)
-    return min(1.0, 2.0 * min(follows, one_sided_p_value(gain_in_blocks(base.predicted, predicted))))
+    follows = 1.0
+    if np.isfinite(without.point.deviance):
+        before = prediction(without, _values_of(without), larger.point.sources)
+        problem = base.model.problem
+        held_out = problem.data.validation_values or problem.data.values
+        follows = following_p_value(before, predicted, 1.0 + held_out / problem.data.values)
+    return min(1.0, 3.0 * min(follows, likelier, nearer))
 
 
 def _values_of(model: FilteredModel) -> Fit:
@@ -230,14 +247,13 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     Each has the names of those that predict held-out data as well as it does.
     """
     found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
-    return [_with_equivalents(j, [o for o in found if o is not j and o.is_as_likely_as(j)]) for j in found]
+    return [_with_equivalents(j, [o for o in found if o is not j and o.predicts_like(j)]) for j in found]
 
 
 def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:
     """True of an effect that predicts clearly better than each simpler one that it contains or approaches."""
-    effect = one.candidate.effect
-    nested = {*one.model.problem.module.CONTAINS.get(effect, {}), derive.effects.find(effect).approaches}
-    return not any(o.candidate.effect in nested and one.is_as_likely_as(o) for o in others)
+    simpler = simpler_effects(one.model.problem.module, one.candidate.effect)
+    return all(max(one.lead_over(o)) >= MIN_CLEAR_STATISTIC for o in others if o.candidate.effect in simpler)
 
 
 def _with_equivalents(one: Judged, others: Sequence[Judged]) -> Judged:

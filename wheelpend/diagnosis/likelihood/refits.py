@@ -61,6 +61,13 @@ def without_effect(model: FilteredModel, effect: str) -> FilteredModel | None:
     return found and refined(found)
 
 
+def refitted(model: FilteredModel) -> FilteredModel:
+    """The model, or what the refits that its candidates get make of it where that is likelier."""
+    found = _likeliest_refit(model, [model.log_values])
+    other = found and refined(found)
+    return other if other is not None and other.deviance < model.deviance else model
+
+
 def settled(model: FilteredModel) -> FilteredModel:
     """A model fitted to its end, without the random sources that it does not need any more."""
     estimator, point = model.estimator, model.point

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import repeat
 from typing import NamedTuple
 
+from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
@@ -15,7 +16,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     judge,
     most_telling_first,
 )
-from wheelpend.diagnosis.likelihood.refits import refined, settled, with_effect, without_effect
+from wheelpend.diagnosis.likelihood.refits import refined, refitted, settled, with_effect, without_effect
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repeating_forces
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
@@ -31,7 +32,6 @@ from wheelpend.estimation.validation import fit_percent
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
-MAX_BACKWARD_STEPS = 2  # times that the search is made again without an effect that proved needless
 INTERNAL_REASON = "moves by itself, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
@@ -56,7 +56,7 @@ def rounds_by_likelihood(
     An effect that later ones have made needless is taken out, and the search made once more without it.
     """
     progress("fitting with random forces")
-    model = filtered_model(problem, [start], progress)
+    model = refitted(filtered_model(problem, [start], progress))
     rounds, needless = _forward(model, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
         if not needless:
