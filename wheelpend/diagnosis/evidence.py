@@ -297,7 +297,7 @@ def wald_p_value(
     return worst
 
 
-def is_physical(effect: Effect, coefficients: dict[str, float], sigma: dict[str, float]) -> bool:
+def is_physical(effect: Effect, coefficients: Mapping[str, float], sigma: Mapping[str, float]) -> bool:
     """Every coefficient within its physical range, and in its order, up to two standard errors."""
     pairs = itertools.pairwise(effect.ordered)
     return all(

@@ -60,6 +60,28 @@ class Diagnosis:
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
+    @staticmethod
+    def of(
+        problem: EstimationProblem, base: ValidatedFit, verdict: str, candidates: Sequence[CandidateFit]
+    ) -> Diagnosis:
+        """A verdict on a model as it was fitted, and the effects that may be missing; nothing further is known yet."""
+        judged = [v.part for v in problem.data.validation] or problem.data.estimation
+        return Diagnosis(
+            verdict=verdict,
+            horizon_s=problem.horizon,
+            error=base.error,
+            noise_floor=problem.floor,
+            fit_percent=fit_percent(problem, base.residuals),
+            candidates=tuple(candidates),
+            experiment=None,
+            detectable={},
+            where=(),
+            not_judged=not_testable(problem),
+            warnings=(*problem.warnings, *overstated_noise(problem, base.error, judged, base.residuals)),
+            fit=base.fit,
+            problem=problem,
+        )
+
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
         return {
@@ -168,21 +190,10 @@ def conclude(
     named = [_with_equivalents(problem, c, supported, full_score_test) for c in supported]
     verdict = verdict_on(problem, named, base.error)
     failing = base.error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
-    judged = [v.part for v in problem.data.validation] or problem.data.estimation
-    return Diagnosis(
-        verdict=verdict,
-        horizon_s=problem.horizon,
-        error=base.error,
-        noise_floor=problem.floor,
-        fit_percent=fit_percent(problem, base.residuals),
-        candidates=(*named, *(c for c in lowering if not c.physical)),
-        experiment=None,
+    return replace(
+        Diagnosis.of(problem, base, verdict, [*named, *(c for c in lowering if not c.physical)]),
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, base.fit) if failing else (),
-        not_judged=not_testable(problem),
-        warnings=(*problem.warnings, *overstated_noise(problem, base.error, judged, base.residuals)),
-        fit=base.fit,
-        problem=problem,
         missing=tuple(missing),
         score_test=full_score_test,
         refitted=tuple(candidates),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,6 +15,7 @@ from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
     FAMILYWISE_SIGNIFICANCE_LEVEL,
     CandidateFit,
+    ValidatedFit,
     added_p_value,
     deviation_from_absence,
     estimate_of,
@@ -100,17 +100,14 @@ class JudgedModel(NamedTuple):
     """A model that effects are judged against: its fit and how it predicts what is held out."""
 
     model: FilteredModel
-    fit: Fit
+    validated: ValidatedFit
     predicted: Prediction
-    error: float  # over validation segments [σ], as every error is judged
-    residuals: list[np.ndarray]  # of each log (N, channels) [σ]
 
     @classmethod
     def of(cls, model: FilteredModel) -> JudgedModel:
-        """Fit, prediction and error of a model."""
+        """Fit, error over the horizon and prediction from sample to sample of a model."""
         fitted = model.fitted()
-        error, residuals = validation_residuals(model.problem, fitted)
-        return cls(model, fitted, prediction(model, fitted), error, residuals)
+        return cls(model, ValidatedFit.of(model.problem, fitted), prediction(model, fitted))
 
 
 def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> Judged:
@@ -121,8 +118,9 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     own, per_log = estimate_of(fitted, row), estimates_per_log(larger.problem, fitted, row)
     in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
     predicted = prediction(larger, fitted)
-    gains, falls = gain_in_blocks(base.predicted, predicted), falls_in_blocks(base.residuals, residuals)
-    discovery = min(1.0, _discovery(base.model, larger, fitted, effect) * tests)
+    gains, falls = gain_in_blocks(base.predicted, predicted), falls_in_blocks(base.validated.residuals, residuals)
+    in_sample = gain_in_sample(base.model, larger)
+    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, in_sample) * tests)
     confirmation = _confirmation(base, larger, predicted, falls)
     agreement = max((gains, falls), key=lambda blocks: float(np.mean(blocks > 0.0)) if len(blocks) else 0.0)
     candidate = CandidateFit(
@@ -142,26 +140,25 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         p_confirmation=confirmation,
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
-        evidence=np.concatenate([gain_in_sample(base.model, larger), gains]),
+        evidence=np.concatenate([in_sample, gains]),
     )
     before, after = base.model.force_squared, larger.force_squared
     less_force = 1.0 - float(np.sqrt(after / before)) if before > 0.0 else 0.0
     return Judged(candidate, larger, predicted, gains, base.model.deviance - larger.deviance, less_force, falls)
 
 
-def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str) -> float:
+def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str, in_sample: np.ndarray) -> float:
     """P-value, not corrected, of an effect on the estimation data: the smaller of two tests, for both of them.
 
     Its sizes against those at which it does nothing, and what it adds to effects that it replaces, with errors from the
-    scatter of blocks; and the rise of the log-likelihood of blocks, what the further freedom is worth by chance taken
-    off, by its scatter.
+    scatter of blocks; and the rise of the log-likelihood of blocks ``in_sample`` (blocks,) [nats], by its scatter.
     """
     row, parts = larger.problem.effect(effect), larger.estimator.problem.count
     sizes = [p for p in fitted.free if p.name in size_names(row)]
     deviation = deviation_from_absence(fitted, sizes, null_values(larger.problem, row))
     added = [added_p_value(larger.problem, row, fitted, s, parts) for s in smaller.problem.replaced(effect)]
     by_size = max([wald_p_value(fitted, sizes, deviation, parts=parts), *added])
-    return min(1.0, 2.0 * min(by_size, one_sided_p_value(gain_in_sample(smaller, larger))))
+    return min(1.0, 2.0 * min(by_size, one_sided_p_value(in_sample)))
 
 
 def gain_in_sample(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
@@ -201,9 +198,7 @@ def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mappin
 
     Else the effect is another one in disguise: friction that drives, a speed that was never reached.
     """
-    if not all(p.minimum <= coefficients[p.name] <= p.maximum for p in effect.parameters):
-        return False
-    if any(coefficients[a] > coefficients[b] for a, b in itertools.pairwise(effect.ordered)):
+    if not is_physical(effect, coefficients, dict.fromkeys(coefficients, 0.0)):
         return False
     parameter = effect.profiled
     if parameter is None or not isinstance(parameter.starts, Quantiles):

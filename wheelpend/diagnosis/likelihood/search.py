@@ -25,10 +25,8 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     leading_effects,
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
-from wheelpend.diagnosis.verdict import Diagnosis, not_testable
-from wheelpend.estimation.noise_alarm import overstated_noise
+from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.validation import fit_percent
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
@@ -91,7 +89,7 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
     base = JudgedModel.of(_relieved(model, refits, progress))
     tests = sum(1 + sum(len(p.grid) for p in e.parameters) for e in judged_effects(model))
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
-    supported = most_telling_first([j for j in judged if j.is_supported(base.error)])
+    supported = most_telling_first([j for j in judged if j.is_supported(base.validated.error)])
     larger = None
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
@@ -139,7 +137,6 @@ def _diagnosis(
     named = tuple(j.candidate for j in supported)
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
-    parts = [v.part for v in problem.data.validation] or problem.data.estimation
     internal = {e.name: INTERNAL_REASON for e in problem.candidates() if e.releases}
     verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
     if not named:
@@ -147,20 +144,12 @@ def _diagnosis(
         repeating = repeating_forces(base.model)
         verdict = "unexplained" if any(f.repeats for f in repeating) else "nothing_missing"
         remainder = replace(remainder, repeatable_share=repeatable_share(repeating), repeating=repeating)
-    return Diagnosis(
-        verdict=verdict,
-        horizon_s=problem.horizon,
-        error=base.error,
-        noise_floor=problem.floor,
-        fit_percent=fit_percent(problem, base.residuals),
-        candidates=(*named, *impossible),
-        experiment=None,
+    found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
+    return replace(
+        found,
         detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
-        where=where_it_shows(problem, missing, base.fit),
-        not_judged={**not_testable(problem), **internal},
-        warnings=(*problem.warnings, *overstated_noise(problem, base.error, parts, base.residuals)),
-        fit=base.fit,
-        problem=problem,
+        where=where_it_shows(problem, missing, found.fit),
+        not_judged={**found.not_judged, **internal},
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
         remainder=remainder,
