@@ -50,7 +50,7 @@ KEYS = {
     "bias guide force_error cutoff_hz remainder covariance widening",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
-    Remainder: "force sensors places repeatable_share repeating",
+    Remainder: "force sensors places repeatable_share repeating resonances",
     RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",
     SensorError: "rms unit sigmas correlation_time_s lag_s",
     Estimate: "value sigma identifiable",

@@ -111,7 +111,8 @@ class Diagnosis:
     def p_value_of_rest(self) -> float:
         """P-value of nothing more being there, with the first candidate where there is one."""
         if self.remainder is not None and self.remainder.repeating:
-            return min(f.p_value for f in self.remainder.repeating)
+            rings = [r.p_value for r in self.remainder.resonances if r.repeats]
+            return min([*rings, *(f.p_value for f in self.remainder.repeating)])
         return self.named[0].p_rest if self.named else self.p_rest
 
     @property

@@ -75,6 +75,7 @@ class Remainder:
     places: tuple[str, ...] = ()  # where the forces act: rows, or ports between two of them
     repeatable_share: float | None = None  # of the forces' mean square, that a smooth law predicts; None if not sought
     repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row or port
+    resonances: tuple[Any, ...] = ()  # narrow bands in which the filter misses far more than around them, by channel
 
     @property
     def strongest(self) -> RowForce | None:
@@ -89,6 +90,7 @@ class Remainder:
             "places": self.places,
             "repeatable_share": self.repeatable_share,
             "repeating": self.repeating,
+            "resonances": self.resonances,
         }
 
 

@@ -11,4 +11,5 @@ Question: what is left that repeats, on a machine that feels more than any libra
 - `judgement`: the evidence for an effect, and the order of several.
 - `filter_response`: what a known force would change in the innovations.
 - `repeatability`: whether what is left to chance is a smooth function of known signals.
+- `resonance`: whether what the filter misses rings at a frequency of its own.
 """

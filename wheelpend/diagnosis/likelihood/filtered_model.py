@@ -25,6 +25,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.load import free_force_module
 
 MAX_SAMPLES = 10_000  # of all logs together, to which a model is fitted: half from the beginning, half from the middle
+MAX_LAST_SAMPLES = 60_000  # the same of the model that a search ends with
 BLOCK_HORIZON_SHARE = 0.2  # of the horizon: length of the pieces of whose sums the blocks of a short log are made
 SETTLED_EFFORT = Effort(10, 0.5, True)  # of the fit that ends a search
 STATE_ROUNDS = 5  # of the fit of the segments' initial states, over which the error is taken
@@ -106,13 +107,18 @@ class FilteredModel:
         )
 
 
-def estimator_of(problem: EstimationProblem, log_values: LogValues, more: Sequence[str] = ()) -> FilterEstimator:
-    """The estimator of a problem's model at some values in each log, with further parameters free beside its own."""
+def estimator_of(
+    problem: EstimationProblem, log_values: LogValues, more: Sequence[str] = (), samples: int = MAX_SAMPLES
+) -> FilterEstimator:
+    """The estimator of a problem's model at some values in each log, with further parameters free beside its own.
+
+    Of long logs it sees so many samples.
+    """
     names = [*free_names(problem, problem.model.effects), *more]
     short = shortened_segments(problem, BLOCK_HORIZON_SHARE * problem.horizon, max_segments=MAX_SAMPLES)
     finer = replace(problem, data=problem.data.with_estimation(short))
     estimator = estimator_at(finer, problem.module, names, log_values, lambda: log_values)
-    return estimator.on_part(MAX_SAMPLES)
+    return estimator.on_part(samples)
 
 
 def filtered_model(

@@ -13,6 +13,7 @@ import numpy as np
 
 import derive
 from wheelpend.diagnosis.likelihood.filtered_model import (
+    MAX_LAST_SAMPLES,
     SETTLED_EFFORT,
     FilteredModel,
     LogValues,
@@ -72,6 +73,14 @@ def settled(model: FilteredModel) -> FilteredModel:
     """A model fitted to its end, without the random sources that it does not need any more."""
     estimator, point = model.estimator, model.point
     return moved_to(model, without_needless(estimator, estimator.fit(point.theta, point.sources, SETTLED_EFFORT)))
+
+
+def fitted_to_all(model: FilteredModel) -> FilteredModel:
+    """A model of which the search is over, fitted to its end to the samples of long logs that the search left out."""
+    whole = estimator_of(model.problem, model.log_values, samples=MAX_LAST_SAMPLES)
+    if whole.problem.count == model.estimator.problem.count:
+        return model
+    return settled(FilteredModel(model.problem, whole, whole.point(model.point.theta, model.point.sources)))
 
 
 def at_sources(model: FilteredModel, sources: Sequence[Sources]) -> FilteredModel:

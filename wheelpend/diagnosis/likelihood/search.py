@@ -16,8 +16,9 @@ from wheelpend.diagnosis.likelihood.judgement import (
     judge,
     most_telling_first,
 )
-from wheelpend.diagnosis.likelihood.refits import refined, refitted, settled, with_effect, without_effect
+from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repeating_forces
+from wheelpend.diagnosis.likelihood.resonance import resonances
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
     detectable_sizes,
@@ -96,6 +97,9 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
         larger = settled(supported[0].model)
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
+    if larger is None:
+        progress("fitting all samples")
+        base = JudgedModel.of(fitted_to_all(base.model))
     return Round(_diagnosis(base, supported, judged, progress), larger)
 
 
@@ -141,9 +145,11 @@ def _diagnosis(
     verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
     if not named:
         progress("looking for what repeats")
-        repeating = repeating_forces(base.model)
-        verdict = "unexplained" if any(f.repeats for f in repeating) else "nothing_missing"
-        remainder = replace(remainder, repeatable_share=repeatable_share(repeating), repeating=repeating)
+        repeating, rings = repeating_forces(base.model), resonances(base.model)
+        repeats = any(f.repeats for f in repeating) or any(r.repeats for r in rings)
+        verdict = "unexplained" if repeats else "nothing_missing"
+        share = repeatable_share(repeating)
+        remainder = replace(remainder, repeatable_share=share, repeating=repeating, resonances=rings)
     found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
     return replace(
         found,

@@ -8,6 +8,7 @@ from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import digits_text, is_number, range_text, share_text, time_text
 
 if TYPE_CHECKING:
+    from wheelpend.diagnosis.likelihood.resonance import Resonance
     from wheelpend.identification.remainder import Remainder, RowForce, SensorError
     from wheelpend.identification.widening import Widening
     from wheelpend.model.record import Model
@@ -23,6 +24,7 @@ def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
         return []
     quantities = plant_units_of(model)
     errors = [_sensor_sentence(name, error) for name, error in left.sensors.items()]
+    errors += [_resonance_sentence(ring) for ring in left.resonances]
     if not left.force:
         rest = "sensor noise explains the rest." if not errors else "the sensors explain the rest."
         return [f"Nothing is left to chance: {rest}", *errors]
@@ -63,6 +65,13 @@ def _sensor_sentence(name: str, error: SensorError) -> str:
     size = f"{digits_text(value, 2)} {unit} ({digits_text(error.sigmas, 2)} σ)"
     time = time_text(error.correlation_time_s)
     return f"{lag}{name} has an error of its own of {size}, correlation time {time}: it was filtered, fused or drifts."
+
+
+def _resonance_sentence(ring: Resonance) -> str:
+    sharp = f"damping ratio {digits_text(ring.damping, 2)}" if ring.damping else "too sharp to tell its damping"
+    return (f"What is missed of {ring.channel} has a resonance at {digits_text(ring.frequency_hz, 3)} Hz ({sharp}), "
+            f"{share_text(ring.share)} of its mean square: something elastic that the model does not have, or a hum."
+            )  # fmt: skip
 
 
 def widening_sentences(widening: Widening | None) -> list[str]:

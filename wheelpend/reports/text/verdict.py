@@ -62,7 +62,8 @@ def repeating_force_text(result: Diagnosis) -> str:
     """The part of what is left to chance that repeats, and the signals that predict it, in a sentence."""
     repeating = [f for f in result.remainder.repeating if f.repeats] if result.remainder else []
     if not repeating:
-        return ""
+        rings = [r for r in result.remainder.resonances if r.repeats] if result.remainder else []
+        return f"It rings at {digits_text(rings[0].frequency_hz, 3)} Hz." if rings else ""
     first, ports = repeating[0], result.problem.plant.couplings
     place = ports[first.row].place if first.row in ports else f"on the {first.row} row"
     return (f"A function of {' and '.join(first.depends_on)}, as a force {place}, predicts "
