@@ -15,8 +15,8 @@ from wheelpend import Failure
 from wheelpend.benchmarks.hidden_effects import Outcome, plan, run, summarise, try_case
 from wheelpend.benchmarks.hidden_effects.cases import Case, benchmark_plant, draw_effect
 from wheelpend.benchmarks.hidden_effects.page import page_text
-from wheelpend.benchmarks.hidden_effects.runner import outcome_of
 from wheelpend.benchmarks.hidden_effects.trial import make_standing_log
+from wheelpend.benchmarks.recording import from_journal
 from wheelpend.model.record import Model
 from wheelpend.parallel import results_as_completed
 from wheelpend.serialise import plain_data
@@ -97,7 +97,7 @@ def test_the_page_says_what_was_not_tried():
 
 
 def test_outcomes_survive_being_written_down():
-    assert outcome_of(plain_data(FOUND)) == FOUND
+    assert from_journal(type(FOUND), plain_data(FOUND)) == FOUND
 
 
 def test_the_plan_is_the_same_each_time_and_its_beginning_holds_every_kind():

@@ -11,5 +11,6 @@ measured        case studies on measured logs
 demo_force      the missing force of the demo log beside the true one
 structure       rooms, imports and lengths of the code
 code_state      hash of the code that results depend on
+recording       answers of a study on all cores, each written down as it comes
 markdown        tables and marked places that they share
 """

@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from time import monotonic
 
 from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.hidden_effects.cases import Case, plan
 from wheelpend.benchmarks.hidden_effects.trial import Outcome, try_case
-from wheelpend.campaigns.journal import Journal, with_tuples
+from wheelpend.benchmarks.recording import from_journal, record_answers
+from wheelpend.campaigns.journal import Journal
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
-from wheelpend.parallel import cores, results_as_completed
-from wheelpend.serialise import plain_data
+from wheelpend.parallel import cores
 
 Progress = Callable[[str], None]
 
@@ -31,26 +30,20 @@ def run(
     folder.mkdir(parents=True, exist_ok=True)
     code = fingerprint()
     journal = Journal(folder / f"outcomes-{code}.jsonl", code)
-    known = {key: outcome_of(data) for key, data in journal.results.items()}
+    known = {key: from_journal(Outcome, data) for key, data in journal.results.items()}
     left = [c for c in wanted if c.key not in known]
     if left:
         compile_all(Model.default(), progress)  # once, before every process wants it
     progress(f"{len(wanted)} cases, {len(wanted) - len(left)} of them known from before; {cores()} processes")
     journal.begin()
-    begin, seconds = monotonic(), float("inf") if minutes is None else 60 * minutes
-    for number, (_, outcome) in enumerate(results_as_completed([partial(try_case, c) for c in left], seconds), 1):
-        journal.add(outcome.key, plain_data(outcome))
+    seconds, trials = float("inf") if minutes is None else 60 * minutes, [partial(try_case, c) for c in left]
+    for outcome in record_answers(journal, trials, _told, seconds=seconds, jobs=None, progress=progress):
         known[outcome.key] = outcome
-        spent = monotonic() - begin
-        whole = spent / number * len(left) / 60
-        progress(f"{number} of {len(left)}, {spent / 60:.1f} min, all in {whole:.0f} min: "
-                 f"{outcome.key}: {', '.join(outcome.named) or outcome.failure or outcome.verdict}")  # fmt: skip
     return [known[c.key] for c in wanted if c.key in known]
 
 
-def outcome_of(data: dict) -> Outcome:
-    """An outcome from JSON, whose lists become tuples again."""
-    return Outcome(**{name: with_tuples(value) for name, value in data.items()})
+def _told(outcome: Outcome) -> tuple[str, str]:
+    return outcome.key, ", ".join(outcome.named) or outcome.failure or outcome.verdict
 
 
 def fingerprint() -> str:

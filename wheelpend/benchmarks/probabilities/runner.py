@@ -10,8 +10,9 @@ from time import monotonic
 from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.probabilities.cases import Case
 from wheelpend.benchmarks.probabilities.trial import Outcome, Sizes, shown_sizes, try_case
-from wheelpend.campaigns.journal import Journal, with_tuples
-from wheelpend.parallel import cores, results_as_completed
+from wheelpend.benchmarks.recording import from_journal, record_answers
+from wheelpend.campaigns.journal import Journal
+from wheelpend.parallel import cores
 from wheelpend.serialise import plain_data
 
 Progress = Callable[[str], None]
@@ -49,15 +50,12 @@ def run(
     progress(f"{len(cases)} logs, {len(cases) - len(left)} of them known; {jobs or cores()} processes")
     known = journal.results
     trials = [partial(attempt, c, known[PILOT_KEYS[bool(c.force)]]) for c in left if PILOT_KEYS[bool(c.force)] in known]
-    answers = results_as_completed(trials, max(seconds - (monotonic() - begin), 0.0), jobs)
-    for number, (_, outcome) in enumerate(answers, 1):
-        journal.add(outcome.key, plain_data(outcome))
-        spent = monotonic() - begin
-        told = outcome.failure or ", ".join(f"{'+'.join(e) or 'nothing'} {p:.2f}" for e, p in outcome.structures[:3])
-        progress(f"{number} of {len(trials)}, {spent / 60:.1f} min: {outcome.key}: {told}")
-    return [outcome_of(known[c.key]) for c in cases if c.key in known]
+    rest = max(seconds - (monotonic() - begin), 0.0)
+    for _ in record_answers(journal, trials, _told, seconds=rest, jobs=jobs, progress=progress):
+        pass
+    return [from_journal(Outcome, known[c.key]) for c in cases if c.key in known]
 
 
-def outcome_of(data: dict) -> Outcome:
-    """An outcome from JSON, whose lists become tuples again."""
-    return Outcome(**{name: with_tuples(value) for name, value in data.items()})
+def _told(outcome: Outcome) -> tuple[str, str]:
+    likely = ", ".join(f"{'+'.join(e) or 'nothing'} {p:.2f}" for e, p in outcome.structures[:3])
+    return outcome.key, outcome.failure or likely

@@ -13,6 +13,7 @@ from scipy.signal import lfilter
 import derive
 from wheelpend.api import diagnose
 from wheelpend.benchmarks.hidden_effects.cases import SIZE_REDUCTION_FACTOR, draw_effect, size_parameters
+from wheelpend.benchmarks.hidden_effects.trial import MAX_REDRAWS
 from wheelpend.benchmarks.probabilities.cases import Case
 from wheelpend.benchmarks.random_force.machine import rough_log
 from wheelpend.diagnosis.structures import NONE_OF_THESE
@@ -26,7 +27,6 @@ LOG_COMMAND = "aggressive"
 GYRO_CHANNEL, GYRO_LAG_S = "dtheta_p", 0.005  # s, of a gyro's low-pass filter of first order
 ROUGH_PLACE = "drive"  # of a random force
 PILOT_SEED = 999_999  # of the logs that say which sizes such a log just shows
-MAX_REDRAWS = 8  # times that a log is made with smaller effects because the robot falls
 
 Sizes = Mapping[str, Mapping[str, float]]  # by effect and parameter, that a log just shows
 

@@ -12,9 +12,9 @@ from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 from wheelpend.benchmarks.random_force.machine import PLACE_WEIGHTS
 from wheelpend.benchmarks.random_force.trial import SIZE_IN_STANDARD_ERRORS, Answer, Case, try_case
+from wheelpend.benchmarks.recording import record_answers
 from wheelpend.campaigns.journal import Journal
-from wheelpend.parallel import cores, results_as_completed
-from wheelpend.serialise import plain_data
+from wheelpend.parallel import cores
 
 Progress = Callable[[str], None]
 Try = Callable[[Case], Answer]
@@ -107,11 +107,10 @@ def _try_each(
     journal: Journal, trials: Sequence[Callable[[], Answer]], jobs: int | None, end: float, progress: Progress
 ) -> None:
     """Add the answer of every trial to the journal as it comes; after the moment ``end`` none is begun."""
-    begin = monotonic()
-    answers = results_as_completed(trials, max(end - begin, 0.0), jobs)
-    for number, (_, answer) in enumerate(answers, 1):
-        journal.add(answer.case.key, plain_data(answer))
-        spent = monotonic() - begin
-        whole = spent / number * len(trials) / 60
-        told = answer.failure or ", ".join(answer.places) or "no force"
-        progress(f"{number} of {len(trials)}, {spent / 60:.1f} min, all in {whole:.0f} min: {answer.case.key}: {told}")
+    seconds = max(end - monotonic(), 0.0)
+    for _ in record_answers(journal, trials, _told, seconds=seconds, jobs=jobs, progress=progress):
+        pass
+
+
+def _told(answer: Answer) -> tuple[str, str]:
+    return answer.case.key, answer.failure or ", ".join(answer.places) or "no force"

@@ -19,7 +19,10 @@ from wheelpend.estimation.segments import contiguous_ranges
 MAX_WINDOW_SAMPLES = 1024
 MIN_WINDOWS = 16  # of which a spectrum is the mean, each overlapping the next by half
 MIN_WINDOW_SAMPLES = 64
-NEIGHBOURHOOD_SHARE, MIN_NEIGHBOURS = 0.5, 8  # of a frequency, and lines: to either side, of whose median a band stands out
+NEIGHBOURHOOD_SHARE, MIN_NEIGHBOURS = (
+    0.5,
+    8,
+)  # of a frequency, and lines: to either side of a band
 MIN_LINE = 4  # of a spectrum, below which a band is a trend of the window
 MIN_HEIGHT = 3.0  # times that median
 MAX_DAMPING = 0.2  # from there on it is a hump
