@@ -5,7 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from wheelpend.diagnosis.likelihood.judgement import Judged
+from wheelpend.diagnosis.evidence import CandidateFit
+from wheelpend.diagnosis.likelihood.judgement import Judged, most_telling_first
 
 
 def judged(error_after=100.0, less_force=0.0, falls=(-2.0, 1.0, 1.5), **changed):
@@ -35,3 +36,42 @@ def test_most_blocks_must_be_likelier_or_better_predicted():
     few = judged(90.0, 0.1, falls=(-1.0, -1.0, 5.0))._replace(gains=np.r_[np.full(11, -0.1), np.full(9, 5.0)])
     assert few.evidence > 0.0 and not few.is_supported(100.0)
     assert few._replace(falls=np.array([1.0, 1.0, -1.5])).is_supported(100.0)
+
+
+def rival(effect, in_sample, likelihood, falls):
+    """A judged effect whose held-out blocks have this log-likelihood over the model without it, and these falls."""
+    candidate = CandidateFit(effect, {}, "drive", 1e-6, "", 1.0, (), True, None)
+    prediction = SimpleNamespace(log_likelihood=np.array(likelihood))
+    module = SimpleNamespace(CONTAINS={"stribeck_drive": {"coulomb_drive": ()}})
+    model = SimpleNamespace(problem=SimpleNamespace(module=module))
+    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, np.array(falls))
+
+
+BLOCKS = np.linspace(0.9, 1.1, 10)
+
+
+def test_the_simple_law_comes_before_the_one_that_has_it_in_it():
+    simple = rival("coulomb_drive", 20.0, 2.0 * BLOCKS, 10.0 * BLOCKS)
+    elastic = rival("presliding_drive", 300.0, 40.0 * BLOCKS, 90.0 * BLOCKS)
+    other = rival("viscous_drive", 250.0, BLOCKS, BLOCKS)
+    order = most_telling_first([other, elastic, simple])
+    assert [j.candidate.effect for j in order] == ["coulomb_drive", "presliding_drive", "viscous_drive"]
+    assert [j.candidate.effect for j in most_telling_first([other, simple])] == ["viscous_drive", "coulomb_drive"]
+    assert most_telling_first([]) == []
+
+
+def test_a_law_that_predicts_no_better_than_the_simple_one_in_it_is_left_out():
+    simple = rival("coulomb_drive", 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS)
+    elastic = rival("presliding_drive", 300.0, 20.0 * BLOCKS[::-1], 10.0 * BLOCKS)
+    assert [j.candidate.effect for j in most_telling_first([elastic, simple])] == ["coulomb_drive"]
+
+
+def test_effects_are_alike_where_likelihood_and_horizon_are():
+    one = rival("coulomb_drive", 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS)
+    alike = rival("load_friction", 150.0, 20.0 * BLOCKS[::-1], 10.0 * BLOCKS[::-1])
+    nearer = rival("load_friction", 150.0, 20.0 * BLOCKS[::-1], 50.0 * BLOCKS)
+    assert [j.candidate.equivalent_to for j in most_telling_first([one, alike])] == [
+        ("load_friction",),
+        ("coulomb_drive",),
+    ]
+    assert [j.candidate.equivalent_to for j in most_telling_first([one, nearer])] == [(), ()]

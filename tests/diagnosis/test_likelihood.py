@@ -4,11 +4,12 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from scipy.special import erfc
 
 from wheelpend import Log, Model
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
-from wheelpend.diagnosis.likelihood.held_out import gain_statistic
+from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic
 from wheelpend.diagnosis.likelihood.repeatability import RepeatingForce, likeliest_by_row, repeating_forces
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.estimation.data import prepare
@@ -124,6 +125,18 @@ def test_gains_that_scatter_about_nothing_are_none():
     assert abs(gain_statistic(np.array([1.0, -1.0, 2.0, -2.0]))) < 1e-12
     assert gain_statistic(np.array([5.0, 5.5, 4.5, 5.2])) > 10.0
     assert gain_statistic(np.array([5.0, -np.inf])) == 0.0
+
+
+def test_tests_that_agree_count_as_one_and_one_of_three_as_three_times_it():
+    assert combined_p_value([0.04, 0.04, 0.04]) == pytest.approx(0.04)
+    assert combined_p_value([1e-4, 0.5, 0.5]) == pytest.approx(3e-4, rel=0.01)
+    assert 0.1 < combined_p_value([0.04, 0.5, 0.9]) < 0.4
+    assert combined_p_value([1.0, 1.0]) > 0.98 and combined_p_value([1e-4, 1.0, 1.0]) < 1e-3
+    random = np.random.default_rng(5)
+    shared = random.standard_normal((20_000, 1)) + random.standard_normal((20_000, 3))  # they depend on each other
+    p_values = 0.5 * erfc(shared / 2.0)
+    found = np.mean([combined_p_value(p) < 0.05 for p in p_values])
+    assert 0.03 < found < 0.06
 
 
 def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_function():

@@ -26,6 +26,7 @@ from wheelpend.diagnosis.evidence import (
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.held_out import (
     Prediction,
+    combined_p_value,
     following_p_value,
     gain_in_blocks,
     gain_statistic,
@@ -209,7 +210,7 @@ def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mappin
 
 
 def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Prediction, falls: np.ndarray) -> float:
-    """P-value of the effect on held-out data: the smallest of three tests, for all of them.
+    """P-value of the effect on held-out data, of three tests together.
 
     Whether they follow the change that the effect makes behind the larger model's filter; whether they are likelier;
     and whether they are predicted better over the horizon, where no filter follows what a law has missed: both by the
@@ -224,7 +225,7 @@ def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Predictio
         problem = base.model.problem
         held_out = problem.data.validation_values or problem.data.values
         follows = following_p_value(before, predicted, 1.0 + held_out / problem.data.values)
-    return min(1.0, 3.0 * min(follows, likelier, nearer))
+    return combined_p_value([follows, likelier, nearer])
 
 
 def _values_of(model: FilteredModel) -> Fit:
@@ -236,19 +237,26 @@ def _values_of(model: FilteredModel) -> Fit:
 
 
 def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
-    """Supported effects, that with most evidence for each of its parameters first: what more an effect of several
-    parameters explains is judged beside the simple one, in the next round.
+    """Supported effects, that with most evidence for each of its parameters first, or a simpler one that it has in it:
+    what more an effect of several parameters explains is judged beside the simple one, in the next round.
 
     Each has the names of those that predict held-out data as well as it does.
     """
     found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
+    within = simpler_than(found[0]) if found else ()
+    found.sort(key=lambda j: j.candidate.effect not in within)
     return [_with_equivalents(j, [o for o in found if o is not j and o.predicts_like(j)]) for j in found]
 
 
 def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:
     """True of an effect that predicts clearly better than each simpler one that it contains or approaches."""
-    simpler = simpler_effects(one.model.problem.module, one.candidate.effect)
-    return all(max(one.lead_over(o)) >= MIN_CLEAR_STATISTIC for o in others if o.candidate.effect in simpler)
+    within = simpler_than(one)
+    return all(max(one.lead_over(o)) >= MIN_CLEAR_STATISTIC for o in others if o.candidate.effect in within)
+
+
+def simpler_than(one: Judged) -> tuple[str, ...]:
+    """Effects that one contains or approaches."""
+    return simpler_effects(one.model.problem.module, one.candidate.effect)
 
 
 def _with_equivalents(one: Judged, others: Sequence[Judged]) -> Judged:
