@@ -68,19 +68,20 @@ class Judged(NamedTuple):
         return 0.5 * self.in_sample + float(kept.mean()) * len(self.gains)
 
     def is_supported(self, error_before: float) -> bool:
-        """Significant, physically possible, better in most blocks, and lowering the error or the force.
-
-        Where it lowers the force alone, the error may rise, at random, by less than the force falls.
-        """
+        """Significant, physically possible, better in most blocks, and lowering the error or the force."""
         one, confirmation = self.candidate, self.candidate.p_confirmation
         significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
         likelier = self.in_sample > 0.0 and self.evidence > 0.0
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls))
-        ratio, left = one.error_after / error_before if np.isfinite(error_before) else 0.0, 1.0 - self.less_force
-        least = 1.0 - MIN_RELATIVE_ERROR_DECREASE
-        improves = ratio < least or (left < least and ratio * left < 1.0)
-        return one.physical and significant and confirmed and likelier and in_most_blocks and improves
+        trusted = significant and confirmed and likelier and in_most_blocks
+        return one.physical and trusted and self.improves(error_before)
+
+    def improves(self, error_before: float) -> bool:
+        """Lowering the error; or the force alone, and raising the error, at random, by less than the force falls."""
+        ratio = self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
+        left, least = 1.0 - self.less_force, 1.0 - MIN_RELATIVE_ERROR_DECREASE
+        return ratio < least or (left < least and ratio * left < 1.0)
 
     @property
     def evidence_per_parameter(self) -> float:

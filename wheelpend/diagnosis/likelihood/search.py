@@ -157,7 +157,9 @@ def _diagnosis(
         where=where_it_shows(problem, missing, found.fit),
         not_judged={**found.not_judged, **internal},
         missing=missing,
-        refitted=tuple(j.candidate for j in judged),
+        refitted=tuple(
+            j.candidate if j.improves(base.validated.error) else replace(j.candidate, evidence=None) for j in judged
+        ),
         remainder=remainder,
         by_likelihood=True,
     )
