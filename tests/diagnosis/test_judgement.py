@@ -25,7 +25,7 @@ def test_an_effect_lowers_the_error_or_the_force(error_after, less_force, suppor
 def test_an_error_may_rise_by_less_than_the_force_falls():
     assert judged(109.0, 0.1).is_supported(100.0) and not judged(112.0, 0.1).is_supported(100.0)
     lag = judged(200.0, 0.47)  # that half of the force went into
-    assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(200.0, 0.6).improves(100.0)
+    assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(155.0, 0.6).improves(100.0)
 
 
 @pytest.mark.parametrize("changed", [{"p_value": 0.02}, {"p_confirmation": 0.06}, {"physical": False}])

@@ -48,6 +48,8 @@ def test_a_gap_parts_what_is_looked_at_and_few_or_missing_samples_tell_nothing()
     signal = white(1) + ringing(97.0, 0.05, 2, 0.7)
     found = resonance_of([signal[:8000], signal[9000:]], INTERVAL, "x")
     assert found is not None and abs(found.frequency_hz - 97.0) < 5.0
+    short = resonance_of(np.split(signal, 20), INTERVAL, "x")
+    assert short is not None and abs(short.frequency_hz - 97.0) < 5.0
     assert resonance_of([signal[:300]], INTERVAL, "x") is None
     assert resonance_of([np.where(np.arange(SAMPLES) % 10, np.nan, signal)], INTERVAL, "x") is None
     assert resonance_of([], INTERVAL, "x") is None

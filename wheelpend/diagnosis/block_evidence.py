@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.segments import Segments
 
 BLOCK_COUNT = 10  # of each log's validation segments, whose scatter gives a standard error
 SIGMA_UNCERTAINTY = 0.01  # relative, of the sensors' σ: an error that is higher by so much is no sign of anything
@@ -49,6 +50,22 @@ def falls_in_blocks(residuals_before: Sequence[np.ndarray], residuals_after: Seq
     """Fall of half the sum of squares of each log's residuals (N, channels) over their blocks (blocks,)."""
     squares = zip(residuals_before, residuals_after, strict=True)
     return 0.5 * np.concatenate([_sums(b) - _sums(a) for b, a in squares])
+
+
+def falls_over_segments(
+    parts: Sequence[Segments], residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
+) -> np.ndarray:
+    """Fall of half the sum of squares of residuals (N, channels) over whole segments of each part, in blocks (blocks,).
+
+    The error of a segment grows from its start, so that pieces of one are not independent.
+    """
+    falls = [np.zeros(0)]
+    for part, before, after in zip(parts, residuals_before, residuals_after, strict=True):
+        known = [(before[a:b], after[a:b]) for a, b in part.bounds if np.isfinite(before[a:b]).any()]
+        sums = np.array([0.5 * float(np.nansum(x**2) - np.nansum(y**2)) for x, y in known])
+        if len(sums):
+            falls.append(np.array([block.sum() for block in np.array_split(sums, min(BLOCK_COUNT, len(sums)))]))
+    return np.concatenate(falls)
 
 
 def sample_blocks(residuals: np.ndarray, count: int = BLOCK_COUNT) -> list[np.ndarray]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,6 +46,7 @@ class RoundEvidence(NamedTuple):
 
     tried: Mapping[str, np.ndarray]  # evidence for each possible effect over the round's model, in blocks [nats]
     added: str  # the effect that the next round has, or ''
+    replaces: Mapping[str, tuple[str, ...]] = MappingProxyType({})  # effects of the model, by what replaces them
 
 
 def structures(rounds: Sequence[RoundEvidence], library: int, p_rest: float) -> tuple[Structure, ...]:
@@ -73,11 +75,13 @@ def _evidence(rounds: Sequence[RoundEvidence]) -> dict[tuple[str, ...], np.ndarr
     found = {present: reached}
     for one in rounds:
         own = {effect: _of_length(blocks, length) for effect, blocks in one.tried.items()}
+        larger = {e: tuple(sorted({*present}.difference(one.replaces.get(e, ())) | {e})) for e in own}
         for effect, blocks in own.items():
-            found.setdefault(tuple(sorted({*present, effect})), reached + blocks)
+            known = found.get(larger[effect])
+            if known is None or (reached + blocks).sum() > known.sum():  # from another round it may have gone further
+                found[larger[effect]] = reached + blocks
         if one.added in own:
-            reached = reached + own[one.added]
-            present = tuple(sorted({*present, one.added}))
+            reached, present = reached + own[one.added], larger[one.added]
     return found
 
 

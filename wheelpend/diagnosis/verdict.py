@@ -110,9 +110,10 @@ class Diagnosis:
     @property
     def p_value_of_rest(self) -> float:
         """P-value of nothing more being there, with the first candidate where there is one."""
-        if self.remainder is not None and self.remainder.repeating:
-            rings = [r.p_value for r in self.remainder.resonances if r.repeats]
-            return min([*rings, *(f.p_value for f in self.remainder.repeating)])
+        if self.remainder is not None:
+            rings = [r for r in self.remainder.resonances if r.repeats]
+            if told := [found.p_value for found in (*rings, *self.remainder.repeating)]:
+                return float(min(told))
         return self.named[0].p_rest if self.named else self.p_rest
 
     @property
@@ -140,6 +141,7 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
         RoundEvidence(
             {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.physical},
             r.named[0].effect if r.named else "",
+            {c.effect: r.problem.replaced(c.effect) for c in r.refitted},
         )
         for r in rounds
     ]

@@ -30,7 +30,7 @@ SETTLING_S, MAX_SETTLING_SHARE = 0.2, 0.4  # s, and of a stretch: not scored, wh
 BLOCK_COUNT = 20  # of all validation data together
 SIZE_FACTORS = (1.0, 1.5, 2.2, 3.3)  # of the found forces' sizes, of which each validation part has its likeliest
 MIN_BLOCKS_PER_LOG = 2
-MAX_COMBINED_P_VALUE = 0.99  # that a test counts: one that sees nothing at all must not drown the others
+MAX_COMBINED_P_VALUE = 0.9  # that a test counts: one that sees nothing at all must not drown the others
 
 
 class Prediction(NamedTuple):
@@ -132,11 +132,13 @@ def one_sided_p_value(gains: np.ndarray) -> float:
 
 
 def combined_p_value(p_values: Sequence[float]) -> float:
-    """P-value of several tests of one hypothesis together, however they depend on each other.
+    """P-value of several tests of one hypothesis together; of small ones however they depend on each other.
 
     Where one alone is small it is about as many times that as there are tests; where all agree it is theirs. Source:
     Liu and Xie, Cauchy combination test, J. American Statistical Association 115 (2020) 393.
     """
+    if not len(p_values):
+        return 1.0
     bounded = np.clip(p_values, 1e-300, MAX_COMBINED_P_VALUE)
     statistic = float(np.mean(1.0 / np.tan(np.pi * bounded)))
     return float(np.arctan2(1.0, statistic) / np.pi)

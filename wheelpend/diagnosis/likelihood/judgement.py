@@ -10,7 +10,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect, Quantiles
-from wheelpend.diagnosis.block_evidence import falls_in_blocks
+from wheelpend.diagnosis.block_evidence import falls_over_segments
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
     FAMILYWISE_SIGNIFICANCE_LEVEL,
@@ -80,8 +80,12 @@ class Judged(NamedTuple):
     def improves(self, error_before: float) -> bool:
         """Lowering the error; or the force alone, and raising the error, at random, by less than the force falls."""
         ratio = self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
-        left, least = 1.0 - self.less_force, 1.0 - MIN_RELATIVE_ERROR_DECREASE
-        return ratio < least or (left < least and ratio * left < 1.0)
+        lowers_force = self.less_force > MIN_RELATIVE_ERROR_DECREASE
+        return ratio < 1.0 - MIN_RELATIVE_ERROR_DECREASE or (lowers_force and ratio < 1.0 + self.less_force)
+
+    def without_evidence(self) -> Judged:
+        """The same in no structure that may be missing: what would not be worth naming is none."""
+        return self._replace(candidate=replace(self.candidate, evidence=None))
 
     @property
     def evidence_per_parameter(self) -> float:
@@ -120,17 +124,17 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     own, per_log = estimate_of(fitted, row), estimates_per_log(larger.problem, fitted, row)
     in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
     predicted = prediction(larger, fitted)
-    gains, falls = gain_in_blocks(base.predicted, predicted), falls_in_blocks(base.validated.residuals, residuals)
+    gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
+    falls = falls_over_segments(held_out, base.validated.residuals, residuals)
     in_sample = gain_in_sample(base.model, larger)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect, in_sample) * tests)
-    confirmation = _confirmation(base, larger, predicted, falls)
-    agreement = max((gains, falls), key=lambda blocks: float(np.mean(blocks > 0.0)) if len(blocks) else 0.0)
+    confirmation = _confirmation(base, larger, predicted, gains, falls)
     candidate = CandidateFit(
         effect=effect,
         estimates=own.estimates,
         family=row.family,
         p_value=discovery,
-        blocks_agree=f"{np.count_nonzero(agreement > 0.0)}/{len(agreement)}",
+        blocks_agree=f"{np.count_nonzero(gains > 0.0)}/{len(gains)}",
         error_after=error_after,
         equivalent_to=(),
         physical=all(has_meaning(larger.problem, row, c) for c in in_logs)
@@ -210,23 +214,24 @@ def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mappin
     return abs(coefficients[parameter.name]) <= reached
 
 
-def _confirmation(base: JudgedModel, larger: FilteredModel, predicted: Prediction, falls: np.ndarray) -> float:
-    """P-value of the effect on held-out data, of three tests together.
+def _confirmation(
+    base: JudgedModel, larger: FilteredModel, predicted: Prediction, gains: np.ndarray, falls: np.ndarray
+) -> float:
+    """P-value of the effect on held-out data, of three tests together, those apart that cannot be made.
 
     Whether they follow the change that the effect makes behind the larger model's filter; whether they are likelier;
     and whether they are predicted better over the horizon, where no filter follows what a law has missed: both by the
     scatter between blocks. For the first the model without the effect gets that filter's random sources, and its
     parameters are refitted to them.
     """
-    likelier, nearer = one_sided_p_value(gain_in_blocks(base.predicted, predicted)), one_sided_p_value(falls)
+    p_values = [one_sided_p_value(blocks) for blocks in (gains, falls) if len(blocks) > 1]
     without = at_sources(base.model, larger.point.sources)
-    follows = 1.0
     if np.isfinite(without.point.deviance):
         before = prediction(without, _values_of(without), larger.point.sources)
         problem = base.model.problem
         held_out = problem.data.validation_values or problem.data.values
-        follows = following_p_value(before, predicted, 1.0 + held_out / problem.data.values)
-    return combined_p_value([follows, likelier, nearer])
+        p_values.append(following_p_value(before, predicted, 1.0 + held_out / problem.data.values))
+    return combined_p_value(p_values)
 
 
 def _values_of(model: FilteredModel) -> Fit:

@@ -80,7 +80,8 @@ def fitted_to_all(model: FilteredModel) -> FilteredModel:
     whole = estimator_of(model.problem, model.log_values, samples=MAX_LAST_SAMPLES)
     if whole.problem.count == model.estimator.problem.count:
         return model
-    return settled(FilteredModel(model.problem, whole, whole.point(model.point.theta, model.point.sources)))
+    begun = FilteredModel(model.problem, whole, whole.point(model.point.theta, model.point.sources))
+    return settled(begun) if np.isfinite(begun.point.deviance) else model
 
 
 def at_sources(model: FilteredModel, sources: Sequence[Sources]) -> FilteredModel:

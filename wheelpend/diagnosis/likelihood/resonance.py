@@ -28,6 +28,7 @@ MIN_HEIGHT = 3.0  # times that median
 MAX_DAMPING = 0.2  # from there on it is a hump
 WINDOW_WIDTH = 1.44  # lines between the half-power points of the window that is used
 SIGNIFICANCE_LEVEL = 1e-3  # of all frequencies and channels together
+MAX_INTERVAL_DIFFERENCE = 0.01  # relative, of the sample intervals of logs whose spectra are averaged
 MAX_MISSING_SHARE = 0.02  # of a channel's readings
 MIN_REPEATING_SHARE = 0.05  # of a channel's mean square, from which on a resonance leaves something unexplained
 
@@ -63,7 +64,11 @@ def resonances(model: FilteredModel) -> tuple[Resonance, ...]:
     filters = model.estimator.problem
     runs = zip(filters.segments, filters.innovations(model.point.theta, model.point.sources), strict=True)
     pieces = [(s.log.dt, w[a:b, :, 0]) for s, w in runs for a, b in contiguous_ranges(s.bounds)]
-    interval = float(np.median([dt for dt, _ in pieces]))
+    intervals = np.array([dt for dt, _ in pieces])
+    alike = np.abs(intervals[:, None] / intervals - 1.0) < MAX_INTERVAL_DIFFERENCE
+    chosen = alike[int(np.argmax(alike @ [len(w) for _, w in pieces]))]  # one spectrum is of one interval
+    pieces = [piece for piece, is_chosen in zip(pieces, chosen, strict=True) if is_chosen]
+    interval = float(np.mean(intervals[chosen]))
     names = model.problem.module.OUTPUTS
     found = (resonance_of([w[:, k] for _, w in pieces], interval, name, len(names)) for k, name in enumerate(names))
     return tuple(r for r in found if r is not None)
@@ -124,10 +129,12 @@ def _spectrum(pieces: list[np.ndarray], interval: float) -> tuple[np.ndarray, np
     whole = np.concatenate([np.zeros(0), *pieces])
     if not len(whole) or np.mean(~np.isfinite(whole)) > MAX_MISSING_SHARE:
         return None
-    size = int(min(MAX_WINDOW_SAMPLES, 2 * len(whole) // (MIN_WINDOWS + 1)))
-    long = [np.nan_to_num(p) for p in pieces if len(p) >= size]
-    if size < MIN_WINDOW_SAMPLES or not long:
-        return None
+    size, long = MAX_WINDOW_SAMPLES, [np.nan_to_num(p) for p in pieces]
+    while sum(2 * len(p) // size - 1 for p in long if len(p) >= size) < MIN_WINDOWS:
+        size //= 2
+        if size < MIN_WINDOW_SAMPLES:
+            return None
+    long = [p for p in long if len(p) >= size]
     counts = [2 * len(p) // size - 1 for p in long]
     found = [welch(p, 1.0 / interval, nperseg=size) for p in long]
     return found[0][0], np.average([power for _, power in found], axis=0, weights=counts), sum(counts)

@@ -97,9 +97,11 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
         larger = settled(supported[0].model)
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
+    judged = [j if j.improves(base.validated.error) else j.without_evidence() for j in judged]
     if larger is None:
         progress("fitting all samples")
-        base = JudgedModel.of(fitted_to_all(base.model))
+        last = fitted_to_all(base.model)
+        base = base if last is base.model else JudgedModel.of(last)
     return Round(_diagnosis(base, supported, judged, progress), larger)
 
 
@@ -121,11 +123,10 @@ def _relieved(model: FilteredModel, refits: Mapping[str, FilteredModel], progres
 
     Else an effect would be credited with a way out of a minimum in which the model without it was stuck.
     """
-    if not refits:
+    beside = {e: m for e, m in refits.items() if not model.problem.replaced(e)}
+    if not beside:
         return model
-    effect, larger = min(refits.items(), key=lambda pair: pair[1].deviance)
-    if not set(model.problem.model.effects) <= set(larger.problem.model.effects):
-        return model
+    effect, larger = min(beside.items(), key=lambda pair: pair[1].deviance)
     progress(f"refitting without {effect}")
     other = without_effect(larger, effect)
     if other is None or not other.point.deviance < model.point.deviance:
@@ -157,9 +158,7 @@ def _diagnosis(
         where=where_it_shows(problem, missing, found.fit),
         not_judged={**found.not_judged, **internal},
         missing=missing,
-        refitted=tuple(
-            j.candidate if j.improves(base.validated.error) else replace(j.candidate, evidence=None) for j in judged
-        ),
+        refitted=tuple(j.candidate for j in judged),
         remainder=remainder,
         by_likelihood=True,
     )

@@ -1,0 +1,39 @@
+"""Blocks of validation data: pieces of one roll-out are not independent, whole segments are."""
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from wheelpend.diagnosis.block_evidence import falls_over_segments
+from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
+
+SAMPLES, LENGTH = 400, 50
+
+
+def part(segments=SAMPLES // LENGTH):
+    begins = np.arange(segments) * LENGTH
+    return SimpleNamespace(bounds=np.stack([begins, begins + LENGTH], axis=1))
+
+
+def growing_errors(random, segments=SAMPLES // LENGTH):
+    """Residuals (N, 1) that grow from the start of every segment to an end at random."""
+    return np.concatenate([random.standard_normal() * np.linspace(0.0, 1.0, LENGTH) for _ in range(segments)])[:, None]
+
+
+def test_the_fall_of_whole_segments_is_summed_and_no_piece_of_one_counts_alone():
+    before, after = np.ones((SAMPLES, 2)), np.full((SAMPLES, 2), 0.5)
+    found = falls_over_segments([part()], [before], [after])
+    assert len(found) == 8 and np.allclose(found, 0.5 * LENGTH * 2 * 0.75)
+    before[:LENGTH] = np.nan  # not judged: the log's own parameters are estimated there
+    assert len(falls_over_segments([part()], [before], [after])) == 7
+    assert len(falls_over_segments([part(), part()], [before, after], [after, after])) == 15
+    assert falls_over_segments([], [], []).size == 0
+
+
+def test_models_that_are_alike_are_told_apart_no_more_often_than_the_level_says():
+    random = np.random.default_rng(3)
+    found = [
+        one_sided_p_value(falls_over_segments([part(4)], [growing_errors(random, 4)], [growing_errors(random, 4)]))
+        for _ in range(600)
+    ]
+    assert 0.005 < np.mean(np.array(found) < 0.05) < 0.075
