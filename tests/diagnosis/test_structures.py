@@ -10,10 +10,12 @@ from wheelpend.diagnosis.structures import (
     NONE_OF_THESE,
     PRIOR_OF_COUNT,
     RoundEvidence,
+    Structure,
     probability_of,
     probability_of_none,
     structures,
 )
+from wheelpend.diagnosis.verdict import and_what_replaced
 from wheelpend.reports.text.structures import structures_text
 
 LIBRARY = 30
@@ -85,9 +87,9 @@ def test_what_diverges_is_no_candidate():
 def test_an_effects_probability_is_that_of_all_structures_with_it():
     found = structures([RoundEvidence({"a": even(20.0)}, "a"), RoundEvidence({"b": even(3.0)}, "")], LIBRARY, 1.0)
     with_a, other = (sum(s.probability for s in found if n in s.effects) for n in ("a", NONE_OF_THESE))
-    assert probability_of("a", found) == pytest.approx(with_a + 0.5 * other * with_a / (1.0 - other))
+    assert probability_of(["a"], found) == pytest.approx(with_a + 0.5 * other * with_a / (1.0 - other))
     known_rest = structures([RoundEvidence({"a": even(20.0)}, "a")], LIBRARY, 0.0)  # certainly more than a
-    assert probability_of("a", known_rest) == pytest.approx(0.5, abs=0.01)
+    assert probability_of(["a"], known_rest) == pytest.approx(0.5, abs=0.01)
 
 
 def fit(cost, free, count=1000):
@@ -126,3 +128,15 @@ def test_what_replaces_an_effect_is_not_beside_it():
     second = RoundEvidence({"b": even(18.0), "c": even(1.0)}, "b", {"b": ("a",)})
     found = {s.effects: s.probability for s in structures([first, second], LIBRARY, 1.0)}
     assert ("a", "b") not in found and found[("b",)] > 0.8  # the better of the two refits that led to it
+
+
+def test_an_effect_whose_place_another_took_has_its_probability():
+    def found(effect, *replaced):
+        problem = SimpleNamespace(replaced=lambda name: replaced if name == effect else ())
+        return SimpleNamespace(named=[SimpleNamespace(effect=effect)], problem=problem)
+
+    rounds = [found("rigid"), found("other"), found("elastic", "rigid"), SimpleNamespace(named=[])]
+    assert and_what_replaced("rigid", rounds) == {"rigid", "elastic"}
+    assert and_what_replaced("other", rounds) == {"other"}
+    told = [Structure(("elastic", "other"), 0.7), Structure((), 0.3)]
+    assert probability_of(and_what_replaced("rigid", rounds), told) == pytest.approx(0.7)

@@ -16,6 +16,7 @@ from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
 from wheelpend.diagnosis.structures import Structure, probability_of
 from wheelpend.diagnosis.verdict import (
     Diagnosis,
+    and_what_replaced,
     revise_verdict,
     with_law,
     with_missing_force,
@@ -155,7 +156,7 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
             ladder_step(r.problem, r.named[0], r.error),
             force_before=before,
             force_after=after,
-            probability=probability_of(r.named[0].effect, last.structures),
+            probability=probability_of(and_what_replaced(r.named[0].effect, rounds), last.structures),
         )
         for r, (before, after) in zip(rounds[:-1], pairwise(forces), strict=True)
     )

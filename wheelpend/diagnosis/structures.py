@@ -12,7 +12,7 @@ for testing precise null hypotheses, The American Statistician 55 (2001) 62 (p-v
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -99,8 +99,8 @@ def probability_of_none(p_value: float) -> float:
     return min(odds / (1.0 + odds), MAX_PROBABILITY_OF_NONE)
 
 
-def probability_of(effect: str, known: Sequence[Structure]) -> float:
-    """Probability that an effect is missing, alone, with others, or beside something that is not in the library."""
+def probability_of(effects: Collection[str], known: Sequence[Structure]) -> float:
+    """Probability that one of some effects is missing, alone, with others, or beside what is not in the library."""
     other = sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))
-    among_tried = sum(s.probability for s in known if effect in s.effects) / (1.0 - other)
+    among_tried = sum(s.probability for s in known if not {*effects}.isdisjoint(s.effects)) / (1.0 - other)
     return float(among_tried * (1.0 - other + PART_SHARE * other))

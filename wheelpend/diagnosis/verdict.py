@@ -146,8 +146,17 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
         for r in rounds
     ]
     known = structures(evidence, len(rounds[0].problem.candidates()), rounds[-1].p_value_of_rest)
-    likely = tuple(replace(c, probability=probability_of(c.effect, known)) for c in found.candidates)
-    return replace(found, structures=known, candidates=likely)
+    likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
+    return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+
+
+def and_what_replaced(effect: str, rounds: Sequence[Diagnosis]) -> set[str]:
+    """An effect, and those that took its place in the rounds of a search: with these in the model it is there too."""
+    names = {effect}
+    for one in (r for r in rounds if r.named):
+        if not names.isdisjoint(one.problem.replaced(one.named[0].effect)):
+            names.add(one.named[0].effect)
+    return names
 
 
 def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:

@@ -19,12 +19,9 @@ from wheelpend.estimation.segments import contiguous_ranges
 MAX_WINDOW_SAMPLES = 1024
 MIN_WINDOWS = 16  # of which a spectrum is the mean, each overlapping the next by half
 MIN_WINDOW_SAMPLES = 64
-NEIGHBOURHOOD_SHARE, MIN_NEIGHBOURS = (
-    0.5,
-    8,
-)  # of a frequency, and lines: to either side of a band
+NEIGHBOURHOOD_SHARE, MIN_NEIGHBOURS = 0.5, 8  # of a frequency, and lines: to either side of a band
 MIN_LINE = 4  # of a spectrum, below which a band is a trend of the window
-MIN_HEIGHT = 3.0  # times that median
+MIN_HEIGHT = 3.0  # times the median of a band's neighbourhood
 MAX_DAMPING = 0.2  # from there on it is a hump
 WINDOW_WIDTH = 1.44  # lines between the half-power points of the window that is used
 SIGNIFICANCE_LEVEL = 1e-3  # of all frequencies and channels together
