@@ -23,19 +23,21 @@ def ringing(frequency, damping, seed, size):
     return found * size / found.std()
 
 
-@pytest.mark.parametrize(("frequency", "damping"), [(97.0, 0.05), (97.0, 0.1), (250.0, 0.03), (30.0, 0.08)])
+@pytest.mark.parametrize(
+    ("frequency", "damping"), [(97.0, 0.05), (97.0, 0.1), (250.0, 0.03), (30.0, 0.08), (50.0, 0.02), (200.0, 0.006)]
+)
 def test_a_ring_is_found_with_its_frequency_damping_and_share(frequency, damping):
     found = resonance_of([white(1) + ringing(frequency, damping, 2, 0.7)], INTERVAL, "x")
     assert found is not None and found.channel == "x" and found.repeats
     assert abs(found.frequency_hz / frequency - 1.0) < 0.05
-    assert 0.5 * damping < found.damping < 1.6 * damping
+    assert 0.6 * damping < found.damping < 1.6 * damping
     assert 0.2 < found.share < 0.45  # 0.49 / 1.49, less the skirts
 
 
 def test_a_hum_is_too_sharp_to_have_a_damping():
     hum = 0.5 * np.sin(2.0 * np.pi * 50.0 * INTERVAL * np.arange(SAMPLES))
     found = resonance_of([white(3) + hum], INTERVAL, "x")
-    assert found is not None and abs(found.frequency_hz - 50.0) < 0.5 and found.damping < 0.01
+    assert found is not None and abs(found.frequency_hz - 50.0) < 0.5 and found.damping == 0.0
 
 
 @pytest.mark.parametrize("colour", [[1.0], [1.0, -0.9], [1.0, 0.7]])

@@ -23,7 +23,7 @@ NEIGHBOURHOOD_SHARE, MIN_NEIGHBOURS = 0.5, 8  # of a frequency, and lines: to ei
 MIN_LINE = 4  # of a spectrum, below which a band is a trend of the window
 MIN_HEIGHT = 3.0  # times the median of a band's neighbourhood
 MAX_DAMPING = 0.2  # from there on it is a hump
-WINDOW_WIDTH = 1.44  # lines between the half-power points of the window that is used
+MIN_HALF_WIDTH = 0.25  # lines of a spectrum, below which a band is too sharp to tell its damping
 SIGNIFICANCE_LEVEL = 1e-3  # of all frequencies and channels together
 MAX_INTERVAL_DIFFERENCE = 0.01  # relative, of the sample intervals of logs whose spectra are averaged
 MAX_MISSING_SHARE = 0.02  # of a channel's readings
@@ -36,7 +36,7 @@ class Resonance:
 
     channel: str
     frequency_hz: float
-    damping: float  # ratio: half the width between half-power points, over the frequency
+    damping: float  # ratio: half the width between half-power points, over the frequency; 0 where it is too sharp
     share: float  # of the channel's mean square that the band has beyond what is around it
     p_value: float  # of so high a band anywhere in white innovations
 
@@ -98,7 +98,7 @@ def resonance_of(pieces: list[np.ndarray], interval: float, channel: str, channe
 def _fitted_peak(height: np.ndarray, peak: int) -> tuple[float, float, np.ndarray]:
     """Place and half the width [lines] of a peak above a sloping background, and its height at every line.
 
-    By Whittle's likelihood, in which each line scatters in proportion to its mean; the window's own width is taken off.
+    By Whittle's likelihood, in which each line scatters in proportion to its mean. Of what is too sharp the width is 0.
     """
     from scipy.optimize import minimize  # imported late, as above
 
@@ -115,8 +115,12 @@ def _fitted_peak(height: np.ndarray, peak: int) -> tuple[float, float, np.ndarra
 
     start = np.array([0.0, np.log(1.5), np.log(height[peak] - 1.0), 0.0, 0.0])
     best = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 5000, "maxfev": 5000}).x
-    half_width = max(float(np.exp(best[1])) ** 2 - (0.5 * WINDOW_WIDTH) ** 2, 0.0) ** 0.5
-    return float(np.clip(peak + best[0], 1.0, len(height) - 1.0)), half_width, rise(best, lines)
+    half_width = float(np.exp(best[1]))
+    return (
+        float(np.clip(peak + best[0], 1.0, len(height) - 1.0)),
+        half_width * (half_width > MIN_HALF_WIDTH),
+        rise(best, lines),
+    )
 
 
 def _spectrum(pieces: list[np.ndarray], interval: float) -> tuple[np.ndarray, np.ndarray, int] | None:
