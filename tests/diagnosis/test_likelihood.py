@@ -7,11 +7,15 @@ import pytest
 from scipy.special import erfc
 
 from wheelpend import Log, Model
+from wheelpend.diagnosis.likelihood import search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic
+from wheelpend.diagnosis.likelihood.judgement import JudgedModel
+from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
 from wheelpend.diagnosis.likelihood.repeatability import RepeatingForce, likeliest_by_row, repeating_forces
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
+from wheelpend.diagnosis.likelihood.whitened_scores import linear_effects, linear_scores
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.starts import best_start
 from wheelpend.identification.filter_error_method import estimator_at
@@ -19,13 +23,18 @@ from wheelpend.identification.filter_error_method import estimator_at
 MASS, VISCOUS, DRY = 2.7, 6.0, 0.6  # V s²/m, V s/m, V
 RANDOM_RMS, RANDOM_TIME_S = 0.1, 0.05  # V, s
 STEP_S, EVERY, SAMPLES, NOISE_M = 1e-4, 40, 2500, 1e-5
+SPRING = 8.0  # V/m
 FRICTION = ("coulomb_drive", "stribeck_drive", "presliding_drive", "load_friction")
+OTHERS = ("stribeck_drive", "presliding_drive", "load_friction", "quadratic_drive", "cogging")
 MODEL = 'plant = "slide"\neffects = ["viscous_drive"]\n'
 
 
 @lru_cache
-def axis_log(dry: float, seed: int) -> Log:
-    """An axis with viscous and dry friction and a random force, ten seconds at 250 Hz by semi-implicit steps."""
+def axis_log(dry: float, seed: int, spring: float = 0.0) -> Log:
+    """An axis with viscous and dry friction, a spring [V/m] and a random force, ten seconds at 250 Hz.
+
+    By semi-implicit steps.
+    """
     random = np.random.default_rng(seed)
     decay = np.exp(-STEP_S / RANDOM_TIME_S)
     position, speed, force, rows = 0.0, 0.0, RANDOM_RMS * random.standard_normal(), []
@@ -35,7 +44,7 @@ def axis_log(dry: float, seed: int) -> Log:
             command = 2.0 * np.sin(2.0 * np.pi * 0.7 * t) + 1.5 * np.sin(2.0 * np.pi * 1.9 * t + 1.0)
             rows.append((t, command, position + NOISE_M * random.standard_normal()))
         force = decay * force + RANDOM_RMS * np.sqrt(1.0 - decay**2) * random.standard_normal()
-        free = (speed + STEP_S * (command + force) / MASS) / (1.0 + STEP_S * VISCOUS / MASS)
+        free = (speed + STEP_S * (command + force - spring * position) / MASS) / (1.0 + STEP_S * VISCOUS / MASS)
         before, speed = speed, np.sign(free) * max(abs(free) - STEP_S * dry / MASS, 0.0)
         position += 0.5 * STEP_S * (before + speed)
     t, command, measured = np.array(rows).T
@@ -81,6 +90,36 @@ def test_with_the_friction_added_no_more_is_left_than_was_played():
     rms = [found.remainder.force["carriage"].rms for found in (before, after)]
     assert rms[1] == pytest.approx(RANDOM_RMS, rel=0.3) and rms[1] < 0.7 * rms[0]
     assert after.verdict == "nothing_missing"
+
+
+@lru_cache
+def pair_of(dry: float, spring: float):
+    """The two effects that are supported together on a log, dry friction and a spring being tried."""
+    problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(dry, 1, spring)]))
+    model = filtered_model(problem, [start], lambda text: None)
+    (scores, *_) = linear_scores(model)
+    names = ("coulomb_drive", "tether_spring")
+    gain, sizes = scores.together([e for e in linear_effects(model) if e.name in names])
+    tried = [ScoredPair(dict(zip(names, sizes, strict=True)), gain)]
+    return supported_pair(JudgedModel.of(model), tried, 500, lambda text: None)
+
+
+def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_has_no_partner():
+    found = pair_of(DRY, SPRING)
+    assert {found.first.candidate.effect, found.second.candidate.effect} == {"coulomb_drive", "tether_spring"}
+    sizes = found.second.model.fitted().values
+    assert sizes["coulomb_drive.torque"] == pytest.approx(DRY, rel=0.15)
+    assert sizes["tether_spring.stiffness"] == pytest.approx(SPRING, rel=0.15)
+    assert found.second.candidate.error_after < found.with_first.validated.error
+    assert pair_of(DRY, 0.0) is None and pair_of(0.0, SPRING) is None
+
+
+def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypatch):
+    problem, start = best_start(prepare(Model.parse(MODEL), [axis_log(DRY, 1, SPRING)], without=OTHERS))
+    monkeypatch.setattr(search, "most_telling_first", lambda supported: [])
+    rounds = search.rounds_by_likelihood(problem, start, lambda rounds: len(rounds) == 2, lambda text: None)
+    assert {r.named[0].effect for r in rounds} == {"coulomb_drive", "tether_spring"}
+    assert rounds[1].problem.model.effects == ("viscous_drive", rounds[0].named[0].effect)
 
 
 def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():

@@ -93,6 +93,18 @@ def test_an_effect_that_lowers_the_error_is_missing_and_one_that_does_not_is_not
     assert (left.verdict, left.candidates, left.refitted) == ("unexplained", (), (useless,))
 
 
+def test_an_effect_that_is_certain_and_changes_next_to_nothing_is_said_and_not_named(rough):
+    problem, base, candidate, _ = rough
+    quiet = base._replace(error=problem.floor)
+    small, smaller = (replace(candidate, error_after=k * quiet.error) for k in (0.997, 0.999))
+    found = conclude(problem, quiet, [small, replace(smaller, effect="rolling_resistance")], NOTHING, ())
+    assert (found.verdict, found.candidates) == ("nothing_missing", ())
+    (told,) = (w for w in found.warnings if "too small to matter" in w)
+    assert "coulomb_drive (torque 0.02" in told and "V), or in its place rolling_resistance." in told
+    for other in (replace(small, p_value=0.5), replace(small, physical=False), replace(small, error_after=quiet.error)):
+        assert not any("too small" in w for w in conclude(problem, quiet, [other], NOTHING, ()).warnings)
+
+
 def test_an_impossible_effect_is_listed_and_not_named(rough):
     problem, base, candidate, _ = rough
     impossible = replace(candidate, physical=False)

@@ -15,6 +15,7 @@ ladder, `Comparison`. Question: what is missing, how sure is that, and how much 
 - `missing_force`: the generalised force that the model lacks, and laws for it.
 - `block_evidence`: how much likelier data are with an effect, in blocks, and whether more than noise is left.
 - `structures`: probabilities of nothing, of each effect, of several together, and of none of these.
+- `negligible`: effects that are certain and too small to matter.
 - `verdict`: the candidates that are named, and their equivalents.
 - `alternatives`: an event, or backlash, in place of a lasting effect.
 - `rounds`: one round of score test, refits and verdict.

@@ -16,6 +16,7 @@ from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, MissingForce
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce, explained_forces
 from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
+from wheelpend.diagnosis.negligible import is_negligible, negligible_sentences
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.diagnosis.structures import RoundEvidence, Structure, probability_of, structures
@@ -201,9 +202,12 @@ def conclude(
     lowering = [c for c in candidates if c.error_after < (1.0 - MIN_RELATIVE_ERROR_DECREASE) * base.error]
     named = [_with_equivalents(problem, c, supported, full_score_test) for c in supported]
     verdict = verdict_on(problem, named, base.error)
+    negligible = [c for c in candidates if verdict == "nothing_missing" and is_negligible(c, base.error)]
     failing = base.error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
+    found = Diagnosis.of(problem, base, verdict, [*named, *(c for c in lowering if not c.physical)])
     return replace(
-        Diagnosis.of(problem, base, verdict, [*named, *(c for c in lowering if not c.physical)]),
+        found,
+        warnings=(*found.warnings, *negligible_sentences(negligible)),
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, base.fit) if failing else (),
         missing=tuple(missing),

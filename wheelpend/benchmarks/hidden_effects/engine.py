@@ -46,9 +46,15 @@ class Run(NamedTuple):
 
 
 class Robot:
-    """The robot in MuJoCo with its hidden effects, to be moved on from sample to sample."""
+    """The robot in MuJoCo with its hidden effects, to be moved on from sample to sample.
+
+    Raises Failure for effects that the engine does not offer and without MuJoCo.
+    """
 
     def __init__(self, hide: Mapping[str, float], engage: float, samples: int) -> None:
+        if unknown := [name for name in hide if name not in SUPPORTED_PARAMETERS]:
+            offered = ", ".join(SUPPORTED_PARAMETERS)
+            raise Failure(f"The engine offers {offered}; {', '.join(unknown)} is not among them.")
         self.mujoco = _engine()
         self.hide, self.step = hide, step_of(hide)
         self.model = self.mujoco.MjModel.from_xml_string(scene(hide, engage))
@@ -112,9 +118,6 @@ def engine_run(
     ``noise`` is that of pitch and gyro, in multiples of the paper's. Raises Failure for effects that the engine does
     not offer and without MuJoCo, and OutOfRange when the robot falls.
     """
-    unknown = [name for name in hide if name not in SUPPORTED_PARAMETERS]
-    if unknown:
-        raise Failure(f"The engine offers {', '.join(SUPPORTED_PARAMETERS)}; {', '.join(unknown)} is not among them.")
     return play(Robot(hide, engage, sample_count(duration)), command, duration, seed, noise)
 
 

@@ -67,15 +67,24 @@ class Judged(NamedTuple):
         kept = np.sort(self.gains)[trimmed : len(self.gains) - trimmed]
         return 0.5 * self.in_sample + float(kept.mean()) * len(self.gains)
 
-    def is_supported(self, error_before: float) -> bool:
-        """Significant, physically possible, better in most blocks, and lowering the error or the force."""
+    @property
+    def is_certain(self) -> bool:
+        """Significant, physically possible, and better in most blocks of held-out data."""
         one, confirmation = self.candidate, self.candidate.p_confirmation
         significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
         likelier = self.in_sample > 0.0 and self.evidence > 0.0
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls))
-        trusted = significant and confirmed and likelier and in_most_blocks
-        return one.physical and trusted and self.improves(error_before)
+        return one.physical and significant and confirmed and likelier and in_most_blocks
+
+    def is_supported(self, error_before: float) -> bool:
+        """Certain, and lowering the error or the force."""
+        return self.is_certain and self.improves(error_before)
+
+    def is_negligible(self, error_before: float) -> bool:
+        """Certain, and changing neither the error nor the force by what makes a step."""
+        change = self.candidate.error_after / error_before - 1.0
+        return self.is_certain and max(abs(change), abs(self.less_force)) <= MIN_RELATIVE_ERROR_DECREASE
 
     def improves(self, error_before: float) -> bool:
         """Lowering the error; or the force alone, and raising the error, at random, by less than the force falls."""

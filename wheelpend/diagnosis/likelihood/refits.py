@@ -24,7 +24,7 @@ from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.filter_fit import Effort
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
-from wheelpend.estimation.problem import extended_effects
+from wheelpend.estimation.problem import EstimationProblem, extended_effects
 from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.source_search import without_needless
 
@@ -41,16 +41,31 @@ def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize])
 
     Of long logs on a part.
     """
-    row = derive.effects.find(effect)
+    started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
-    log_values = []
-    for start in starts:
-        shared, size = replace_contained(model.problem, row, model.log_values[0], start)
-        size = clip_to_bounds(row, size)
-        sizes = [{n: size.value(n, k) for n in size.values} for k in range(len(problem.logs))]
-        own = zip(model.log_values, sizes, strict=True)
-        log_values.append([{**values, **_without_own(shared), **added} for values, added in own])
-    return _likeliest_refit(replace(model, problem=problem), log_values)
+    return _likeliest_refit(replace(model, problem=problem), started)
+
+
+def with_both(model: FilteredModel, sizes: Mapping[str, EffectSize]) -> FilteredModel | None:
+    """The model with further effects, by name, refitted from these sizes; None where it cannot be simulated."""
+    problem, log_values = model.problem, model.log_values
+    for effect, size in sizes.items():
+        log_values = _started(problem, log_values, effect, size)
+        problem = problem.with_effects(extended_effects(problem.model, effect))
+    found = _likeliest_refit(replace(model, problem=problem), [log_values])
+    return found and refined(found)
+
+
+def _started(
+    problem: EstimationProblem, log_values: LogValues, effect: str, start: EffectSize
+) -> list[dict[str, float]]:
+    """Values in each log from which a refit with one effect more starts."""
+    row = derive.effects.find(effect)
+    shared, size = replace_contained(problem, row, log_values[0], start)
+    size = clip_to_bounds(row, size)
+    sizes = [{n: size.value(n, k) for n in size.values} for k in range(len(problem.logs))]
+    own = zip(log_values, sizes, strict=True)
+    return [{**values, **_without_own(shared), **added} for values, added in own]
 
 
 def without_effect(model: FilteredModel, effect: str) -> FilteredModel | None:

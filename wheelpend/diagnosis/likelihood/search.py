@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import repeat
+from math import comb
 from typing import NamedTuple
 
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
@@ -16,6 +17,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     judge,
     most_telling_first,
 )
+from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repeating_forces
 from wheelpend.diagnosis.likelihood.resonance import resonances
@@ -24,8 +26,10 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
     detectable_sizes,
     judged_effects,
     leading_effects,
+    linear_effects,
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
+from wheelpend.diagnosis.negligible import negligible_sentences
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.parallel import KernelPool
@@ -38,9 +42,9 @@ Rounds = list[Diagnosis]
 
 
 class Round(NamedTuple):
-    """One diagnosis of the search, and the model with the effect that it adds."""
+    """What one round of the search adds, and the model with it."""
 
-    found: Diagnosis
+    found: tuple[Diagnosis, ...]  # one for each effect that is added, or one that has none
     larger: FilteredModel | None  # None where there is nothing to add
 
 
@@ -71,11 +75,14 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
     rounds: Rounds = []
     while True:
         found, larger = _round(model, progress)
-        rounds.append(found)
-        if larger is None or is_done(rounds):
-            return rounds, ""
-        best = found.named[0]
-        progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
+        if larger is None:
+            return [*rounds, *found], ""
+        for one in found:
+            rounds.append(one)
+            if is_done(rounds):
+                return rounds, ""
+            best = one.named[0]
+            progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
         model, added = larger, [r.named[0].effect for r in rounds[:-1]]
         for effect in (e for e in added if e in model.problem.model.effects):
             smaller = without_effect(model, effect)
@@ -88,7 +95,7 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
     progress("scoring every effect behind the filter")
     refits = _refits(model, leading_effects(model), progress)
     base = JudgedModel.of(_relieved(model, refits, progress))
-    tests = sum(1 + sum(len(p.grid) for p in e.parameters) for e in judged_effects(model))
+    tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
     supported = most_telling_first([j for j in judged if j.is_supported(base.validated.error)])
     larger = None
@@ -98,11 +105,33 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
     judged = [j if j.improves(base.validated.error) else j.without_evidence() for j in judged]
+    if larger is None and (pair := supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)):
+        return _round_of_pair(pair, judged, progress)
     if larger is None:
         progress("fitting all samples")
         last = fitted_to_all(base.model)
         base = base if last is base.model else JudgedModel.of(last)
-    return Round(_diagnosis(base, supported, judged, progress), larger)
+    return Round((_diagnosis(base, supported, judged, progress),), larger)
+
+
+def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress) -> Round:
+    """A round that adds two effects, one after the other."""
+    others = [j for j in judged if j.candidate.effect != pair.first.candidate.effect]
+    found = (
+        _diagnosis(pair.base, [pair.first], [pair.first, *others], progress),
+        _diagnosis(pair.with_first, [pair.second], [pair.second], progress),
+    )
+    return Round(found, settled(pair.second.model))
+
+
+def _single_tests(model: FilteredModel) -> int:
+    """Number of tests that a search among single effects makes: every start of a refit is one."""
+    return sum(1 + sum(len(p.grid) for p in e.parameters) for e in judged_effects(model))
+
+
+def _pair_tests(model: FilteredModel) -> int:
+    """Number of tests of a search that comes to pairs: the single ones, and every pair that was scored."""
+    return _single_tests(model) + comb(len(linear_effects(model)), 2)
 
 
 def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Progress) -> dict[str, FilteredModel]:
@@ -140,6 +169,7 @@ def _diagnosis(
     """What a round found, as a diagnosis."""
     problem = base.model.problem
     named = tuple(j.candidate for j in supported)
+    negligible = [j.candidate for j in judged if not named and j.is_negligible(base.validated.error)]
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
     internal = {e.name: INTERNAL_REASON for e in problem.candidates() if e.releases}
@@ -157,6 +187,7 @@ def _diagnosis(
         detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, found.fit),
         not_judged={**found.not_judged, **internal},
+        warnings=(*found.warnings, *negligible_sentences(negligible)),
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
         remainder=remainder,

@@ -6,13 +6,14 @@ what is missing, so that effects are scored behind filters that leave less to ch
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from derive.effects import Effect
-from derive.parameter_name import short_name
+from derive.parameter_name import effect_of, short_name
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
 from wheelpend.estimation.filter_fit import FilterPoint
@@ -34,6 +35,25 @@ class ScoredEffect(NamedTuple):
     effect: Effect
     gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square
     starts: tuple[EffectSize, ...]  # best first
+
+
+class LinearScores(NamedTuple):
+    """Normal equations of effects' linear parameters behind a filter, without what the model's own explain."""
+
+    rest: NormalEquations
+    unit: float  # mean square of the innovations, at least 1
+
+    def together(self, effects: Sequence[Effect]) -> tuple[float, tuple[EffectSize, ...]]:
+        """Expected fall of −2 log-likelihood with some effects at once [unit], and the size that each has then."""
+        names = [n for e in effects for n in linear_names(e)]
+        places = self.rest.layout.indices(names)
+        step, _ = self.rest.solve(places)
+        sizes = {e.name: EffectSize({}, {}) for e in effects}
+        for place, value in zip(places, step, strict=True):
+            element = self.rest.layout.elements[place]
+            size = sizes[effect_of(element.name)]
+            (size.further.setdefault(element.log, {}) if element.log else size.values)[element.name] = float(value)
+        return float(self.rest.score[places] @ step) / self.unit, tuple(sizes.values())
 
 
 def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
@@ -67,19 +87,17 @@ def scored_effects(
 
     settings are the values, by effect.parameter, at which an effect with a profiled parameter is scored.
     """
-    linear = [e for e in effects if e.profiled is None]
-    point, rest = _equations(model, [n for e in linear for n in linear_names(e)], {}, sources)
-    if rest is None:
+    point, scores = _linear_scores(model, [e for e in effects if e.profiled is None], {}, sources)
+    if scores is None:
         return []
-    unit = max(float(rest.cost) / max(model.estimator.problem.count, 1), 1.0)
-    found = [_scored(e, rest, linear_names(e), 0.0, {}, unit) for e in linear]
+    found = [_scored(e, scores) for e in effects if e.profiled is None]
     for effect in (e for e in effects if e.name in settings):
         tried = []
         for setting in settings[effect.name]:
-            names = linear_names(effect)
-            there, own = _equations(model, names, setting, sources)
+            there, own = _linear_scores(model, [effect], setting, sources)
             if own is not None:
-                tried.append(_scored(effect, own, names, point.deviance - there.deviance, setting, unit))
+                fall = (point.deviance - there.deviance) / scores.unit
+                tried.append(_scored(effect, own._replace(unit=scores.unit), fall, setting))
         tried.sort(key=lambda s: -s.gain)
         if tried:
             starts = tuple(s.starts[0] for s in tried[:MAX_SETTINGS])
@@ -87,13 +105,22 @@ def scored_effects(
     return sorted((f for f in found if np.isfinite(f.gain)), key=lambda s: -s.gain)
 
 
+def linear_scores(model: FilteredModel) -> Iterator[LinearScores]:
+    """Scores of all effects without an inner parameter, behind each of the filters that leave less to chance."""
+    effects = linear_effects(model)
+    for share in FORCE_SHARES:
+        scores = _linear_scores(model, effects, {}, with_forces(model.point.sources, share, 1.0, 0.0))[1]
+        if scores is not None:
+            yield scores
+
+
 def detectable_sizes(model: FilteredModel) -> dict[str, dict[str, float]]:
     """The smallest size of each effect, by parameter, that the logs would have shown beside the random force."""
-    effects = [e for e in judged_effects(model) if e.profiled is None]
-    _, rest = _equations(model, [n for e in effects for n in linear_names(e)], {}, model.point.sources)
-    found: dict[str, dict[str, float]] = {}
-    if rest is None:
+    effects = linear_effects(model)
+    scores, found = _linear_scores(model, effects, {}, model.point.sources)[1], dict[str, dict[str, float]]()
+    if scores is None:
         return found
+    rest = scores.rest
     for effect in sorted(effects, key=lambda e: e.name):
         places = rest.layout.indices(linear_names(effect))
         sigma = np.sqrt(np.maximum(np.diag(rest.solve(places)[1]), 0.0))
@@ -105,34 +132,28 @@ def detectable_sizes(model: FilteredModel) -> dict[str, dict[str, float]]:
     return found
 
 
-def _equations(
-    model: FilteredModel, more: Sequence[str], setting: Mapping[str, float], sources: Sequence[Sources]
-) -> tuple[FilterPoint, NormalEquations | None]:
-    """The point with some values set otherwise, and the normal equations there of further parameters.
+def linear_effects(model: FilteredModel) -> list[Effect]:
+    """Judged effects that are scored at their absence, without an inner parameter."""
+    return [e for e in judged_effects(model) if e.profiled is None]
 
-    These are without what the model's own parameters explain; None where the filter left the finite numbers.
-    """
+
+def _linear_scores(
+    model: FilteredModel, effects: Sequence[Effect], setting: Mapping[str, float], sources: Sequence[Sources]
+) -> tuple[FilterPoint, LinearScores | None]:
+    """The point with some values set otherwise, and the scores there of effects; None where the filter diverged."""
+    more = [n for e in effects for n in linear_names(e)]
     estimator = estimator_of(model.problem, [{**values, **setting} for values in model.log_values], more)
     point = estimator.point(estimator.problem.space.start(), sources)
     if not np.isfinite(point.deviance):
         return point, None
     total = estimator.problem.equations(point.runs).sum().finite()
-    return point, total.project(total.layout.indices(model.names))
+    rest = total.project(total.layout.indices(model.names))
+    return point, LinearScores(rest, max(float(rest.cost) / max(model.estimator.problem.count, 1), 1.0))
 
 
 def _scored(
-    effect: Effect,
-    rest: NormalEquations,
-    names: Sequence[str],
-    fall: float,
-    setting: Mapping[str, float],
-    unit: float,
+    effect: Effect, scores: LinearScores, fall: float = 0.0, setting: Mapping[str, float] = MappingProxyType({})
 ) -> ScoredEffect:
     """An effect scored by its linear parameters, beside a fall of the deviance that its setting brings by itself."""
-    places = rest.layout.indices(names)
-    step, _ = rest.solve(places)
-    size = EffectSize(dict(setting), {})
-    for place, value in zip(places, step, strict=True):
-        element = rest.layout.elements[place]
-        (size.further.setdefault(element.log, {}) if element.log else size.values)[element.name] = float(value)
-    return ScoredEffect(effect, (float(rest.score[places] @ step) + fall) / unit, (size,))
+    gain, (size,) = scores.together([effect])
+    return ScoredEffect(effect, gain + fall, (EffectSize({**setting, **size.values}, size.further),))

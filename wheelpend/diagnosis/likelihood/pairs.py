@@ -1,0 +1,94 @@
+"""Two effects that hide each other: neither alone is worth a step, both together are.
+
+Where no effect is worth a step alone, the pairs whose joint score promises most are refitted. A pair counts only where
+each of the two is worth naming beside the other, and both over the model without them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from itertools import combinations, permutations
+from typing import NamedTuple
+
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
+from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
+from wheelpend.diagnosis.likelihood.refits import with_both, without_effect
+from wheelpend.diagnosis.likelihood.whitened_scores import (
+    MIN_GAIN_PER_COEFFICIENT,
+    LinearScores,
+    linear_effects,
+    linear_scores,
+)
+from wheelpend.diagnosis.refit import Progress
+from wheelpend.diagnosis.score_test import EffectSize, linear_names
+from wheelpend.estimation.problem import simpler_effects
+
+
+class ScoredPair(NamedTuple):
+    """Two effects with the sizes from which a refit with both starts."""
+
+    sizes: dict[str, EffectSize]  # by effect
+    gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square
+
+
+class FoundPair(NamedTuple):
+    """Two effects of which each is worth naming beside the other."""
+
+    base: JudgedModel  # without either
+    first: Judged  # over that model, with the evidence that it has beside the second
+    with_first: JudgedModel
+    second: Judged  # over the model with the first
+
+
+def leading_pairs(model: FilteredModel) -> list[ScoredPair]:
+    """The pair that promises most behind each of the filters, and more than either of the two does."""
+    leading = [
+        max(_promising_pairs(model, scores), key=lambda p: p.gain, default=None) for scores in linear_scores(model)
+    ]
+    return list({tuple(pair.sizes): pair for pair in leading if pair is not None}.values())
+
+
+def _promising_pairs(model: FilteredModel, scores: LinearScores) -> Iterator[ScoredPair]:
+    """The pairs whose joint score is clearly more than that of the better of the two."""
+    alone = {effect: scores.together([effect])[0] for effect in linear_effects(model)}
+    for pair in combinations(alone, 2):
+        names = [e.name for e in pair]
+        if any(e in simpler_effects(model.problem.module, other) for e, other in permutations(names)):
+            continue  # one would be there twice
+        gain, sizes = scores.together(pair)
+        better, other = sorted(pair, key=lambda e: -alone[e])
+        if gain - alone[better] > MIN_GAIN_PER_COEFFICIENT * len(linear_names(other)):
+            yield ScoredPair(dict(zip(names, sizes, strict=True)), gain)
+
+
+def supported_pair(base: JudgedModel, pairs: Iterable[ScoredPair], tests: int, progress: Progress) -> FoundPair | None:
+    """The first pair that is supported, as one of so many tests; None where none is."""
+    for pair in pairs:
+        progress(f"refitting with {' and '.join(pair.sizes)} together")
+        both = with_both(base.model, pair.sizes)
+        found = _judged_pair(base, both, tuple(pair.sizes), tests) if both is not None else None
+        if found is not None:
+            return found
+    return None
+
+
+def _judged_pair(base: JudgedModel, both: FilteredModel, names: tuple[str, ...], tests: int) -> FoundPair | None:
+    """Two effects if each is supported over the model with the other, and over the model without either.
+
+    The one with which held-out data are predicted better alone comes first.
+    """
+    alone = {}
+    for effect, other in permutations(names):
+        single = without_effect(both, other)
+        if single is None:
+            return None
+        alone[effect] = JudgedModel.of(single)
+    first, second = sorted(names, key=lambda e: alone[e].validated.error)
+    comparisons = [(alone[second], first), (alone[first], second), (base, first), (base, second)]
+    judged = [judge(without, both, effect, tests) for without, effect in comparisons]
+    if not all(j.is_supported(w.validated.error) for j, (w, _) in zip(judged, comparisons, strict=True)):
+        return None
+    beside, step = judged[0].candidate, judge(base, alone[first].model, first, tests)
+    evident = {n: getattr(beside, n) for n in ("p_value", "p_discovery", "p_confirmation", "physical")}
+    return FoundPair(base, step._replace(candidate=replace(step.candidate, **evident)), alone[first], judged[1])

@@ -1,0 +1,34 @@
+"""Effects that are certain and too small to matter: they are said, not added."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.evidence import FAMILYWISE_SIGNIFICANCE_LEVEL, CandidateFit
+
+
+def is_negligible(candidate: CandidateFit, error_before: float) -> bool:
+    """Significant and physically possible, and lowering the validation error, but not by what makes a step."""
+    certain = candidate.physical and candidate.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
+    return certain and 1.0 - MIN_RELATIVE_ERROR_DECREASE <= candidate.error_after / error_before < 1.0
+
+
+def negligible_sentences(candidates: Sequence[CandidateFit]) -> tuple[str, ...]:
+    """A sentence on effects of this kind, the best first, with its size; none without any."""
+    if not candidates:
+        return ()
+    best, *others = candidates
+    instead = f", or in its place {', '.join(o.effect for o in others)}" if others else ""
+    return (
+        f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){instead}. It changes predictions of "
+        f"held-out data by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
+    )
+
+
+def _sizes(candidate: CandidateFit) -> str:
+    """Parameters with their standard errors and units."""
+    return ", ".join(
+        f"{name} {e.value:.3g} ± {e.sigma:.1g}" + ("" if e.unit == "1" else f" {e.unit}")
+        for name, e in candidate.estimates.items()
+    )
