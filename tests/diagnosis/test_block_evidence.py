@@ -4,7 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from wheelpend.diagnosis.block_evidence import falls_over_segments
+from tests.support import simulated
+from wheelpend import Model, diagnose
+from wheelpend.diagnosis.block_evidence import falls_in_blocks, falls_over_segments, p_value_of_rest
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 
 SAMPLES, LENGTH = 400, 50
@@ -37,3 +39,9 @@ def test_models_that_are_alike_are_told_apart_no_more_often_than_the_level_says(
         for _ in range(600)
     ]
     assert 0.005 < np.mean(np.array(found) < 0.05) < 0.075
+
+
+def test_a_log_too_short_to_hold_anything_out_is_judged_on_what_was_fitted_and_by_no_traceback():
+    found = diagnose(Model.default(), [simulated(duration=0.8, seed=3, coulomb_drive__torque=0.3)])
+    assert [c.effect for c in found.named] == ["coulomb_drive"]
+    assert p_value_of_rest([], 1.0) == 1.0 and falls_in_blocks([], []) == [0.0]

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.likelihood.judgement import Judged, most_telling_first
+from wheelpend.diagnosis.likelihood.judgement import Judged, falls_of_force, most_telling_first
 
 
-def judged(error_after=100.0, less_force=0.0, falls=(-2.0, 1.0, 1.5), **changed):
+def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0, 1.5), **changed):
     told = {"p_value": 1e-6, "p_confirmation": 1e-3, "physical": True, "error_after": error_after, **changed}
-    return Judged(SimpleNamespace(**told), None, None, np.linspace(-1.0, 3.0, 20), 50.0, less_force, np.array(falls))
+    on_row = less_force if less_on_row is None else less_on_row
+    gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
+    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, falls)
 
 
 @pytest.mark.parametrize(
@@ -26,6 +28,22 @@ def test_an_error_may_rise_by_less_than_the_force_falls():
     assert judged(109.0, 0.1).is_supported(100.0) and not judged(112.0, 0.1).is_supported(100.0)
     lag = judged(200.0, 0.47)  # that half of the force went into
     assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(155.0, 0.6).improves(100.0)
+
+
+def test_the_force_of_one_row_counts_where_another_rows_hides_it():
+    quiet = judged(100.1, less_force=0.0004, less_on_row=0.9)  # 7 mV on the body beside 250 mV on the wheel
+    assert quiet.is_supported(100.0) and not quiet.is_negligible(100.0)
+    assert not judged(101.0, 0.0004, 0.9).is_supported(100.0)  # all force together hardly falls: nor may the error rise
+    assert not judged(100.1, -0.1, 0.9).is_supported(100.0)  # it went into another row
+    assert judged(100.1, 0.0004).is_negligible(100.0) and not judged(100.1, 0.0004, p_value=0.1).is_negligible(100.0)
+
+
+def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
+    forces = (SimpleNamespace(row_forces_squared=np.array(f)) for f in ([0.09, 4e-4, 0.0], [0.09, 1e-4, 0.0]))
+    total, on_row = falls_of_force(*forces)
+    assert on_row == pytest.approx(0.5) and total == pytest.approx(1.0 - np.sqrt(0.0901 / 0.0904))
+    nothing = SimpleNamespace(row_forces_squared=np.zeros(2))
+    assert falls_of_force(nothing, nothing) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("changed", [{"p_value": 0.02}, {"p_confirmation": 0.06}, {"physical": False}])
@@ -45,7 +63,7 @@ def rival(effect, in_sample, likelihood, falls):
     prediction = SimpleNamespace(log_likelihood=np.array(likelihood))
     module = SimpleNamespace(CONTAINS={"stribeck_drive": {"coulomb_drive": ()}})
     model = SimpleNamespace(problem=SimpleNamespace(module=module))
-    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, np.array(falls))
+    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, np.array(falls))
 
 
 BLOCKS = np.linspace(0.9, 1.1, 10)

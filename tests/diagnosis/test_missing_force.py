@@ -70,7 +70,7 @@ def test_where_only_noise_is_left_nothing_is_missing_that_could_repeat():
 def dry():
     """A diagnosis of dry friction by a library without effects."""
     problem, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
-    return with_missing_force(conclude(problem, ValidatedFit.of(problem, base), [], ScoreTest((), {}), ()))
+    return with_missing_force(conclude(problem, ValidatedFit.of(problem, base), [], ScoreTest((), {})))
 
 
 def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):

@@ -85,11 +85,11 @@ def test_an_expected_gain_is_the_one_that_a_refit_has(rough):
 
 def test_an_effect_that_lowers_the_error_is_missing_and_one_that_does_not_is_not(rough):
     problem, base, candidate, _ = rough
-    found = conclude(problem, base, [candidate], NOTHING, ())
+    found = conclude(problem, base, [candidate], NOTHING)
     assert (found.verdict, found.named) == ("effect_missing", (candidate,))
     assert (found.error, found.noise_floor, found.detectable) == (base.error, problem.floor, {})
     useless = replace(candidate, error_after=base.error)
-    left = conclude(problem, base, [useless], NOTHING, ())
+    left = conclude(problem, base, [useless], NOTHING)
     assert (left.verdict, left.candidates, left.refitted) == ("unexplained", (), (useless,))
 
 
@@ -97,31 +97,31 @@ def test_an_effect_that_is_certain_and_changes_next_to_nothing_is_said_and_not_n
     problem, base, candidate, _ = rough
     quiet = base._replace(error=problem.floor)
     small, smaller = (replace(candidate, error_after=k * quiet.error) for k in (0.997, 0.999))
-    found = conclude(problem, quiet, [small, replace(smaller, effect="rolling_resistance")], NOTHING, ())
+    found = conclude(problem, quiet, [small, replace(smaller, effect="rolling_resistance")], NOTHING)
     assert (found.verdict, found.candidates) == ("nothing_missing", ())
     (told,) = (w for w in found.warnings if "too small to matter" in w)
     assert "coulomb_drive (torque 0.02" in told and "V), or in its place rolling_resistance." in told
     for other in (replace(small, p_value=0.5), replace(small, physical=False), replace(small, error_after=quiet.error)):
-        assert not any("too small" in w for w in conclude(problem, quiet, [other], NOTHING, ()).warnings)
+        assert not any("too small" in w for w in conclude(problem, quiet, [other], NOTHING).warnings)
 
 
 def test_an_impossible_effect_is_listed_and_not_named(rough):
     problem, base, candidate, _ = rough
     impossible = replace(candidate, physical=False)
-    found = conclude(problem, base, [impossible], NOTHING, ())
+    found = conclude(problem, base, [impossible], NOTHING)
     assert (found.candidates, found.named, found.verdict) == ((impossible,), (), "unexplained")
 
 
 def test_each_source_alone_names_an_equivalent(rough):
     problem, base, candidate, _ = rough
-    by_data = conclude(problem, base, [candidate], ScoreTest((), {"coulomb_drive": ("slope",)}), ())
+    by_data = conclude(problem, base, [candidate], ScoreTest((), {"coulomb_drive": ("slope",)}))
     assert by_data.named[0].equivalent_to == ("slope",)
     offset = replace(candidate, effect="com_offset")
-    by_equations = conclude(problem, base, [offset], NOTHING, ())
+    by_equations = conclude(problem, base, [offset], NOTHING)
     assert by_equations.named[0].equivalent_to == ("imu_bias",)
     close, far = (replace(candidate, effect="slope", error_after=k * candidate.error_after) for k in (1.009, 1.02))
-    assert conclude(problem, base, [candidate, close], NOTHING, ()).named[0].equivalent_to == ("slope",)
-    assert conclude(problem, base, [candidate, far], NOTHING, ()).named[0].equivalent_to == ()
+    assert conclude(problem, base, [candidate, close], NOTHING).named[0].equivalent_to == ("slope",)
+    assert conclude(problem, base, [candidate, far], NOTHING).named[0].equivalent_to == ()
     assert by_data.verdict == by_equations.verdict == "ambiguous"
 
 
@@ -155,12 +155,12 @@ def test_a_verdict_asks_for_validation_data_and_for_an_error_above_the_noise(rou
 def test_an_effect_that_leaves_a_rest_is_the_answer_only_where_more_effects_explain_it(rough):
     problem, base, candidate, _ = rough
     floor = problem.floor
-    full = conclude(problem, base, [replace(candidate, error_after=1.09 * floor)], NOTHING, ())
-    partial = conclude(problem, replace_error(base, 9.0), [replace(candidate, error_after=1.2 * floor)], NOTHING, ())
+    full = conclude(problem, base, [replace(candidate, error_after=1.09 * floor)], NOTHING)
+    partial = conclude(problem, replace_error(base, 9.0), [replace(candidate, error_after=1.2 * floor)], NOTHING)
     assert full.is_explained and not partial.is_explained
     assert revise_verdict(partial, full) is partial
     assert revise_verdict(partial, partial).verdict == "unexplained"
-    slow = conclude(problem, replace_error(base, 1.3), [replace(candidate, error_after=1.2)], NOTHING, ())
+    slow = conclude(problem, replace_error(base, 1.3), [replace(candidate, error_after=1.2)], NOTHING)
     assert selection_done([partial, slow]) and not selection_done([partial])
     assert selection_done([full]) and selection_done(4 * [partial]) and not selection_done(3 * [partial])
 

@@ -43,7 +43,7 @@ def with_event(found: Diagnosis, progress: Progress) -> Diagnosis:
         problem, base, candidate = judged
         if candidate.is_supported(base.error) and candidate.error_after / base.error < least:
             least = candidate.error_after / base.error
-            best = conclude(problem, base, [candidate], found.score_test, found.missing)
+            best = conclude(problem, base, [candidate], found.score_test)
     return best
 
 
@@ -91,7 +91,7 @@ def with_backlash(found: Diagnosis, progress: Progress) -> Diagnosis:
     if not supported:
         return found
     best_first = rank_candidates(problem, (*found.refitted, *supported))
-    return conclude(problem, base, best_first, found.score_test, found.missing)
+    return conclude(problem, base, best_first, found.score_test)
 
 
 def evaluate_backlash(

@@ -35,7 +35,7 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
     """
     from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
-    squares = np.concatenate([[np.nanmean(r[b] ** 2) for b in sample_blocks(r) if len(b)] for r in residuals])
+    squares = np.array([np.nanmean(r[b] ** 2) for r in residuals for b in sample_blocks(r) if len(b)])
     if not np.isfinite(squares).all():
         return 0.0
     count = len(squares)
@@ -47,9 +47,12 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
 
 
 def falls_in_blocks(residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]) -> np.ndarray:
-    """Fall of half the sum of squares of each log's residuals (N, channels) over their blocks (blocks,)."""
-    squares = zip(residuals_before, residuals_after, strict=True)
-    return 0.5 * np.concatenate([_sums(b) - _sums(a) for b, a in squares])
+    """Fall of half the sum of squares of each log's residuals (N, channels) over their blocks (blocks,).
+
+    One block in which nothing falls where no log has any: of a log of one segment none is held out.
+    """
+    falls = [_sums(b) - _sums(a) for b, a in zip(residuals_before, residuals_after, strict=True)]
+    return 0.5 * np.concatenate(falls) if falls else np.zeros(1)
 
 
 def falls_over_segments(

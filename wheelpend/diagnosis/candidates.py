@@ -62,11 +62,12 @@ class CandidateSelection:
     """Refits of the candidates of every score test with each other: on short segments, then the best on full ones.
 
     An effect that releases an internal coordinate takes long to refit: it is refitted only where no other effect
-    leaves only noise.
+    leaves only noise, and where the sum of squares is expected to fall by at least a given share.
     """
 
-    def __init__(self, screened: ScreenedModel, progress: Progress) -> None:
+    def __init__(self, screened: ScreenedModel, progress: Progress, min_internal_gain_share: float = 0.0) -> None:
         self.screened, self.problem, self.progress = screened, screened.problem, progress
+        self.min_internal_gain = min_internal_gain_share * screened.base.fit.count
         self.candidates = {c.effect.name: c for c in screened.full_score_test.candidates}
         self.leader = next(iter(self.candidates), "")  # of the score test of full segments
 
@@ -79,7 +80,8 @@ class CandidateSelection:
             refits = self.refine_leading(short_fits, pool)
             if not self.is_search_done(refits):
                 lowest = short_fits[0][1].error if short_fits else np.inf
-                refits += self.refine_internal(slow, lowest, pool)
+                promising = [n for n in slow if self.candidates[n].gain >= self.min_internal_gain]
+                refits += self.refine_internal(promising, lowest, pool)
             selected = self.select_for_evaluation(refits)
             evaluated = pool.map(self.evaluate, selected, repeat(len(selected)))
             candidates = [c for c in evaluated if c is not None]

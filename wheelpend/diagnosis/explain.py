@@ -143,13 +143,16 @@ def explain(
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
-    last = with_missing_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
+    last = revise_verdict(rounds[-1], rounds[-1])
+    if last.verdict == "unexplained" or len(rounds) == 1:
+        last = with_missing_force(last, progress=progress)
     last = with_structures(with_remainder(last, progress=progress), rounds)
-    return _error_ladder(rounds, with_law(last, progress=progress) if law else last, nominal)
+    first = with_missing_force(revise_verdict(rounds[0], rounds[-1]), progress=progress) if rounds[1:] else last
+    return _error_ladder(rounds, first, with_law(last, progress=progress) if law else last, nominal)
 
 
-def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Ladder:
-    """The ladder of some rounds, with the last diagnosis as it is concluded, from the nominal validation error."""
+def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: float | None) -> Ladder:
+    """The ladder of some rounds, with the first and the last diagnosis as they are concluded."""
     forces = [remaining_force(r) for r in (*rounds[:-1], last)]
     steps = tuple(
         replace(
@@ -160,7 +163,7 @@ def _error_ladder(rounds: Rounds, last: Diagnosis, nominal: float | None) -> Lad
         )
         for r, (before, after) in zip(rounds[:-1], pairwise(forces), strict=True)
     )
-    first, problem = revise_verdict(rounds[0], rounds[-1]), last.problem
+    problem = last.problem
     return Ladder(
         verdict=overall_verdict(steps, last),
         nominal_error=nominal,

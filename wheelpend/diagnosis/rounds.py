@@ -11,8 +11,6 @@ from wheelpend.diagnosis.alternatives import with_event
 from wheelpend.diagnosis.candidates import CandidateSelection, ScreenedModel
 from wheelpend.diagnosis.criteria import MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE, SHORT_HORIZON_SHARE
 from wheelpend.diagnosis.evidence import CandidateFit, ValidatedFit
-from wheelpend.diagnosis.missing_force.estimate import MissingForce
-from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
 from wheelpend.diagnosis.pair_search import leading_pair
 from wheelpend.diagnosis.refit import Progress, short_score_tests
 from wheelpend.diagnosis.score_test import score_test
@@ -38,7 +36,7 @@ class RoundStart(NamedTuple):
 
 def first_round(problem: EstimationProblem, start: dict[str, float], progress: Progress) -> Diagnosis:
     """Diagnose a prepared problem from a start: by lasting effects, by events, and by two effects where one fails."""
-    found = with_event(diagnose_problem(problem, RoundStart(start), with_force=True, progress=progress), progress)
+    found = with_event(diagnose_problem(problem, RoundStart(start), progress=progress), progress)
     return with_partner(found, progress) if found.verdict == "unexplained" and not found.named else found
 
 
@@ -101,22 +99,18 @@ def diagnose_problem(
     start: RoundStart,
     *,
     min_gain_share: float = 0.0,
-    with_force: bool = False,
     progress: Progress,
 ) -> Diagnosis:
     """Diagnose a problem by lasting effects.
 
-    Nothing is refitted unless an effect is expected to take away the share ``min_gain_share`` of the sum of squares.
+    Nothing is refitted unless an effect is expected to take away the share ``min_gain_share`` of the sum of squares;
+    no internal coordinate is released unless that one is expected to.
     """
     screened = screen(problem, start, progress)
     base, leading = screened.base, screened.full_score_test.candidates
     promising = not min_gain_share or leading[0].gain >= min_gain_share * base.fit.count
-    candidates = CandidateSelection(screened, progress).run() if promising else []
-    missing: tuple[MissingForce, ...] = ()
-    if with_force:
-        progress("estimating the missing force")
-        missing = missing_forces(problem, base.fit)
-    return conclude(problem, base, candidates, screened.full_score_test, missing)
+    candidates = CandidateSelection(screened, progress, min_gain_share).run() if promising else []
+    return conclude(problem, base, candidates, screened.full_score_test)
 
 
 def screen(problem: EstimationProblem, start: RoundStart, progress: Progress) -> ScreenedModel:

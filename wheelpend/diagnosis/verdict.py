@@ -161,13 +161,20 @@ def and_what_replaced(effect: str, rounds: Sequence[Diagnosis]) -> set[str]:
 
 
 def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
-    """A diagnosis that says where the model fails and how much of it repeats, if something is unexplained."""
+    """A diagnosis with the force that its model lacks along each log, and where it shows if that is more than noise.
+
+    If something is unexplained also how much of it repeats.
+    """
+    if not found.missing:
+        progress("estimating the missing force")
+        missing = missing_forces(found.problem, found.fit)
+        failing = found.verdict == "unexplained" or found.error > MAX_NOISE_LEVEL_ERROR_RATIO * found.noise_floor
+        found = replace(
+            found, missing=missing, where=where_it_shows(found.problem, missing, found.fit) if failing else ()
+        )
     if found.verdict != "unexplained":
         return found
     progress("looking for what the missing force depends on")
-    if not found.missing:
-        missing = missing_forces(found.problem, found.fit)
-        found = replace(found, missing=missing, where=where_it_shows(found.problem, missing, found.fit))
     return replace(found, repeats=explained_forces(found.problem, found.fit))
 
 
@@ -195,7 +202,6 @@ def conclude(
     base: ValidatedFit,
     candidates: Sequence[CandidateFit],
     full_score_test: ScoreTest,
-    missing: Sequence[MissingForce],
 ) -> Diagnosis:
     """The verdict on refitted candidates, the best first, against the model without them."""
     supported = [c for c in candidates if c.is_supported(base.error) and improves_on_nested(problem, c, candidates)]
@@ -203,14 +209,11 @@ def conclude(
     named = [_with_equivalents(problem, c, supported, full_score_test) for c in supported]
     verdict = verdict_on(problem, named, base.error)
     negligible = [c for c in candidates if verdict == "nothing_missing" and is_negligible(c, base.error)]
-    failing = base.error > MAX_NOISE_LEVEL_ERROR_RATIO * problem.floor
     found = Diagnosis.of(problem, base, verdict, [*named, *(c for c in lowering if not c.physical)])
     return replace(
         found,
         warnings=(*found.warnings, *negligible_sentences(negligible)),
         detectable=detectable(problem, full_score_test) if verdict == "nothing_missing" else {},
-        where=where_it_shows(problem, missing, base.fit) if failing else (),
-        missing=tuple(missing),
         score_test=full_score_test,
         refitted=tuple(candidates),
         p_rest=p_value_of_rest(base.residuals, problem.floor),

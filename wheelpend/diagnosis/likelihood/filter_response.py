@@ -25,6 +25,7 @@ class DriftResponse(NamedTuple):
     """A filter along one log, linear in known forces: states move by ``moves``, innovations by ``readings``."""
 
     whitened: np.ndarray  # (N, NY) innovations, 0 where nothing was read
+    log_likelihood: np.ndarray  # (N,) of the readings [nats], without the constant that the sensors' σ alone decide
     motion: Mapping[str, np.ndarray]  # (N,) each, as the filter knew it a step before the reading
     own: np.ndarray  # (N, parameters, rows) forces by which the model's own parameters act, per unit of each
     transitions: np.ndarray  # (N, NS, NS) of the error of the states, a reading taken in and then a step
@@ -88,7 +89,8 @@ def _response(
     """The response of a filter whose track ends with a probe on every row."""
     module, segments = filters.module, filters.segments[number]
     kept, rows = track.means.shape[2] - module.NQ, slice(track.means.shape[2] - module.NQ, None)
-    innovations = filters.innovations(np.zeros(0), [sources] * len(filters.segments))[number][track.samples, :, 0]
+    found = filters.innovations(np.zeros(0), [sources] * len(filters.segments))[number][track.samples]
+    innovations, log_likelihood = found[..., 0], -0.5 * np.nansum(found[..., 0] ** 2 + found[..., 1], axis=1)
     taken, readings = _update(filters, number, track, sources, kept, np.isfinite(innovations))
     begins = np.isin(track.samples, stretch_beginnings(segments.bounds))
     transitions = np.zeros_like(taken)
@@ -101,7 +103,7 @@ def _response(
     forces = np.roll(track.means[:, FILTERED, kept - len(sources) : kept], 1, axis=0)
     forces = forces @ mixing_matrix([s.rows for s in sources], module.NQ).T
     own = _own_forces(filters, segments.log, samples, states, forces, parameters)
-    return DriftResponse(np.nan_to_num(innovations), motion, own, transitions, moves, readings)
+    return DriftResponse(np.nan_to_num(innovations), log_likelihood, motion, own, transitions, moves, readings)
 
 
 def _update(

@@ -63,9 +63,15 @@ class FilteredModel:
         return len(self.point.theta) + len(self.point.kinds) * (len(self.point.sources) + 1)
 
     @property
+    def row_forces_squared(self) -> np.ndarray:
+        """Mean square of the random forces on each row (rows,), averaged over logs, in the rows' own unit squared."""
+        squares = [[(s.rms * np.array(s.rows)) ** 2 for s in own] for own in self.point.sources]
+        return np.mean([np.sum([np.zeros(self.problem.module.NQ), *own], axis=0) for own in squares], axis=0)
+
+    @property
     def force_squared(self) -> float:
-        """Mean square of the random forces, summed over rows and averaged over logs, in the rows' own unit squared."""
-        return float(np.mean([sum((s.rms * np.linalg.norm(s.rows)) ** 2 for s in own) for own in self.point.sources]))
+        """The same, summed over rows."""
+        return float(self.row_forces_squared.sum())
 
     def remainder(self) -> Remainder:
         """What the model leaves to chance."""

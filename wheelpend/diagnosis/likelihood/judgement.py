@@ -53,7 +53,8 @@ class Judged(NamedTuple):
     predicted: Prediction  # of held-out data
     gains: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it [nats]
     in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
-    less_force: float  # relative fall of the random force's rms
+    less_force: float  # relative fall of the random force's rms, of all rows together
+    less_on_row: float  # the largest on a row: the force of another row may hide how much that is
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
 
     @property
@@ -84,13 +85,18 @@ class Judged(NamedTuple):
     def is_negligible(self, error_before: float) -> bool:
         """Certain, and changing neither the error nor the force by what makes a step."""
         change = self.candidate.error_after / error_before - 1.0
-        return self.is_certain and max(abs(change), abs(self.less_force)) <= MIN_RELATIVE_ERROR_DECREASE
+        changes = (change, self.less_force, self.less_on_row)
+        return self.is_certain and max(map(abs, changes)) <= MIN_RELATIVE_ERROR_DECREASE
 
     def improves(self, error_before: float) -> bool:
-        """Lowering the error; or the force alone, and raising the error, at random, by less than the force falls."""
+        """Lowering the error; or the force alone, if only on a row, and raising the error by less than all force falls.
+
+        At random the error of the true law may rise by some percent.
+        """
         ratio = self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
-        lowers_force = self.less_force > MIN_RELATIVE_ERROR_DECREASE
-        return ratio < 1.0 - MIN_RELATIVE_ERROR_DECREASE or (lowers_force and ratio < 1.0 + self.less_force)
+        least = MIN_RELATIVE_ERROR_DECREASE
+        lowers_force = self.less_on_row > least and self.less_force > -least
+        return ratio < 1.0 - least or (lowers_force and ratio < 1.0 + max(self.less_force, least))
 
     def without_evidence(self) -> Judged:
         """The same in no structure that may be missing: what would not be worth naming is none."""
@@ -135,8 +141,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     predicted = prediction(larger, fitted)
     gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
     falls = falls_over_segments(held_out, base.validated.residuals, residuals)
-    in_sample = gain_in_sample(base.model, larger)
-    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, in_sample) * tests)
+    rises = gain_in_sample(base.model, larger)
+    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, rises) * tests)
     confirmation = _confirmation(base, larger, predicted, gains, falls)
     candidate = CandidateFit(
         effect=effect,
@@ -155,11 +161,20 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         p_confirmation=confirmation,
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
-        evidence=np.concatenate([in_sample, gains]),
+        evidence=np.concatenate([rises, gains]),
     )
-    before, after = base.model.force_squared, larger.force_squared
-    less_force = 1.0 - float(np.sqrt(after / before)) if before > 0.0 else 0.0
-    return Judged(candidate, larger, predicted, gains, base.model.deviance - larger.deviance, less_force, falls)
+    in_sample = base.model.deviance - larger.deviance
+    return Judged(candidate, larger, predicted, gains, in_sample, *falls_of_force(base.model, larger), falls)
+
+
+def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float]:
+    """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row."""
+    before, after = smaller.row_forces_squared, larger.row_forces_squared
+    acting = before > 0.0
+    if not acting.any():
+        return 0.0, 0.0
+    on_rows = 1.0 - np.sqrt(after[acting] / before[acting])
+    return float(1.0 - np.sqrt(after.sum() / before.sum())), float(on_rows.max())
 
 
 def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str, in_sample: np.ndarray) -> float:

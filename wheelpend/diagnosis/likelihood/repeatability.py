@@ -3,7 +3,9 @@
 Such a function of at most two of states, input and time, as a drift of the filter, is fitted on some blocks of the logs
 and must raise the likelihood of others. The signals are the filter's own estimates before the reading that they help to
 predict: behind a force at random the innovations are then orthogonal to every function of them, whatever the controller
-does, which does not hold for a force and a speed of the same moment.
+does, which does not hold for a force and a speed of the same moment, and not behind a filter that takes the force for
+smaller than it is. What repeats may be hidden in the fitted force, so that smaller ones are tried too; but there the
+smaller force and the function together must be likelier than the fitted force alone.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted 
 RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of the random force's variance
 MAX_VARIABLES = 2  # of a function
 MIN_ADDED_GAIN = 3.0  # nats that a second variable must add
-FORCE_SHARES = (1.0, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
+FORCE_SHARES = (1.0, 0.6, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
 
 
@@ -63,14 +65,17 @@ class RepeatingForce:
 class DriftGain(NamedTuple):
     """What drifts do to blocks of innovations that did not make them."""
 
-    gains: np.ndarray  # (blocks,) of log-likelihood [nats]
+    gains: np.ndarray  # (blocks,) of log-likelihood over the filter with the fitted force [nats]
     along: np.ndarray  # (blocks,) products of the innovations without them and the change that they make
     power: np.ndarray  # (blocks,) squares of that change
     size: np.ndarray  # (drifts,) fitted to all blocks
+    whitens: bool  # True where the filter has the fitted force: behind it chance follows nothing
 
     @property
     def p_value(self) -> float:
-        """P-value of the innovations following the change, or of their likelihood rising: the smaller, for both."""
+        """P-value of the likelihood rising, or of the innovations following the change where that tells."""
+        if not self.whitens:
+            return one_sided_p_value(self.gains)
         follows = encompassing_p_value(self.along, self.power, 1.0 + 1.0 / max(len(self.gains) - 1, 1))
         return min(1.0, 2.0 * min(follows, one_sided_p_value(self.gains)))
 
@@ -82,7 +87,8 @@ class FoldedDrifts(NamedTuple):
     own: int  # number of these
     information: np.ndarray  # (blocks, n, n)
     score: np.ndarray  # (blocks, n)
-    mean_square: float  # of the whitened innovations
+    unit: float  # of a fall of half the sum of squares that is a nat: the innovations' mean square, at least 1
+    lead: np.ndarray | None  # (blocks,) of log-likelihood over the filter with the fitted force [nats]; None of that
 
     def predicted(self, columns: Sequence[str], ridge: float) -> DriftGain:
         """What some drifts, fitted to the other blocks beside the model's own parameters, do to each block."""
@@ -91,16 +97,19 @@ class FoldedDrifts(NamedTuple):
         at = np.ix_(chosen, chosen)
         information, score = self.information[(slice(None), *at)], self.score[:, chosen]
         total, pull = information.sum(axis=0) + np.diag(prior), score.sum(axis=0)
-        along, power = np.zeros(len(score)), np.zeros(len(score))
+        along, power, gains = np.zeros((3, len(score)))
         for k, (own, right) in enumerate(zip(information, score, strict=True)):
             rest, left = total - own, pull - right
             without = np.zeros(len(chosen))
             without[: self.own] = ScaledInverse.of(rest[: self.own, : self.own]).solve(left[: self.own])
             change = ScaledInverse.of(rest).solve(left) - without
             along[k], power[k] = change @ (right - own @ without), change @ own @ change
-        unit = max(self.mean_square, 1.0)
+            gains[k] = along[k] - 0.5 * power[k]
+            if self.lead is not None:  # another filter: what the model's own parameters gain behind it counts too
+                gains[k] += without @ right - 0.5 * without @ own @ without
         size = ScaledInverse.of(total).solve(pull)[self.own :]
-        return DriftGain((along - 0.5 * power) / unit, along / unit, power / unit, size)
+        lead = 0.0 if self.lead is None else self.lead
+        return DriftGain(gains / self.unit + lead, along / self.unit, power / self.unit, size, self.lead is None)
 
 
 def repeating_forces(model: FilteredModel) -> tuple[RepeatingForce, ...]:
@@ -110,8 +119,18 @@ def repeating_forces(model: FilteredModel) -> tuple[RepeatingForce, ...]:
     """
     if not any(s.is_force for s in model.point.kinds):
         return ()
-    found = [f for share in FORCE_SHARES for f in _repeating_behind(moved_to(model, _shrunk(model, share)), model)]
+    fitted = _responses(model)
+    found = []
+    for share in FORCE_SHARES if fitted else ():
+        responses = fitted if share == 1.0 else _responses(moved_to(model, _shrunk(model, share)))
+        if [len(r.whitened) for r in responses] == [len(r.whitened) for r in fitted]:
+            found += _repeating_behind(responses, None if share == 1.0 else fitted, model)
     return likeliest_by_row(found)
+
+
+def _responses(model: FilteredModel) -> list[DriftResponse]:
+    """The filter along each log that it can follow."""
+    return [r for k in range(len(model.problem.logs)) if (r := drift_responses(model, k)) is not None]
 
 
 def likeliest_by_row(found: Sequence[RepeatingForce]) -> tuple[RepeatingForce, ...]:
@@ -126,11 +145,10 @@ def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
     return model.point._replace(sources=with_forces(model.point.sources, share, 1.0, 0.0))
 
 
-def _repeating_behind(shrunk: FilteredModel, model: FilteredModel) -> list[RepeatingForce]:
-    """The same behind the filter of a model whose forces were made smaller."""
-    responses = [r for k in range(len(model.problem.logs)) if (r := drift_responses(shrunk, k)) is not None]
-    if not responses:
-        return []
+def _repeating_behind(
+    responses: Sequence[DriftResponse], fitted: Sequence[DriftResponse] | None, model: FilteredModel
+) -> list[RepeatingForce]:
+    """The same behind some filters, with what those of the ``fitted`` force are where these are others."""
     plant, rows = model.problem.plant, model.problem.module.ROWS
     directions = {name: np.eye(len(rows))[k] for k, name in enumerate(rows)}
     directions |= {n: np.array(p.weights) for n, p in plant.couplings.items() if np.count_nonzero(p.weights) > 1}
@@ -139,7 +157,7 @@ def _repeating_behind(shrunk: FilteredModel, model: FilteredModel) -> list[Repea
     square = model.force_squared
     found = []
     for name, direction in directions.items():
-        folded = folded_drifts(responses, basis, columns, direction)
+        folded = folded_drifts(responses, basis, columns, direction, fitted)
         found.append(_strongest(name, folded, basis, responses, square, len(directions) * len(FORCE_SHARES)))
     return found
 
@@ -151,24 +169,31 @@ def basis_of(responses: Sequence[DriftResponse], plant: PlantSignature) -> Smoot
 
 
 def folded_drifts(
-    responses: Sequence[DriftResponse], basis: SmoothBasis, columns: Sequence[str], direction: np.ndarray
+    responses: Sequence[DriftResponse],
+    basis: SmoothBasis,
+    columns: Sequence[str],
+    direction: np.ndarray,
+    fitted: Sequence[DriftResponse] | None,
 ) -> FoldedDrifts:
     """Normal equations of all columns as drifts along a direction (rows,), in blocks of about equal length."""
-    total = sum(len(r.motion["t"]) for r in responses)
-    information, score, squares, count = [], [], 0.0, 0
-    for response in responses:
+    total = sum(len(r.whitened) for r in responses)
+    information, score, likelihood, squares, count = [], [], [], 0.0, 0
+    for response, other in zip(responses, fitted or responses, strict=True):
         forces = basis.matrix(response.motion, columns)[:, :, None] * direction
         whitened = np.concatenate([response.of_own(), response.of(forces)], axis=2)
-        residual = response.whitened
+        residual, lead = response.whitened, response.log_likelihood - other.log_likelihood
         blocks = max(2, round(FOLD_COUNT * len(residual) / max(total, 1)))
         for part in np.array_split(np.arange(len(residual)), blocks):
             rows = whitened[part].reshape(-1, whitened.shape[2])
             information.append(rows.T @ rows)
             score.append(rows.T @ residual[part].ravel())
+            likelihood.append(lead[part].sum())
         squares, count = squares + float((residual**2).sum()), count + int((residual != 0.0).sum())
     own = responses[0].own.shape[1]
     names = [*(f"own {k}" for k in range(own)), *columns]
-    return FoldedDrifts(names, own, np.array(information), np.array(score), squares / max(count, 1))
+    unit = max(squares / max(count, 1), 1.0) if fitted is None else 1.0
+    lead = None if fitted is None else np.array(likelihood)
+    return FoldedDrifts(names, own, np.array(information), np.array(score), unit, lead)
 
 
 def _strongest(
