@@ -111,6 +111,9 @@ def test_two_effects_that_are_there_are_supported_together_and_one_that_is_not_h
     assert sizes["coulomb_drive.torque"] == pytest.approx(DRY, rel=0.15)
     assert sizes["tether_spring.stiffness"] == pytest.approx(SPRING, rel=0.15)
     assert found.second.candidate.error_after < found.with_first.validated.error
+    first = found.first.candidate  # its size is that beside the other, its error that of the step
+    assert first.coefficients == {n.split(".")[1]: v for n, v in sizes.items() if n.startswith(f"{first.effect}.")}
+    assert first.error_after == found.with_first.validated.error
     assert pair_of(DRY, 0.0) is None and pair_of(0.0, SPRING) is None
 
 

@@ -24,6 +24,8 @@ from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
 from wheelpend.estimation.problem import simpler_effects
 
+OF_THE_STEP = ("error_after", "fit", "blocks_agree", "held_out_gain", "in_sample_gain", "evidence")  # not of the pair
+
 
 class ScoredPair(NamedTuple):
     """Two effects with the sizes from which a refit with both starts."""
@@ -36,7 +38,7 @@ class FoundPair(NamedTuple):
     """Two effects of which each is worth naming beside the other."""
 
     base: JudgedModel  # without either
-    first: Judged  # over that model, with the evidence that it has beside the second
+    first: Judged  # over that model, with the size and the significance that it has beside the second
     with_first: JudgedModel
     second: Judged  # over the model with the first
 
@@ -89,6 +91,7 @@ def _judged_pair(base: JudgedModel, both: FilteredModel, names: tuple[str, ...],
     judged = [judge(without, both, effect, tests) for without, effect in comparisons]
     if not all(j.is_supported(w.validated.error) for j, (w, _) in zip(judged, comparisons, strict=True)):
         return None
-    beside, step = judged[0].candidate, judge(base, alone[first].model, first, tests)
-    evident = {n: getattr(beside, n) for n in ("p_value", "p_discovery", "p_confirmation", "physical")}
-    return FoundPair(base, step._replace(candidate=replace(step.candidate, **evident)), alone[first], judged[1])
+    step = judge(base, alone[first].model, first, tests)
+    own = {n: getattr(step.candidate, n) for n in OF_THE_STEP}
+    told = step._replace(candidate=replace(judged[0].candidate, **own))
+    return FoundPair(base, told, alone[first], judged[1])
