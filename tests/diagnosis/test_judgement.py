@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.likelihood.judgement import Judged, falls_of_force, most_telling_first
+from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first
 
 
 def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0, 1.5), **changed):
@@ -36,6 +36,12 @@ def test_the_force_of_one_row_counts_where_another_rows_hides_it():
     assert not judged(101.0, 0.0004, 0.9).is_supported(100.0)  # all force together hardly falls: nor may the error rise
     assert not judged(100.1, -0.1, 0.9).is_supported(100.0)  # it went into another row
     assert judged(100.1, 0.0004).is_negligible(100.0) and not judged(100.1, 0.0004, p_value=0.1).is_negligible(100.0)
+
+
+def test_blocks_are_those_of_the_kind_that_agrees_more():
+    likelier, nearer = np.array([1.0, -1.0, -1.0, -1.0]), np.array([1.0, 1.0, -1.0])
+    assert agreement(likelier, nearer) == "2/3" and agreement(likelier) == "1/4"
+    assert agreement(np.ones(4), np.ones(2)) == "4/4" and agreement(likelier, np.zeros(0)) == "1/4"
 
 
 def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
