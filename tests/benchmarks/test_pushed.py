@@ -33,6 +33,8 @@ def test_what_the_equations_cannot_tell_apart_is_left_out_together():
     case = Case(2, "left_out", "shots", "wheel", "com_offset", 10.0)
     assert case.without == ("com_offset", "imu_bias") == alike("com_offset")
     assert Case(1, "single", "shots", "wheel", "com_offset", 10.0).without == ()
+    dry = Case(2, "left_out", "shots", "wheel", "coulomb_drive", 10.0)
+    assert set(dry.without) == {"coulomb_drive", "stribeck_drive", "presliding_drive"}
 
 
 def test_the_engine_hides_nothing_that_it_does_not_know():

@@ -45,11 +45,14 @@ def test_blocks_are_those_of_the_kind_that_agrees_more():
 
 
 def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
-    forces = (SimpleNamespace(row_forces_squared=np.array(f)) for f in ([0.09, 4e-4, 0.0], [0.09, 1e-4, 0.0]))
-    total, on_row = falls_of_force(*forces)
+    def force(*squares):
+        return SimpleNamespace(row_forces_squared=np.array(squares), estimator=SimpleNamespace(force_scale=6.0))
+
+    total, on_row = falls_of_force(force(0.09, 4e-4, 0.0), force(0.09, 1e-4, 0.0))
     assert on_row == pytest.approx(0.5) and total == pytest.approx(1.0 - np.sqrt(0.0901 / 0.0904))
-    nothing = SimpleNamespace(row_forces_squared=np.zeros(2))
-    assert falls_of_force(nothing, nothing) == (0.0, 0.0)
+    total, on_row = falls_of_force(force(0.0625, 1e-8), force(0.0631, 4e-9))  # 0.1 mV of 6 V, which wanders
+    assert total < 0.0 and on_row == pytest.approx(total, abs=1e-3) and on_row < 0.0
+    assert falls_of_force(force(0.0, 0.0), force(0.0, 0.0)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("changed", [{"p_value": 0.02}, {"p_confirmation": 0.06}, {"physical": False}])

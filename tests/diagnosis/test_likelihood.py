@@ -123,6 +123,8 @@ def test_where_no_single_effect_is_worth_a_step_a_pair_is_added_as_two(monkeypat
     rounds = search.rounds_by_likelihood(problem, start, lambda rounds: len(rounds) == 2, lambda text: None)
     assert {r.named[0].effect for r in rounds} == {"coulomb_drive", "tether_spring"}
     assert rounds[1].problem.model.effects == ("viscous_drive", rounds[0].named[0].effect)
+    (alone,) = search.rounds_by_likelihood(problem, start, lambda rounds: len(rounds) == 1, lambda text: None)
+    assert not alone.named  # the first of a pair is worth no step where the second has no room
 
 
 def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():

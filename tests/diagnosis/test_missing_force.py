@@ -14,7 +14,7 @@ from wheelpend.diagnosis.missing_force.law_search import find_law
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
 from wheelpend.diagnosis.missing_force.repeatability import explained_forces
 from wheelpend.diagnosis.score_test import ScoreTest
-from wheelpend.diagnosis.verdict import conclude, with_missing_force
+from wheelpend.diagnosis.verdict import conclude, with_repeating_force
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
@@ -70,7 +70,7 @@ def test_where_only_noise_is_left_nothing_is_missing_that_could_repeat():
 def dry():
     """A diagnosis of dry friction by a library without effects."""
     problem, base = fitted(simulated(seed=4, duration=9.0, coulomb_drive__torque=0.3))
-    return with_missing_force(conclude(problem, ValidatedFit.of(problem, base), [], ScoreTest((), {})))
+    return with_repeating_force(conclude(problem, ValidatedFit.of(problem, base), [], ScoreTest((), {})))
 
 
 def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):

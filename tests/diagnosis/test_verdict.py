@@ -100,7 +100,7 @@ def test_an_effect_that_is_certain_and_changes_next_to_nothing_is_said_and_not_n
     found = conclude(problem, quiet, [small, replace(smaller, effect="rolling_resistance")], NOTHING)
     assert (found.verdict, found.candidates) == ("nothing_missing", ())
     (told,) = (w for w in found.warnings if "too small to matter" in w)
-    assert "coulomb_drive (torque 0.02" in told and "V), or in its place rolling_resistance." in told
+    assert "coulomb_drive (torque 0.02" in told and "V); so, alone, is rolling_resistance." in told
     for other in (replace(small, p_value=0.5), replace(small, physical=False), replace(small, error_after=quiet.error)):
         assert not any("too small" in w for w in conclude(problem, quiet, [other], NOTHING).warnings)
 

@@ -67,7 +67,7 @@ class CandidateSelection:
 
     def __init__(self, screened: ScreenedModel, progress: Progress, min_internal_gain_share: float = 0.0) -> None:
         self.screened, self.problem, self.progress = screened, screened.problem, progress
-        self.min_internal_gain = min_internal_gain_share * screened.base.fit.count
+        self.min_internal_gain_share = min_internal_gain_share
         self.candidates = {c.effect.name: c for c in screened.full_score_test.candidates}
         self.leader = next(iter(self.candidates), "")  # of the score test of full segments
 
@@ -80,8 +80,7 @@ class CandidateSelection:
             refits = self.refine_leading(short_fits, pool)
             if not self.is_search_done(refits):
                 lowest = short_fits[0][1].error if short_fits else np.inf
-                promising = [n for n in slow if self.candidates[n].gain >= self.min_internal_gain]
-                refits += self.refine_internal(promising, lowest, pool)
+                refits += self.refine_internal(self.promising(slow), lowest, pool)
             selected = self.select_for_evaluation(refits)
             evaluated = pool.map(self.evaluate, selected, repeat(len(selected)))
             candidates = [c for c in evaluated if c is not None]
@@ -89,6 +88,13 @@ class CandidateSelection:
             return []
         candidates = self.with_nested_fits(self.with_fresh_leader(candidates, len(selected)), len(selected))
         return rank_candidates(self.problem, candidates)
+
+    def promising(self, names: Sequence[str]) -> list[str]:
+        """Those effects that are expected to take away enough; all where no share is asked for."""
+        if not self.min_internal_gain_share:
+            return list(names)
+        enough = self.min_internal_gain_share * self.screened.base.fit.count
+        return [n for n in names if self.candidates[n].gain >= enough]
 
     def refine_leading(self, short_fits: Sequence[PartialRefit], pool: KernelPool) -> list[PartialRefit]:
         """Short fits, the best first, taken further: the leading ones, then the others that can still win."""

@@ -21,6 +21,7 @@ from wheelpend.diagnosis.verdict import (
     with_law,
     with_missing_force,
     with_remainder,
+    with_repeating_force,
     with_structures,
 )
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
@@ -143,11 +144,9 @@ def explain(
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
-    last = revise_verdict(rounds[-1], rounds[-1])
-    if last.verdict == "unexplained" or len(rounds) == 1:
-        last = with_missing_force(last, progress=progress)
+    last = with_repeating_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
     last = with_structures(with_remainder(last, progress=progress), rounds)
-    first = with_missing_force(revise_verdict(rounds[0], rounds[-1]), progress=progress) if rounds[1:] else last
+    first = with_missing_force(revise_verdict(rounds[0], rounds[-1]) if rounds[1:] else last, progress=progress)
     return _error_ladder(rounds, first, with_law(last, progress=progress) if law else last, nominal)
 
 

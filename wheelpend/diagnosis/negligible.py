@@ -19,10 +19,10 @@ def negligible_sentences(candidates: Sequence[CandidateFit]) -> tuple[str, ...]:
     if not candidates:
         return ()
     best, *others = candidates
-    instead = f", or in its place {', '.join(o.effect for o in others)}" if others else ""
+    also = f"; so, alone, is {', '.join(o.effect for o in others)}" if others else ""
     return (
-        f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){instead}. It changes predictions of "
-        f"held-out data by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
+        f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){also}. Predictions over the horizon "
+        f"change by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
     )
 
 

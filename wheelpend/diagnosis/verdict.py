@@ -161,19 +161,21 @@ def and_what_replaced(effect: str, rounds: Sequence[Diagnosis]) -> set[str]:
 
 
 def with_missing_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
-    """A diagnosis with the force that its model lacks along each log, and where it shows if that is more than noise.
+    """A diagnosis with the force that its model lacks along each log, and where it shows if that is more than noise."""
+    if found.missing:
+        return found
+    progress("estimating the missing force")
+    missing = missing_forces(found.problem, found.fit)
+    failing = found.verdict == "unexplained" or found.error > MAX_NOISE_LEVEL_ERROR_RATIO * found.noise_floor
+    where = where_it_shows(found.problem, missing, found.fit) if failing else ()
+    return replace(found, missing=missing, where=where)
 
-    If something is unexplained also how much of it repeats.
-    """
-    if not found.missing:
-        progress("estimating the missing force")
-        missing = missing_forces(found.problem, found.fit)
-        failing = found.verdict == "unexplained" or found.error > MAX_NOISE_LEVEL_ERROR_RATIO * found.noise_floor
-        found = replace(
-            found, missing=missing, where=where_it_shows(found.problem, missing, found.fit) if failing else ()
-        )
+
+def with_repeating_force(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
+    """A diagnosis that says where its model fails and how much of the missing force repeats, if one is unexplained."""
     if found.verdict != "unexplained":
         return found
+    found = with_missing_force(found, progress=progress)
     progress("looking for what the missing force depends on")
     return replace(found, repeats=explained_forces(found.problem, found.fit))
 

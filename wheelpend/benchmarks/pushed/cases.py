@@ -14,6 +14,7 @@ from wheelpend.benchmarks.hidden_effects.cases import benchmark_plant, can_be_hi
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 from wheelpend.benchmarks.random_force.machine import PLACE_WEIGHTS
 from wheelpend.diagnosis.likelihood.whitened_scores import DETECTABLE_SIGMAS
+from wheelpend.estimation.problem import simpler_effects
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 
@@ -50,13 +51,20 @@ class Case:
     @property
     def without(self) -> tuple[str, ...]:
         """Effects that the library does not have."""
-        return alike(self.effect) if self.kind == "left_out" else ()
+        return (*alike(self.effect), *including(self.effect)) if self.kind == "left_out" else ()
 
 
 def alike(effect: str) -> tuple[str, ...]:
     """An effect, and those that the plant's equations cannot tell from it."""
     twins = model_kernels.library_module_of(Model.default(), []).TWINS
     return (effect, *twins.get(effect, ()))
+
+
+def including(effect: str) -> tuple[str, ...]:
+    """Effects that contain one, or approach it."""
+    module = model_kernels.library_module_of(Model.default(), [])
+    known = (e.name for e in derive.effects.applicable_to(benchmark_plant()))
+    return tuple(name for name in known if effect in simpler_effects(module, name))
 
 
 def plan(count: int = DEFAULT_COUNT) -> list[Case]:

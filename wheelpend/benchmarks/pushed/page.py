@@ -16,6 +16,7 @@ from wheelpend.proportion import proportion_of
 from wheelpend.reports.numbers import percent_text
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.pushed -->", "<!-- end of pushed -->"
+UNEXPECTED_VERDICTS = {"nothing": "unexplained", "left_out": "nothing_missing"}  # by kind, though nothing is named
 COMMAND_LINE = "python -m wheelpend.benchmarks.pushed"
 
 
@@ -34,7 +35,7 @@ def section_text(outcomes: Sequence[Outcome]) -> str:
         f"tell from it count as it, and are left out with it.{failed}"
     )
     parts = [head, markdown_table(("", "measured", "goal"), rates(used))]
-    if wrong := [o for o in used if not o.is_right or (o.kind == "left_out" and o.verdict != "unexplained")]:
+    if wrong := [o for o in used if not o.is_right or o.verdict == UNEXPECTED_VERDICTS.get(o.kind)]:
         parts.append(markdown_table(("log", "verdict", "named"), map(_wrong_row, wrong)))
     return "\n\n".join(parts)
 

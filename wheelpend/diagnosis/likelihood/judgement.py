@@ -42,6 +42,7 @@ from wheelpend.estimation.profiled_starts import magnitude, null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data of an effect that the estimation data discovered
+MIN_FORCE_SHARE = 1e-3  # of the forces that drive the machine: below that a force is negligible
 MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
 
@@ -89,9 +90,10 @@ class Judged(NamedTuple):
         return self.is_certain and max(map(abs, changes)) <= MIN_RELATIVE_ERROR_DECREASE
 
     def improves(self, error_before: float) -> bool:
-        """Lowering the error; or the force alone, if only on a row, and raising the error by less than all force falls.
+        """Lowering the error; or the force alone, and raising the error by less than that falls.
 
-        At random the error of the true law may rise by some percent.
+        At random the error of the true law may rise by some percent. Where the force of a row falls that another one
+        hides, the error and all force together may rise by no more than what makes a step.
         """
         ratio = self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
         least = MIN_RELATIVE_ERROR_DECREASE
@@ -177,13 +179,17 @@ def agreement(*kinds: np.ndarray) -> str:
 
 
 def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float]:
-    """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row."""
+    """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row.
+
+    A row whose force is negligible against the drive tells nothing.
+    """
     before, after = smaller.row_forces_squared, larger.row_forces_squared
-    acting = before > 0.0
-    if not acting.any():
+    if not before.sum() > 0.0:
         return 0.0, 0.0
+    total = 1.0 - np.sqrt(after.sum() / before.sum())
+    acting = np.sqrt(before) > MIN_FORCE_SHARE * smaller.estimator.force_scale
     on_rows = 1.0 - np.sqrt(after[acting] / before[acting])
-    return float(1.0 - np.sqrt(after.sum() / before.sum())), float(on_rows.max())
+    return float(total), float(max([total, *on_rows]))
 
 
 def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effect: str, in_sample: np.ndarray) -> float:

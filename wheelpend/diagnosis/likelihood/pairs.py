@@ -31,7 +31,7 @@ class ScoredPair(NamedTuple):
     """Two effects with the sizes from which a refit with both starts."""
 
     sizes: dict[str, EffectSize]  # by effect
-    gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square
+    gain: float  # expected fall of −2 log-likelihood, in units of their mean square, less what coefficients must bring
 
 
 class FoundPair(NamedTuple):
@@ -59,9 +59,10 @@ def _promising_pairs(model: FilteredModel, scores: LinearScores) -> Iterator[Sco
         if any(e in simpler_effects(model.problem.module, other) for e, other in permutations(names)):
             continue  # one would be there twice
         gain, sizes = scores.together(pair)
+        worth = {e: MIN_GAIN_PER_COEFFICIENT * len(scores.rest.layout.indices(linear_names(e))) for e in pair}
         better, other = sorted(pair, key=lambda e: -alone[e])
-        if gain - alone[better] > MIN_GAIN_PER_COEFFICIENT * len(linear_names(other)):
-            yield ScoredPair(dict(zip(names, sizes, strict=True)), gain)
+        if gain - alone[better] > worth[other]:
+            yield ScoredPair(dict(zip(names, sizes, strict=True)), gain - sum(worth.values()))
 
 
 def supported_pair(base: JudgedModel, pairs: Iterable[ScoredPair], tests: int, progress: Progress) -> FoundPair | None:

@@ -30,7 +30,7 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
 )
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
 from wheelpend.diagnosis.negligible import negligible_sentences
-from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.parallel import KernelPool
 
@@ -73,8 +73,12 @@ def rounds_by_likelihood(
 def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
     """Rounds until there is nothing to add or they are enough; and the first effect that they made needless, or ''."""
     rounds: Rounds = []
+
+    def goes_on(found: Diagnosis) -> bool:
+        return not is_done([*rounds, found])
+
     while True:
-        found, larger = _round(model, progress)
+        found, larger = _round(model, goes_on, progress)
         if larger is None:
             return [*rounds, *found], ""
         for one in found:
@@ -90,8 +94,11 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
                 return rounds, effect
 
 
-def _round(model: FilteredModel, progress: Progress) -> Round:
-    """One diagnosis of a model, which is first made as likely as its refits show that it can be."""
+def _round(model: FilteredModel, goes_on: Callable[[Diagnosis], bool], progress: Progress) -> Round:
+    """One diagnosis of a model, which is first made as likely as its refits show that it can be.
+
+    A pair is added only where the search ``goes_on`` after the first of the two: that one alone is worth no step.
+    """
     progress("scoring every effect behind the filter")
     refits = _refits(model, leading_effects(model), progress)
     base = JudgedModel.of(_relieved(model, refits, progress))
@@ -105,23 +112,37 @@ def _round(model: FilteredModel, progress: Progress) -> Round:
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
     judged = [j if j.improves(base.validated.error) else j.without_evidence() for j in judged]
-    if larger is None and (pair := supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)):
-        return _round_of_pair(pair, judged, progress)
-    if larger is None:
-        progress("fitting all samples")
-        last = fitted_to_all(base.model)
-        base = base if last is base.model else JudgedModel.of(last)
-    return Round((_diagnosis(base, supported, judged, progress),), larger)
+    if larger is not None:
+        return Round((_diagnosis(base, supported, judged, progress),), larger)
+    pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
+    added = pair and _round_of_pair(pair, judged, progress)
+    if added and added.larger is not None and goes_on(added.found[0]):
+        return added
+    progress("fitting all samples")
+    small = negligible_sentences([j.candidate for j in judged if j.is_negligible(base.validated.error)])
+    last = fitted_to_all(base.model)
+    base = base if last is base.model else JudgedModel.of(last)
+    found = _diagnosis(base, (), judged, progress)
+    return Round((replace(found, warnings=(*found.warnings, *small)),), None)
 
 
 def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress) -> Round:
     """A round that adds two effects, one after the other."""
-    others = [j for j in judged if j.candidate.effect != pair.first.candidate.effect]
+    progress(f"settling {pair.first.candidate.effect} and {pair.second.candidate.effect}")
+    larger = settled(pair.second.model)
+    first, second = (_with_twins(pair.base.model.problem, j) for j in (pair.first, pair.second))
+    others = [j for j in judged if j.candidate.effect != first.candidate.effect]
     found = (
-        _diagnosis(pair.base, [pair.first], [pair.first, *others], progress),
-        _diagnosis(pair.with_first, [pair.second], [pair.second], progress),
+        _diagnosis(pair.base, [first], [first, *others], progress),
+        _diagnosis(pair.with_first, [second], [second], progress),
     )
-    return Round(found, settled(pair.second.model))
+    return Round(found, larger if has_meaning_throughout(larger) else None)
+
+
+def _with_twins(problem: EstimationProblem, one: Judged) -> Judged:
+    """An effect of a pair with those that the equations cannot tell from it: of these none was refitted beside it."""
+    twins = tuple(sorted(structurally_equivalent(problem, one.candidate)))
+    return one._replace(candidate=replace(one.candidate, equivalent_to=twins))
 
 
 def _single_tests(model: FilteredModel) -> int:
@@ -169,7 +190,6 @@ def _diagnosis(
     """What a round found, as a diagnosis."""
     problem = base.model.problem
     named = tuple(j.candidate for j in supported)
-    negligible = [j.candidate for j in judged if not named and j.is_negligible(base.validated.error)]
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
     internal = {e.name: INTERNAL_REASON for e in problem.candidates() if e.releases}
@@ -187,7 +207,6 @@ def _diagnosis(
         detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, found.fit),
         not_judged={**found.not_judged, **internal},
-        warnings=(*found.warnings, *negligible_sentences(negligible)),
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
         remainder=remainder,
