@@ -13,7 +13,12 @@ from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic
 from wheelpend.diagnosis.likelihood.judgement import JudgedModel
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
-from wheelpend.diagnosis.likelihood.repeatability import RepeatingForce, likeliest_by_row, repeating_forces
+from wheelpend.diagnosis.likelihood.repeatability import (
+    FoldedDrifts,
+    RepeatingForce,
+    likeliest_by_row,
+    repeating_forces,
+)
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.likelihood.whitened_scores import linear_effects, linear_scores
 from wheelpend.estimation.data import prepare
@@ -137,6 +142,19 @@ def test_functions_do_not_predict_a_force_at_random_that_made_them():
     problem, start = begun(0.0, 3)
     found = repeating_forces(filtered_model(problem, [start], lambda text: None))
     assert not any(f.repeats for f in found) and max(f.gain for f in found) < 30.0
+
+
+def test_a_function_found_behind_a_smaller_force_must_make_up_for_that():
+    random = np.random.default_rng(3)
+    rows = random.standard_normal((20, 50, 1))
+    innovations = 0.5 * rows + 0.3 * random.standard_normal((20, 50, 1))
+    information, score = rows.swapaxes(1, 2) @ rows, (rows.swapaxes(1, 2) @ innovations)[:, :, 0]
+    alone = FoldedDrifts(["slip"], 0, information, score, 1.0, None).predicted(["slip"], 1e-6)
+    assert alone.size[0] == pytest.approx(0.5, abs=0.05) and alone.p_value < 1e-6
+    behind = [FoldedDrifts(["slip"], 0, information, score, 1.0, np.full(20, lead)) for lead in (-1.0, -20.0)]
+    cheap, dear = (folded.predicted(["slip"], 1e-6) for folded in behind)
+    assert cheap.gains == pytest.approx(alone.gains - 1.0) and cheap.p_value < 1e-6
+    assert dear.gains.sum() < 0.0 and dear.p_value > 0.99  # though the innovations follow it as before
 
 
 def test_a_function_of_speed_is_what_repeats(filtered):
