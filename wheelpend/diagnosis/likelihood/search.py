@@ -74,8 +74,8 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
     """Rounds until there is nothing to add or they are enough; and the first effect that they made needless, or ''."""
     rounds: Rounds = []
 
-    def goes_on(found: Diagnosis) -> bool:
-        return not is_done([*rounds, found])
+    def goes_on(found: Sequence[Diagnosis]) -> bool:
+        return not is_done([*rounds, *found])
 
     while True:
         found, larger = _round(model, goes_on, progress)
@@ -94,10 +94,10 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
                 return rounds, effect
 
 
-def _round(model: FilteredModel, goes_on: Callable[[Diagnosis], bool], progress: Progress) -> Round:
+def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool], progress: Progress) -> Round:
     """One diagnosis of a model, which is first made as likely as its refits show that it can be.
 
-    A pair is added only where the search ``goes_on`` after the first of the two: that one alone is worth no step.
+    A pair is added only where the search ``goes_on`` after both: the first of the two alone is worth no step.
     """
     progress("scoring every effect behind the filter")
     refits = _refits(model, leading_effects(model), progress)
@@ -116,7 +116,7 @@ def _round(model: FilteredModel, goes_on: Callable[[Diagnosis], bool], progress:
         return Round((_diagnosis(base, supported, judged, progress),), larger)
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
     added = pair and _round_of_pair(pair, judged, progress)
-    if added and added.larger is not None and goes_on(added.found[0]):
+    if added and added.larger is not None and goes_on(added.found):
         return added
     progress("fitting all samples")
     small = negligible_sentences([j.candidate for j in judged if j.is_negligible(base.validated.error)])
