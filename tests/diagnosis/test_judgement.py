@@ -1,5 +1,6 @@
 """Beside a random force an effect needs evidence, and must lower the error or the force; one of them is enough."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -103,3 +104,15 @@ def test_effects_are_alike_where_likelihood_and_horizon_are():
         ("coulomb_drive",),
     ]
     assert [j.candidate.equivalent_to for j in most_telling_first([one, nearer])] == [(), ()]
+
+
+def test_effects_that_the_data_of_the_fit_tell_apart_are_not_alike():
+    def with_rises(effect, rises):
+        one = rival(effect, 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS)
+        return one._replace(candidate=replace(one.candidate, evidence=np.concatenate([rises, one.gains])))
+
+    wobble = np.resize([0.3, -0.3], 12)
+    offset, bias, tilt = (with_rises(e, r) for e, r in zip("abc", (wobble, -wobble, 3.0 * wobble + 5.0), strict=True))
+    assert offset.is_like(bias) and bias.is_like(offset)
+    assert not tilt.is_like(offset) and not bias.is_like(tilt)
+    assert tilt.is_like(rival("d", 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS))  # of which the fit's blocks are not known

@@ -114,9 +114,19 @@ class Judged(NamedTuple):
         gains = gain_in_blocks(other.predicted, self.predicted)
         return gain_statistic(gains), gain_statistic(self.falls - other.falls)
 
-    def predicts_like(self, other: Judged) -> bool:
-        """True where held-out data are as likely, and as near over the horizon, as with another effect."""
-        return max(map(abs, self.lead_over(other))) < MIN_CLEAR_STATISTIC
+    @property
+    def rises(self) -> np.ndarray:
+        """Rise of log-likelihood in blocks of the estimation data (blocks,), as in the candidate's evidence [nats]."""
+        evidence = self.candidate.evidence
+        return np.zeros(0) if evidence is None else evidence[: len(evidence) - len(self.gains)]
+
+    def is_like(self, other: Judged) -> bool:
+        """True where data are as likely as with another effect, those of the fit and those held out, and these as near
+        over the horizon.
+        """
+        comparable = len(self.rises) == len(other.rises)
+        fitted = gain_statistic(self.rises - other.rises) if comparable else 0.0
+        return max(map(abs, (fitted, *self.lead_over(other)))) < MIN_CLEAR_STATISTIC
 
 
 class JudgedModel(NamedTuple):
@@ -285,12 +295,12 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     """Supported effects, that with most evidence for each of its parameters first, or a simpler one that it has in it:
     what more an effect of several parameters explains is judged beside the simple one, in the next round.
 
-    Each has the names of those that predict held-out data as well as it does.
+    Each has the names of those that these data do not tell from it.
     """
     found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
     within = simpler_than(found[0]) if found else ()
     found.sort(key=lambda j: j.candidate.effect not in within)
-    return [_with_equivalents(j, [o for o in found if o is not j and o.predicts_like(j)]) for j in found]
+    return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
 
 
 def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:
