@@ -29,6 +29,7 @@ class Friction(NamedTuple):
     directions: tuple[str, ...]  # of the surfaces
     slip_matrix: tuple[tuple[float, ...], ...]  # slip speed of each as weights on the rates
     sizes: tuple[int, ...]  # indices of parameters; all surfaces are smooth where these are zero
+    parameters: tuple[int, ...]  # indices of all fitted parameters that the dry laws have in them
     hysteresis: tuple[HysteresisCode, ...]
 
 
@@ -38,6 +39,7 @@ def friction_of(model: Model) -> Friction:
         directions=tuple(local_name(s.direction.name) for s in model.surfaces),
         slip_matrix=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
+        parameters=tuple(n for n, p in enumerate(model.fitted) if p.name in dry_parameters(model)),
         hysteresis=tuple(hysteresis_code(model, m) for m in model.hystereses),
     )
 
@@ -71,8 +73,7 @@ def dry_sizes(model: Model) -> tuple[str, ...]:
 
     What only scales another one, as a plant's own parameter does in a friction that grows with the load, is left out.
     """
-    laws = [s.law for s in model.surfaces]
-    sizes = [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(f) for f in laws)]
+    laws, sizes = [s.law for s in model.surfaces], dry_parameters(model)
     sizes = [n for n in sizes if all(derivative(derivative(f, symbol(n)), symbol(n)) == 0 for f in laws)]
 
     for name in sorted(sizes, key=lambda n: "." in n):  # the plant's own ones first
@@ -82,6 +83,11 @@ def dry_sizes(model: Model) -> tuple[str, ...]:
     if any(f != 0 for f in rest):
         raise ValueError(f"Dry friction must vanish where its linear parameters {sizes} are zero; it leaves {rest}")
     return tuple(sizes)
+
+
+def dry_parameters(model: Model) -> list[str]:
+    """Fitted parameters that the dry laws have in them."""
+    return [p.name for p in model.fitted if any(symbol(p.name) in symbols_in(s.law) for s in model.surfaces)]
 
 
 def _without(laws: list[sp.Expr], names: list[str]) -> list[sp.Expr]:

@@ -28,11 +28,11 @@ RATES = (1,)
 FITTED, LINEAR = 3, ("X1", "X2", "X3")
 DELAY, LAG, SENSOR_DELAY = -1, -1, -1
 DELAYED = (False, False)
-SURFACES, SLIP_MATRIX = 0, np.zeros((0, NA))
+SURFACES, SLIP_MATRIX, IN_DRY_LAW = 0, np.zeros((0, NA)), np.zeros(NP + 1, dtype=np.bool_)
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
 AT_REST, LAG_MEMORY, SERIES_RANGE, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
 FIRST_SAMPLE = np.int64(0)
-RARE, ALIKE, MIN_PART, REST_ATTEMPTS = 1e-4, 0.1, 1e-3, 3
+RARE, ALIKE, MIN_PART, REST_ATTEMPTS, REST_MARGIN, CERTAIN = 1e-4, 0.1, 1e-3, 3, 4.0, 8.5
 WEIGHT, VOLUME = 0, 1
 TRIAL, FACTOR, FLOOR = np.int64(-3), np.int64(-2), np.int64(-1)
 BY_VARIABLE, PUSH, ON_SLIP = range(3)
@@ -55,6 +55,10 @@ def _driven(t: float, voltage: float, parameters: np.ndarray) -> float:
 
 
 def _drive_jacobian(t: float, voltage: float, parameters: np.ndarray, by_parameter: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _acting(t: float, h: float, state: np.ndarray, voltage: float, parameters: np.ndarray) -> float:
     raise NotImplementedError
 
 

@@ -88,14 +88,19 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
 
 @internal
 def _spread(noise, added, covariance, transition, product):
-    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise."""
+    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise.
+
+    What is known exactly, as an added state that its effect does not use is, takes no time.
+    """
     size = covariance.shape[0]
     for i in range(size):
         for j in range(size):
-            total = 0.0
-            for k in range(size):
-                total += transition[i, k] * covariance[k, j]
-            product[i, j] = total
+            product[i, j] = 0.0
+        for k in range(size):
+            by = transition[i, k]
+            if by != 0.0 and covariance[k, k] != 0.0:
+                for j in range(size):
+                    product[i, j] += by * covariance[k, j]
     for i in range(size):
         for j in range(i + 1):
             total = 0.0
@@ -112,7 +117,8 @@ def _spread(noise, added, covariance, transition, product):
 @inlined
 def _reading_direction(y, by_state, reads, by):
     """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
-    by[:NX], by[NX:NS], by[NS:] = by_state[y], 0.0, reads[y]
+    for i in range(by.size):
+        by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
 
 
 @internal
@@ -122,25 +128,25 @@ def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance
     Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
     """
     size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total = variance
+    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
     for i in range(size):
-        crossed[i] = 0.0
-        for k in range(size):
-            crossed[i] += covariance[i, k] * by[k]
+        crossed[i] = product[left, i] = 0.0
+    for k in range(size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(size):
+                crossed[i] += by[k] * covariance[k, i]
     for k in range(size):
         total += by[k] * crossed[k]
     for i in range(size):
         gain[i] = crossed[i] / total
-        for j in range(size):
-            product[i, j] = covariance[i, j] - gain[i] * crossed[j]
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
     for i in range(size):
-        left = 0.0
-        for k in range(size):
-            left += product[i, k] * by[k]
-        crossed[i] = left
-    for i in range(size):
-        for j in range(i + 1):
-            covariance[i, j] = covariance[j, i] = product[i, j] - crossed[i] * gain[j] + gain[i] * variance * gain[j]
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
+            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):

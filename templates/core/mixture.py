@@ -253,21 +253,22 @@ def _assimilate_part(p, error, variance, by, gain, crossed, mixture):
     size, own, total = by.size, error, variance
     for i in range(size):
         own -= by[i] * mixture[p, size, i]
-        crossed[i] = 0.0
-        for k in range(size):
-            crossed[i] += mixture[p, i, k] * by[k]
+        crossed[i] = mixture[TRIAL, size, i] = 0.0
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                crossed[i] += by[k] * mixture[p, k, i]
     for k in range(size):
         total += by[k] * crossed[k]
     for i in range(size):
         gain[i] = crossed[i] / total
         mixture[p, size, i] += gain[i] * own
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                mixture[TRIAL, size, i] += by[k] * (mixture[p, k, i] - gain[i] * crossed[k])
     for i in range(size):
-        left = 0.0
-        for k in range(size):
-            left += (mixture[p, i, k] - gain[i] * crossed[k]) * by[k]
-        mixture[TRIAL, size, i] = left
-    for i in range(size):
-        for j in range(i + 1):
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
             value = mixture[p, i, j] - gain[i] * crossed[j] - mixture[TRIAL, size, i] * gain[j]
             mixture[p, i, j] = mixture[p, j, i] = value + gain[i] * variance * gain[j]
     weight = max(mixture[p, WEIGHT, size], 1e-300)

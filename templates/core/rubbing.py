@@ -2,28 +2,31 @@
 
 import math
 
-import numpy as np
-
 from templates.core.frame import (
     BY_VARIABLE,
     DIRECTION,
+    IN_DRY_LAW,
     LOWER,
     MIN_PART,
     NA,
     NS,
     PUSH,
     RARE,
+    RATE,
     RATES,
     REST_ATTEMPTS,
+    REST_MARGIN,
     SLIP_MATRIX,
     SURFACES,
     UPPER,
+    _acting,
     _friction_limits,
+    _rate,
     _runge_kutta,
     inlined,
     internal,
 )
-from templates.core.friction import _slip
+from templates.core.friction import _slip, _slip_directions, _slip_rate
 from templates.core.mixture import _begin_parts, _split_parts
 from templates.core.truncated import _shrunk
 
@@ -35,13 +38,22 @@ def _until_rest(
     """A step's length, or less where a surface that slips will first be at rest: there its friction changes within a step."""
     _friction_limits(t, now, voltage, parameters, dry)
     for r in range(forces.size):
-        total = 0.0
+        parameters[forces[r]] = 0.0
+        for j in range(force.size):
+            parameters[forces[r]] += mixing[r, j] * force[j]
+    _slip_directions(now, dry)
+    _rate(t, now, _acting(t, length, now, voltage, parameters), parameters, dry)
+    near = False
+    for i in range(SURFACES):
+        slip, change = _slip(now, i), REST_MARGIN * length * abs(_slip_rate(dry, RATE, i))
+        near = near or (dry[UPPER, i] > dry[LOWER, i] and slip != 0.0 and abs(slip) < change)
+    if not near:
+        return length
+    for r in range(forces.size):
         for i in range(SURFACES):
             slip = _slip(now, i)
-            total -= SLIP_MATRIX[i, r] * (dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i])
-        for j in range(force.size):
-            total += mixing[r, j] * force[j]
-        parameters[forces[r]] = total
+            rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+            parameters[forces[r]] -= SLIP_MATRIX[i, r] * rubs
     dry[DIRECTION] = 0.0
     share, first = 1.0, SURFACES  # that will be at rest first
     for attempt in range(REST_ATTEMPTS):
@@ -71,11 +83,16 @@ def _rub(
     before one that may stick, the number of those before.
     """
     rows = mixing.shape[0]
-    added[:] = 0.0
+    for a in range(NS):
+        for b in range(NS):
+            added[a, b] = 0.0
     _friction_derivatives(t, now, voltage, parameters, columns, friction, dry)
     for i in range(SURFACES):
         middle, half = friction[0, i, columns.size], friction[1, i, columns.size]
-        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not np.any(friction[:, i]):
+        changes = False
+        for c in range(columns.size):
+            changes = changes or friction[0, i, c] != 0.0 or friction[1, i, c] != 0.0
+        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
             continue  # and none of the free parameters would change that
         response = _slip_response(i, rows, sens, along, slope)
         variance = _slip_variance(slope, mixing, covariance)
@@ -84,9 +101,10 @@ def _rub(
         if stops and half > 0.0 and share < 1.0 - RARE:
             return i
         force = (slip - left) / response + middle
+        lost /= response**2
         for a in range(NS):
             for b in range(NS):
-                added[a, b] += along[a] * along[b] * lost / response**2
+                added[a, b] += along[a] * along[b] * lost
         _push(i, force, response, share, signed, rows, now, sens, rubbing, friction, along, slope)
     return SURFACES
 
@@ -119,10 +137,12 @@ def _push(surface, force, response, share, signed, rows, now, sens, rubbing, fri
     """Let a surface's friction act on the states and their sensitivities, instead of what acted over the step."""
     for a in range(NS):
         now[a] -= along[a] * (force - rubbing[surface])
-        for c in range(sens.shape[1]):
-            by = (share - 1.0) * slope[c] / response
-            if c >= NS + rows:
-                by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
+    lost = (share - 1.0) / response
+    for c in range(sens.shape[1]):
+        by = lost * slope[c]
+        if c >= NS + rows:
+            by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
+        for a in range(NS):
             sens[a, c] += along[a] * by
     rubbing[surface] = force
 
@@ -162,6 +182,10 @@ def _friction_derivatives(t, state, voltage, parameters, columns, friction, dry)
     """Middle and half width of each surface's friction, into friction (2, SURFACES, n + 1), after their derivatives."""
     count = columns.size
     for c in range(count, -1, -1):
+        if c < count and not IN_DRY_LAW[columns[c]]:
+            for i in range(SURFACES):
+                friction[0, i, c] = friction[1, i, c] = 0.0
+            continue
         step = 0.0
         if c < count:
             kept = parameters[columns[c]]
@@ -183,12 +207,19 @@ def _slip_variance(slope, mixing, covariance):
     """Variance of a slip from its derivatives in the states and in the rows' forces at the beginning of the step."""
     size, total = covariance.shape[0], 0.0
     for a in range(size):
-        by = slope[a] if a < NS else 0.0
-        for r in range(mixing.shape[0] if a >= NS else 0):
-            by += slope[NS + r] * mixing[r, a - NS]
-        for b in range(size):
-            other = slope[b] if b < NS else 0.0
-            for r in range(mixing.shape[0] if b >= NS else 0):
-                other += slope[NS + r] * mixing[r, b - NS]
-            total += by * covariance[a, b] * other
+        by, crossed = _slope_in(a, slope, mixing), 0.0
+        for b in range(a):
+            crossed += covariance[a, b] * _slope_in(b, slope, mixing)
+        total += by * (covariance[a, a] * by + 2.0 * crossed)
     return total
+
+
+@inlined
+def _slope_in(variable, slope, mixing):
+    """Derivative of a slip in one of the filter's variables: a state, or a source by the rows that it acts on."""
+    if variable < NS:
+        return slope[variable]
+    by = 0.0
+    for r in range(mixing.shape[0]):
+        by += slope[NS + r] * mixing[r, variable - NS]
+    return by

@@ -2,7 +2,7 @@
 
 import math
 
-from templates.core.frame import inlined, internal
+from templates.core.frame import CERTAIN, inlined, internal
 
 
 @inlined
@@ -21,6 +21,9 @@ def _shrunk(mean, sigma, width):
 
     The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
     """
+    if abs(mean) - width > CERTAIN * sigma:
+        sign = 1.0 if mean > 0.0 else -1.0
+        return mean - sign * width, 1.0, sign, 0.0
     _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)
     left = sigma * (upper_density - lower_density) + (mean - width) * upper + (mean + width) * lower
     square = (sigma**2 + (mean - width) ** 2) * upper + (mean - width) * sigma * upper_density
