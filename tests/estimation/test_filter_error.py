@@ -210,6 +210,7 @@ def test_the_score_at_held_gains_is_the_derivative_where_no_force_makes_gains_de
     assert run.deviance.sum() == pytest.approx(problem.deviances(theta, [()])[0], rel=1e-12)
     assert -2.0 * run.gram[:, 0, 1].sum() == pytest.approx((more - less) / (2 * step), rel=1e-6)
     moved, here = (problem.innovations(t, [()])[0][..., 0] for t in (theta + step, theta))
+    assert np.array_equal(run.innovation, problem.inside_innovations(theta, [()])[0], equal_nan=True)
     assert run.gram[:, 0, 0].sum() == pytest.approx(np.nansum(((moved - here) / step) ** 2), rel=1e-3)
 
 
@@ -236,7 +237,8 @@ def slopes(deviance, point, steps):
 def test_the_score_with_what_the_gains_change_is_the_derivative_of_the_likelihood(arm_problem):
     problem, theta, sources = arm_problem
     held = problem.equations(problem.run(theta, [sources])).sum()
-    found = parameter_equations(problem, theta, [sources], held.information)
+    now = problem.inside_innovations(theta, [sources])
+    found = parameter_equations(problem, theta, [sources], now, held.information)
     sigma = 1.0 / np.sqrt(np.diag(held.information))
     expected = slopes(lambda x: problem.deviances(x, [sources])[0], theta, 0.01 * sigma) * sigma
     assert -2.0 * found.score * sigma == pytest.approx(expected, rel=0.02, abs=0.05)
@@ -253,7 +255,8 @@ def test_the_score_of_sizes_and_times_is_the_derivative_of_the_likelihood(arm_pr
         ]
 
     at = np.log([s.rms for s in sources] + [s.correlation_time for s in sources])
-    information, score = noise_equations(problem, theta, [sources], [False] * len(sources))
+    now = problem.inside_innovations(theta, [sources])
+    information, score = noise_equations(problem, theta, [sources], now, [False] * len(sources))
     assert -2.0 * score == pytest.approx(slopes(deviance, at, np.full(4, 0.01)), rel=0.05, abs=1.0)
     assert np.linalg.eigvalsh(information).min() > 0.0
 

@@ -51,6 +51,7 @@ class FilterRun(NamedTuple):
 
     gram: np.ndarray  # (segments, columns + 1, columns + 1) of derivatives and, last, innovations
     log_det: np.ndarray  # (segments,) sums of the logarithms of their variances [σ²]
+    innovation: np.ndarray  # (samples, NY, 2) whitened, and the logarithms of their variances [σ²]; NaN where none is
 
     @property
     def deviance(self) -> np.ndarray:
@@ -106,8 +107,18 @@ class FilterProblem:
         return replace(self, segments=[_beginning(s, samples) for s in self.segments])
 
     def run(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[FilterRun]:
-        """Run the filters with each log's random sources, and linearise their innovations in θ."""
-        return [self._run_log(k, theta, own, self.columns, NO_STEPS)[0] for k, own in enumerate(sources)]
+        """Run the filters with each log's random sources, and linearise their innovations, in the segments, in θ."""
+        runs = [self._run_log(k, theta, own, self.columns, 0)[0] for k, own in enumerate(sources)]
+        return [r._replace(innovation=r.innovation[own]) for r, own in zip(runs, self._inside, strict=True)]
+
+    def inside_innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
+        """The innovations of each log (samples, NY, 2) in its segments, as run has them."""
+        return [found[own] for found, own in zip(self.innovations(theta, sources), self._inside, strict=True)]
+
+    @cached_property
+    def _inside(self) -> list[np.ndarray]:
+        """Per log: the samples of its segments."""
+        return [np.concatenate([np.arange(*own) for own in s.bounds]) for s in self.segments]
 
     def deviances(self, theta: np.ndarray, sources: Sequence[Sources]) -> np.ndarray:
         """−2 log-likelihood of each log (logs,); infinite where a filter left the finite numbers."""
@@ -117,23 +128,23 @@ class FilterProblem:
 
     def innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
         """Whitened innovations of each log and the logarithms of their variances [σ²] (N, NY, 2), NaN where none is."""
-        return [self._run_log(k, theta, own, self.columns[:0], 0)[1] for k, own in enumerate(sources)]
+        return [self._run_log(k, theta, own, self.columns[:0], 0)[0].innovation for k, own in enumerate(sources)]
 
     def track(self, number: int, theta: np.ndarray, sources: Sources) -> FilterTrack:
         """Every step of the filter along a log."""
         bounds = self.segments[number].bounds
         steps = 2 * int(np.diff(bounds).sum()) + len(bounds)  # a sample has one of its own, and one of late sensors
-        return self._run_log(number, theta, sources, self.columns[:0], steps)[2]
+        return self._run_log(number, theta, sources, self.columns[:0], steps)[1]
 
     @np.errstate(over="ignore", invalid="ignore")  # what runs away gives infinities, and is rejected
     def _run_log(
         self, number: int, theta: np.ndarray, sources: Sources, columns: np.ndarray, steps: int
-    ) -> tuple[FilterRun, np.ndarray, FilterTrack]:
+    ) -> tuple[FilterRun, FilterTrack]:
         """Run the filter along one log; innovations are stored unless there are NO_STEPS, and so many steps."""
         module, segments = self.module, self.segments[number]
         log, parts, size = segments.log, len(segments.bounds), len(self.spreads[number]) + len(sources)
-        run = FilterRun(np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts))
         innovation = np.full((0 if steps == NO_STEPS else len(log), module.NY, 2), np.nan)
+        run = FilterRun(np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts), innovation)
         track = FilterTrack.empty(max(steps, 0), size)
         parameters = kernel_parameters(module, self.space.values_of_log(theta, number), log)
         try:
@@ -142,11 +153,11 @@ class FilterProblem:
                 self.spreads[number], parameters, columns, self.force_columns,
                 mixing_matrix([s.rows for s in sources], module.NQ),
                 mixing_matrix([s.readings for s in sources], module.NY), noise_array(sources), self.max_step,
-                self.parts, *run, innovation, *track,
+                self.parts, *run, *track,
             )  # fmt: skip
         except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
             run.gram[:], done = np.nan, 0
-        return run, innovation, FilterTrack(*(part[:done] for part in track))
+        return run, FilterTrack(*(part[:done] for part in track))
 
     @np.errstate(over="ignore", invalid="ignore")  # as above
     def equations(self, runs: Sequence[FilterRun]) -> NormalEquations:

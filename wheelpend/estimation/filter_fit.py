@@ -171,12 +171,13 @@ class FilterEstimator:
     ) -> Gradient:
         """The same with all that the gains change; noise are the equations of the noise there, where they are known."""
         held = self.problem.equations(point.runs).sum().finite()
-        parameters = parameter_equations(self.problem, point.theta, point.sources, held.information)
+        now = [run.innovation for run in point.runs]
+        parameters = parameter_equations(self.problem, point.theta, point.sources, now, held.information)
         return Gradient(parameters, *(noise or self._noise_equations(point, free_noise, effort)))
 
     def _noise_equations(self, point: FilterPoint, free_noise: bool, effort: Effort) -> tuple[np.ndarray, np.ndarray]:
-        held = [effort.holds_sensors and not s.is_force for s in point.kinds]
-        return noise_equations(self.problem, point.theta, point.sources, held) if free_noise else NO_NOISE
+        held, now = [effort.holds_sensors and not s.is_force for s in point.kinds], [r.innovation for r in point.runs]
+        return noise_equations(self.problem, point.theta, point.sources, now, held) if free_noise else NO_NOISE
 
     def _moved_noise(self, sources: tuple[Sources, ...], gradient: Gradient, damping: float) -> tuple[Sources, ...]:
         """Sources after a step of their sizes and times, within the bounds of both."""

@@ -20,9 +20,16 @@ NOISE_STEP = 0.02  # of the logarithm of a size or time, the same
 
 
 def parameter_equations(
-    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], information: np.ndarray
+    problem: FilterProblem,
+    theta: np.ndarray,
+    sources: Sequence[Sources],
+    now: Sequence[np.ndarray],
+    information: np.ndarray,
 ) -> NormalEquations:
-    """Normal equations of θ at some sources; information (free, free) tells how small a step is."""
+    """Normal equations of θ at some sources, where the innovations of each log (samples, NY, 2) are ``now``.
+
+    information (free, free) tells how small a step is.
+    """
     layout = problem.space.layout
     step = STEP_SIGMA / np.sqrt(np.maximum(np.diag(information), 1e-300))
     found, changed = NormalEquations.zeros(layout, 1).sum(), []
@@ -30,8 +37,8 @@ def parameter_equations(
         moved = theta.copy()
         elements = np.unique([places[column] for places in layout.places])  # of every log, all at once
         moved[elements] += step[elements]
-        changed.append(problem.innovations(moved, sources))
-    for number, (here, places) in enumerate(zip(problem.innovations(theta, sources), layout.places, strict=True)):
+        changed.append(problem.inside_innovations(moved, sources))
+    for number, (here, places) in enumerate(zip(now, layout.places, strict=True)):
         own_information, own_score = scoring(here, [c[number] for c in changed], step[places])
         found.information[np.ix_(places, places)] += own_information
         found.score[places] += own_score
@@ -39,17 +46,22 @@ def parameter_equations(
 
 
 def noise_equations(
-    problem: FilterProblem, theta: np.ndarray, sources: Sequence[Sources], held: Sequence[bool]
+    problem: FilterProblem,
+    theta: np.ndarray,
+    sources: Sequence[Sources],
+    now: Sequence[np.ndarray],
+    held: Sequence[bool],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Information and score in logarithms: of all sizes of each log, then of the correlation times that logs share.
 
-    Both are zero for the sources that are held.
+    The innovations of each log (samples, NY, 2) are ``now``. Both are zero for the sources that are held.
     """
     count, logs = len(sources[0]), len(sources)
     information, score = np.zeros((count * (logs + 1),) * 2), np.zeros(count * (logs + 1))
-    now = problem.innovations(theta, sources)
     changed = [
-        now if held[k % count] else problem.innovations(theta, [_nudged(own, k % count, k >= count) for own in sources])
+        now
+        if held[k % count]
+        else problem.inside_innovations(theta, [_nudged(s, k % count, k >= count) for s in sources])
         for k in range(2 * count)
     ]
     for number, here in enumerate(now):
