@@ -66,6 +66,38 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
     assert stepwise.stepwise(*begun, lambda rounds: False) is whole
 
 
+def ended(*effects, verdict="nothing_missing", by_likelihood=False):
+    """Rounds that have added these effects and end with a verdict."""
+    below = [SimpleNamespace(named=(e,), verdict="effect_missing") for e in effects]
+    explained = verdict == "nothing_missing"
+    last = SimpleNamespace(named=(), verdict=verdict, is_explained=explained, by_likelihood=by_likelihood)
+    return [*below, last]
+
+
+@pytest.mark.parametrize(
+    ("likely", "tried"),
+    [
+        (ended(by_likelihood=True), False),  # what is left is chance
+        (ended("coulomb_drive", verdict="unexplained", by_likelihood=True), False),  # a part is found
+        (ended(verdict="unexplained", by_likelihood=True), True),
+    ],
+)
+def test_two_effects_that_hide_each_other_are_sought_where_likelihood_finds_none_and_something_repeats(
+    likely, tried, monkeypatch
+):
+    (first,), pair = ended(verdict="unexplained"), ended("slope", "coulomb_drive")
+    seen = []
+    monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: first)
+    monkeypatch.setattr(stepwise, "_with_backlash_instead", lambda rounds, *rest: rounds)
+    monkeypatch.setattr(stepwise, "rounds_by_likelihood", lambda *rest: likely)
+    monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
+    monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
+    monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
+    found = stepwise.stepwise(None, {}, lambda rounds: False)
+    assert seen == ([first] if tried else [])
+    assert found == (pair if tried else likely)
+
+
 def test_a_needless_effect_is_said_not_to_be_judged(begun):
     problem = replace(begun[0], redundant_effects=("slope",))
     assert "slope" not in [e.name for e in problem.candidates()]

@@ -35,9 +35,8 @@ class RoundStart(NamedTuple):
 
 
 def first_round(problem: EstimationProblem, start: dict[str, float], progress: Progress) -> Diagnosis:
-    """Diagnose a prepared problem from a start: by lasting effects, by events, and by two effects where one fails."""
-    found = with_event(diagnose_problem(problem, RoundStart(start), progress=progress), progress)
-    return with_partner(found, progress) if found.verdict == "unexplained" and not found.named else found
+    """Diagnose a prepared problem from a start: by lasting effects, and by events."""
+    return with_event(diagnose_problem(problem, RoundStart(start), progress=progress), progress)
 
 
 def next_round(found: Diagnosis, progress: Progress) -> Diagnosis:

@@ -10,7 +10,7 @@ from wheelpend.diagnosis.alternatives import with_backlash
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS, MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
-from wheelpend.diagnosis.rounds import first_round, next_round
+from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
     Diagnosis,
     revise_verdict,
@@ -81,13 +81,17 @@ def stepwise(
     An effect that resembles two others lowers the error more than either alone, and is redundant beside both. So
     where everything is explained, each effect but the last is taken out again; if the error does not rise by enough
     to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
-    more than a selection that leaves a rest takes its place.
+    more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
+    judged by likelihood.
     """
     rounds = forward_pass(first_round(problem, start, progress), is_done, progress)
     if not rounds[-1].is_explained:
         rounds = _with_backlash_instead(rounds, is_done, progress)
     if not rounds[-1].is_explained:
-        return rounds_by_likelihood(problem, start, is_done, progress)
+        likely = rounds_by_likelihood(problem, start, is_done, progress)
+        rounds = _with_partner_instead(likely, rounds[0], is_done, progress)
+        if rounds is likely:
+            return likely
     for _ in range(MAX_BACKWARD_STEPS):
         redundant = find_redundant_effect(rounds, progress)
         if redundant is None:
@@ -107,6 +111,20 @@ def _with_backlash_instead(rounds: Rounds, is_done: Callable[[Rounds], bool], pr
     if first is rounds[0] or not best_result([first])[0] < best_result(rounds)[0]:
         return rounds
     return forward_pass(first, is_done, progress) if first.is_explained else [first]
+
+
+def _with_partner_instead(
+    likely: Rounds, first: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress
+) -> Rounds:
+    """The rounds by likelihood, or those that begin with the first of two effects that explain all but the noise.
+
+    These are sought only where nothing at random is left to explain why no effect is worth naming: that takes long.
+    """
+    if likely[-1].verdict != "unexplained" or likely[0].named or first.named or first.verdict != "unexplained":
+        return likely
+    paired = with_partner(first, progress)
+    found = forward_pass(paired, is_done, progress) if paired.named else likely
+    return found if found[-1].is_explained else likely
 
 
 def forward_pass(first: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
