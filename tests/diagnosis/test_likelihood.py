@@ -1,5 +1,6 @@
 """Effects judged with a random force in the likelihood, on an axis that a program of its own plays."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,10 +15,13 @@ from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_stati
 from wheelpend.diagnosis.likelihood.judgement import JudgedModel
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
 from wheelpend.diagnosis.likelihood.repeatability import (
+    FORCE,
+    READING,
     FoldedDrifts,
-    RepeatingForce,
-    likeliest_by_row,
-    repeating_forces,
+    RepeatingFunction,
+    likeliest_by_place,
+    repeatable_share,
+    what_repeats,
 )
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.likelihood.whitened_scores import linear_effects, linear_scores
@@ -141,7 +145,7 @@ def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():
 
 def test_functions_do_not_predict_a_force_at_random_that_made_them():
     problem, start = begun(0.0, 3)
-    found = repeating_forces(filtered_model(problem, [start], lambda text: None))
+    found = what_repeats(filtered_model(problem, [start], lambda text: None))
     assert not any(f.repeats for f in found) and max(f.gain for f in found) < 30.0
 
 
@@ -159,8 +163,35 @@ def test_a_function_found_behind_a_smaller_force_must_make_up_for_that():
 
 
 def test_a_function_of_speed_is_what_repeats(filtered):
-    first = repeating_forces(filtered)[0]
+    first = what_repeats(filtered)[0]
     assert first.repeats and "dx" in first.depends_on
+
+
+@pytest.mark.parametrize(("crosstalk", "places"), [(4e-5, {(READING, "x", ("v_in",))}), (0.0, set())])
+def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_reading(crosstalk, places):
+    log = axis_log(0.0, 3)
+    told = replace(log, measured=log.measured + crosstalk * np.sign(log.voltage)[:, None])
+    problem, start = best_start(prepare(Model.parse(MODEL), [told]))
+    found = what_repeats(filtered_model(problem, [start], lambda text: None))
+    assert {(f.kind, f.row, f.depends_on) for f in found if f.repeats} == places
+    assert repeatable_share(found) == 0.0  # of the force
+
+
+def test_a_filter_responds_to_an_offset_of_a_reading_as_its_kernel_does(filtered):
+    log = filtered.problem.logs[0]
+    offset = 1e-6 * np.sin(7.0 * log.t)
+
+    def innovations(log: Log) -> np.ndarray:
+        problem, values = filtered.problem, filtered.log_values
+        changed = replace(prepare(problem.model, [log]), noise=problem.noise)
+        filters = estimator_at(changed, problem.module, (), values, lambda: values).problem
+        return filters.innovations(np.zeros(0), filtered.point.sources)[0][..., 0]
+
+    actual = innovations(replace(log, measured=log.measured + offset[:, None])) - innovations(log)
+    response = drift_responses(filtered, 0)
+    predicted = response.of_readings(offset[: len(response.whitened), None, None])[:, 0, 0]
+    known = slice(100, len(predicted))  # behind the filter's start
+    assert predicted[known] == pytest.approx(actual[known, 0], abs=0.02 * np.nanstd(actual))
 
 
 def test_a_filter_responds_to_a_force_as_its_kernel_does(filtered):
@@ -205,10 +236,10 @@ def test_tests_that_agree_count_as_one_and_one_of_three_as_three_times_it():
 
 def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_function():
     found = [
-        RepeatingForce("body", (), 0.0, 0.0, 1.0, 90),
-        RepeatingForce("drive", ("v_in",), 0.2, 30.0, 1e-3, 90),
-        RepeatingForce("wheel", ("t",), 0.3, 40.0, 0.28, 90),
-        RepeatingForce("drive", ("dtheta_w",), 0.5, 700.0, 1e-17, 90),
+        RepeatingFunction(FORCE, "body", (), 0.0, 0.0, 1.0, 90),
+        RepeatingFunction(FORCE, "theta_w", ("v_in",), 0.2, 30.0, 1e-3, 90),
+        RepeatingFunction(READING, "theta_w", ("t",), 0.3, 40.0, 0.28, 90),
+        RepeatingFunction(FORCE, "theta_w", ("dtheta_w",), 0.5, 700.0, 1e-17, 90),
     ]
-    told = [(f.row, f.p_value) for f in likeliest_by_row(found)]
-    assert told == [("drive", 1e-17), ("wheel", 0.28), ("body", 1.0)]
+    told = [(f.kind, f.row, f.p_value) for f in likeliest_by_place(found)]
+    assert told == [(FORCE, "theta_w", 1e-17), (READING, "theta_w", 0.28), (FORCE, "body", 1.0)]

@@ -24,7 +24,7 @@ from wheelpend.identification.identify import identify
 from wheelpend.identification.inverse_dynamics import force_error
 from wheelpend.kernels.load import model_module
 from wheelpend.model.record import Model
-from wheelpend.reports.text.verdict import repeating_force_text
+from wheelpend.reports.text.verdict import repeating_text
 
 PAGE_TEMPLATE_PATH = Path(__file__).with_name("emps.md")
 ESTIMATION_LOG, PULSES_LOG = "emps/DATA_EMPS.mat", "emps/DATA_EMPS_PULSES.mat"
@@ -171,7 +171,7 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
 def repeatable_share_text(found: Ladder) -> str:
     """Repeatable share of the missing force, and the variables it depends on."""
     if found.last.by_likelihood:
-        return repeating_force_text(found.last) or "None of it repeats."
+        return repeating_text(found.last) or "None of it repeats."
     if not found.repeats:
         return "None of it repeats."
     first = found.repeats[0]

@@ -1,4 +1,7 @@
-"""What a known force, added to a model, would change in its filter's whitened innovations, at the gains that it has."""
+"""What a known force, or a known offset of readings, would change in a model's whitened innovations.
+
+The filter keeps the gains that it has.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +25,11 @@ PROBE_SHARE, PROBE_TIME_S = 1e-9, 1e3  # of the drive, s: a force that only show
 
 
 class DriftResponse(NamedTuple):
-    """A filter along one log, linear in known forces: states move by ``moves``, innovations by ``readings``."""
+    """A filter along one log, linear in known forces and in known offsets of its readings.
+
+    A force moves the states by ``moves``; an offset shows at once, by ``offsets``, and through the states that the
+    filter takes from it, by ``gains``.
+    """
 
     whitened: np.ndarray  # (N, NY) innovations, 0 where nothing was read
     log_likelihood: np.ndarray  # (N,) of the readings [nats], without the constant that the sensors' σ alone decide
@@ -31,13 +38,26 @@ class DriftResponse(NamedTuple):
     transitions: np.ndarray  # (N, NS, NS) of the error of the states, a reading taken in and then a step
     moves: np.ndarray  # (N, NS, rows) by a force over the step to the reading
     readings: np.ndarray  # (N, NY, NS) whitened innovations by the error of the states, 0 where nothing was read
+    gains: np.ndarray  # (N, NS, NY) of the states in the readings before, and then a step
+    offsets: np.ndarray  # (N, NY, NY) whitened innovations by offsets of the readings, 0 where nothing was read
+    spread: np.ndarray  # (NY,) variance of the innovations, before they are whitened
 
     def of(self, forces: np.ndarray) -> np.ndarray:
         """Whitened innovations (N, NY, columns) that forces (N, columns, rows) over the steps would take away."""
-        found = np.zeros((*self.whitened.shape, forces.shape[1]))
-        error = np.zeros((self.moves.shape[1], forces.shape[1]))
-        for k, (transition, move, reading) in enumerate(zip(self.transitions, self.moves, self.readings, strict=True)):
-            error = transition @ error + move @ forces[k].T
+        return self._followed(self.moves @ forces.transpose(0, 2, 1))
+
+    def of_readings(self, offsets: np.ndarray) -> np.ndarray:
+        """The same of offsets (N, columns, NY) of the readings."""
+        shifted = np.concatenate([np.zeros_like(offsets[:1]), offsets[:-1]])
+        later = self._followed(-self.gains @ shifted.transpose(0, 2, 1))
+        return self.offsets @ offsets.transpose(0, 2, 1) + later
+
+    def _followed(self, moves: np.ndarray) -> np.ndarray:
+        """Whitened innovations (N, NY, columns) of errors of the states that grow by moves (N, NS, columns)."""
+        found = np.zeros((*self.whitened.shape, moves.shape[2]))
+        error = np.zeros(moves.shape[1:])
+        for k, (transition, move, reading) in enumerate(zip(self.transitions, moves, self.readings, strict=True)):
+            error = transition @ error + move
             found[k] = reading @ error
         return found
 
@@ -83,6 +103,36 @@ def _probes(module: KernelModule, scale: float) -> Sources:
     )
 
 
+class _Update(NamedTuple):
+    """A filter's readings along a log, and what they do to the error of its states."""
+
+    left: np.ndarray  # (N, kept, kept) of an error, after the readings
+    gain: np.ndarray  # (N, kept, NY) of the states in the readings
+    shows: np.ndarray  # (N, NY, kept) whitened innovations by an error
+    whitens: np.ndarray  # (N, NY, NY) by the innovations; 0 where nothing was read
+    spread: np.ndarray  # (NY,) variance of the innovations
+
+    @classmethod
+    def of(
+        cls, filters: FilterProblem, number: int, track: FilterTrack, sources: Sources, kept: int, read: np.ndarray
+    ) -> _Update:
+        """Those of one log's track, of which the first states are ``kept`` and some readings (N, NY) were ``read``."""
+        module = filters.module
+        by = np.zeros((module.NY, kept))
+        by[:, : module.NX], by[:, kept - len(sources) :] = (
+            module.OUTPUT_MATRIX,
+            mixing_matrix([s.readings for s in sources], module.NY),
+        )
+        by = np.where(read[:, :, None], by, 0.0)
+        crossed = track.covariances[:, PREDICTED, :kept, :kept] @ by.transpose(0, 2, 1)
+        variance = by @ crossed + np.diag(filters.segments[number].sigma ** 2)
+        gain = np.linalg.solve(variance, crossed.transpose(0, 2, 1)).transpose(0, 2, 1)
+        root = np.linalg.cholesky(variance)
+        whitens = np.linalg.solve(root, np.where(read[:, :, None], np.eye(module.NY), 0.0))
+        spread = np.diagonal(variance, axis1=1, axis2=2).mean(axis=0)
+        return cls(np.eye(kept) - gain @ by, gain, np.linalg.solve(root, by), whitens, spread)
+
+
 def _response(
     filters: FilterProblem, number: int, track: FilterTrack, sources: Sources, parameters: OwnParameters
 ) -> DriftResponse:
@@ -91,38 +141,23 @@ def _response(
     kept, rows = track.means.shape[2] - module.NQ, slice(track.means.shape[2] - module.NQ, None)
     found = filters.innovations(np.zeros(0), [sources] * len(filters.segments))[number][track.samples]
     innovations, log_likelihood = found[..., 0], -0.5 * np.nansum(found[..., 0] ** 2 + found[..., 1], axis=1)
-    taken, readings = _update(filters, number, track, sources, kept, np.isfinite(innovations))
+    update = _Update.of(filters, number, track, sources, kept, np.isfinite(innovations))
     begins = np.isin(track.samples, stretch_beginnings(segments.bounds))
-    transitions = np.zeros_like(taken)
-    transitions[1:] = track.transitions[1:, :kept, :kept] @ taken[:-1]
+    onward = track.transitions[1:, :kept, :kept]
+    transitions, gains = np.zeros_like(update.left), np.zeros_like(update.gain)
+    transitions[1:], gains[1:] = onward @ update.left[:-1], onward @ update.gain[:-1]
     moves = track.transitions[:, :kept, rows].copy()
-    transitions[begins], moves[begins] = 0.0, 0.0
+    transitions[begins], gains[begins], moves[begins] = 0.0, 0.0, 0.0
     states, samples = np.roll(track.means[:, FILTERED, : module.NX], 1, axis=0), np.roll(track.samples, 1)
     states[0], samples[0] = track.means[0, FILTERED, : module.NX], track.samples[0]
     motion = variables_of(filters, segments.log, samples, states)
     forces = np.roll(track.means[:, FILTERED, kept - len(sources) : kept], 1, axis=0)
     forces = forces @ mixing_matrix([s.rows for s in sources], module.NQ).T
     own = _own_forces(filters, segments.log, samples, states, forces, parameters)
-    return DriftResponse(np.nan_to_num(innovations), log_likelihood, motion, own, transitions, moves, readings)
-
-
-def _update(
-    filters: FilterProblem, number: int, track: FilterTrack, sources: Sources, kept: int, read: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What readings leave of an error (N, kept, kept), and how they show it, whitened (N, NY, kept)."""
-    module = filters.module
-    by = np.zeros((module.NY, kept))
-    by[:, : module.NX], by[:, kept - len(sources) :] = (
-        module.OUTPUT_MATRIX,
-        mixing_matrix([s.readings for s in sources], module.NY),
-    )
-    by = np.where(read[:, :, None], by, 0.0)
-    predicted = track.covariances[:, PREDICTED, :kept, :kept]
-    crossed = predicted @ by.transpose(0, 2, 1)
-    variance = by @ crossed + np.diag(filters.segments[number].sigma ** 2)
-    gain = np.linalg.solve(variance, crossed.transpose(0, 2, 1)).transpose(0, 2, 1)
-    whitened = np.linalg.solve(np.linalg.cholesky(variance), by)
-    return np.eye(kept) - gain @ by, whitened
+    return DriftResponse(
+        np.nan_to_num(innovations), log_likelihood, motion, own, transitions, moves,
+        update.shows, gains, update.whitens, update.spread,
+    )  # fmt: skip
 
 
 def _own_forces(

@@ -1,11 +1,12 @@
-"""Whether what a model leaves to chance repeats: a smooth function of known signals, as a force in the filter.
+"""Whether what a model leaves to chance repeats: a smooth function of known signals, as a force or in a reading.
 
-Such a function of at most two of states, input and time, as a drift of the filter, is fitted on some blocks of the logs
-and must raise the likelihood of others. The signals are the filter's own estimates before the reading that they help to
-predict: behind a force at random the innovations are then orthogonal to every function of them, whatever the controller
-does, which does not hold for a force and a speed of the same moment, and not behind a filter that takes the force for
-smaller than it is. What repeats may be hidden in the fitted force, so that smaller ones are tried too; but there the
-smaller force and the function together must be likelier than the fitted force alone.
+Such a function of at most two of states, input and time, as a drift of the filter or as an offset of a reading, is
+fitted on some blocks of the logs and must raise the likelihood of others. The signals are the filter's own estimates
+before the reading that they help to predict: behind a force at random the innovations are then orthogonal to every
+function of them, whatever the controller does, which does not hold for a force and a speed of the same moment, and not
+behind a filter that takes the force for smaller than it is. What repeats may be hidden in the fitted force, so that
+smaller ones are tried too; but there the smaller force and the function together must be likelier than the fitted force
+alone.
 """
 
 from __future__ import annotations
@@ -29,18 +30,24 @@ from wheelpend.estimation.scaled_inverse import ScaledInverse
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
 RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of the random force's variance
 MAX_VARIABLES = 2  # of a function
-MIN_ADDED_GAIN = 3.0  # nats that a second variable must add
+MIN_ADDED_GAIN = 3.0  # nats that a constant must add, and each variable
 FORCE_SHARES = (1.0, 0.6, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
 
 
-@dataclass(frozen=True)
-class RepeatingForce:
-    """The share of a random force that repeats, as a force on one row or between two parts, and its variables."""
+FORCE, READING = "force", "reading"  # kinds of what repeats
 
-    row: str  # of the model, or the port of a force between two parts
-    depends_on: tuple[str, ...]  # variables, the one that predicts most first; none where nothing repeats
-    share: float  # of the random force's mean square
+
+@dataclass(frozen=True)
+class RepeatingFunction:
+    """What repeats, as a force on one row or between two parts or as an offset of a reading, and its variables."""
+
+    kind: str  # FORCE or READING
+    row: str  # of the model, or the port of a force between two parts; of a reading, its column of the log
+    depends_on: tuple[
+        str, ...
+    ]  # variables, the one that predicts most first; none where nothing repeats, or a constant
+    share: float  # of the random force's mean square, or of the variance of a reading's innovations
     gain: float  # of log-likelihood on blocks that did not make the function [nats]
     p_value: float  # of that gain by its scatter between blocks, for all functions that were tried
     functions: int  # that were tried
@@ -50,9 +57,15 @@ class RepeatingForce:
         """True where it is more than chance finds."""
         return self.p_value < SIGNIFICANCE_LEVEL and self.gain > 0.0
 
+    @property
+    def is_in_reading(self) -> bool:
+        """True of an offset of a reading."""
+        return self.kind == READING
+
     def to_json(self) -> dict[str, Any]:
         """The finding under the keys of JSON."""
         return {
+            "kind": self.kind,
             "row": self.row,
             "depends_on": self.depends_on,
             "share": self.share,
@@ -60,6 +73,20 @@ class RepeatingForce:
             "p_value": self.p_value,
             "functions": self.functions,
         }
+
+
+class Place(NamedTuple):
+    """Where a function may act, and how large its coefficients are expected to be."""
+
+    kind: str  # FORCE or READING
+    name: str
+    direction: np.ndarray  # (rows,) of the force, or (NY,) of the readings
+    squared: float  # mean square of the random force, or of the reading's innovations
+
+    def whitened(self, response: DriftResponse, columns: np.ndarray) -> np.ndarray:
+        """Whitened innovations (N, NY, m) that functions (N, m) would take away."""
+        acting = columns[:, :, None] * self.direction
+        return response.of(acting) if self.kind == FORCE else response.of_readings(acting)
 
 
 class DriftGain(NamedTuple):
@@ -112,20 +139,33 @@ class FoldedDrifts(NamedTuple):
         return DriftGain(gains / self.unit + lead, along / self.unit, power / self.unit, size, self.lead is None)
 
 
-def repeating_forces(model: FilteredModel) -> tuple[RepeatingForce, ...]:
-    """What of a model's random forces repeats, on each row and between two parts, the likeliest first.
+def what_repeats(model: FilteredModel) -> tuple[RepeatingFunction, ...]:
+    """What repeats behind a model's filter, on each row, between two parts and in each reading, the likeliest first.
 
     Empty where the filter's innovations cannot be followed.
     """
-    if not any(s.is_force for s in model.point.kinds):
-        return ()
     fitted = _responses(model)
+    places = _places(model, fitted) if fitted else []
     found = []
-    for share in FORCE_SHARES if fitted else ():
+    for share in FORCE_SHARES if model.force_squared else FORCE_SHARES[:1]:
         responses = fitted if share == 1.0 else _responses(moved_to(model, _shrunk(model, share)))
         if [len(r.whitened) for r in responses] == [len(r.whitened) for r in fitted]:
-            found += _repeating_behind(responses, None if share == 1.0 else fitted, model)
-    return likeliest_by_row(found)
+            found += _repeating_behind(responses, None if share == 1.0 else fitted, model.problem.plant, places)
+    return likeliest_by_place(found)
+
+
+def _places(model: FilteredModel, responses: Sequence[DriftResponse]) -> list[Place]:
+    """Every row and every force between two parts where a random force is left, and every reading."""
+    module, found = model.problem.module, []
+    if model.force_squared:
+        rows = {name: np.eye(module.NQ)[k] for k, name in enumerate(module.ROWS)}
+        couplings = {n: np.array(p.weights) for n, p in model.problem.plant.couplings.items()}
+        rows |= {n: weights for n, weights in couplings.items() if np.count_nonzero(weights) > 1}
+        found = [Place(FORCE, name, direction, model.force_squared) for name, direction in rows.items()]
+    spread = np.average([r.spread for r in responses], axis=0, weights=[len(r.whitened) for r in responses])
+    for k, name in enumerate(module.OUTPUTS):
+        found.append(Place(READING, name, np.eye(module.NY)[k], float(spread[k])))
+    return found
 
 
 def _responses(model: FilteredModel) -> list[DriftResponse]:
@@ -133,12 +173,12 @@ def _responses(model: FilteredModel) -> list[DriftResponse]:
     return [r for k in range(len(model.problem.logs)) if (r := drift_responses(model, k)) is not None]
 
 
-def likeliest_by_row(found: Sequence[RepeatingForce]) -> tuple[RepeatingForce, ...]:
-    """The likeliest finding of each row or port, the likeliest of all first."""
-    by_row: dict[str, RepeatingForce] = {}
+def likeliest_by_place(found: Sequence[RepeatingFunction]) -> tuple[RepeatingFunction, ...]:
+    """The likeliest finding of each place, the likeliest of all first."""
+    by_place: dict[tuple[str, str], RepeatingFunction] = {}
     for one in sorted(found, key=lambda f: (f.p_value, -f.gain)):
-        by_row.setdefault(one.row, one)
-    return tuple(by_row.values())
+        by_place.setdefault((one.kind, one.row), one)
+    return tuple(by_place.values())
 
 
 def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
@@ -146,19 +186,18 @@ def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
 
 
 def _repeating_behind(
-    responses: Sequence[DriftResponse], fitted: Sequence[DriftResponse] | None, model: FilteredModel
-) -> list[RepeatingForce]:
+    responses: Sequence[DriftResponse],
+    fitted: Sequence[DriftResponse] | None,
+    plant: PlantSignature,
+    places: Sequence[Place],
+) -> list[RepeatingFunction]:
     """The same behind some filters, with what those of the ``fitted`` force are where these are others."""
-    plant, rows = model.problem.plant, model.problem.module.ROWS
-    directions = {name: np.eye(len(rows))[k] for k, name in enumerate(rows)}
-    directions |= {n: np.array(p.weights) for n, p in plant.couplings.items() if np.count_nonzero(p.weights) > 1}
     basis = basis_of(responses, plant)
     columns = [name for group in basis.groups.values() for name in group]
-    square = model.force_squared
     found = []
-    for name, direction in directions.items():
-        folded = folded_drifts(responses, basis, columns, direction, fitted)
-        found.append(_strongest(name, folded, basis, responses, square, len(directions) * len(FORCE_SHARES)))
+    for place in places:
+        folded = folded_drifts(responses, basis, columns, place, fitted)
+        found.append(_strongest(place, folded, basis, responses, len(places) * len(FORCE_SHARES)))
     return found
 
 
@@ -172,15 +211,15 @@ def folded_drifts(
     responses: Sequence[DriftResponse],
     basis: SmoothBasis,
     columns: Sequence[str],
-    direction: np.ndarray,
+    place: Place,
     fitted: Sequence[DriftResponse] | None,
 ) -> FoldedDrifts:
-    """Normal equations of all columns as drifts along a direction (rows,), in blocks of about equal length."""
+    """Normal equations of all columns, acting at a place, in blocks of about equal length."""
     total = sum(len(r.whitened) for r in responses)
     information, score, likelihood, squares, count = [], [], [], 0.0, 0
     for response, other in zip(responses, fitted or responses, strict=True):
-        forces = basis.matrix(response.motion, columns)[:, :, None] * direction
-        whitened = np.concatenate([response.of_own(), response.of(forces)], axis=2)
+        acting = place.whitened(response, basis.matrix(response.motion, columns))
+        whitened = np.concatenate([response.of_own(), acting], axis=2)
         residual, lead = response.whitened, response.log_likelihood - other.log_likelihood
         blocks = max(2, round(FOLD_COUNT * len(residual) / max(total, 1)))
         for part in np.array_split(np.arange(len(residual)), blocks):
@@ -197,17 +236,12 @@ def folded_drifts(
 
 
 def _strongest(
-    name: str,
-    folded: FoldedDrifts,
-    basis: SmoothBasis,
-    responses: Sequence[DriftResponse],
-    square: float,
-    others: int,
-) -> RepeatingForce:
-    """The function of one variable, or two, that predicts most of what the others leave."""
-    ridge = RIDGE_PER_VARIANCE / max(square, 1e-300)
+    place: Place, folded: FoldedDrifts, basis: SmoothBasis, responses: Sequence[DriftResponse], others: int
+) -> RepeatingFunction:
+    """The function of at most two variables that predicts most of what the others leave: a constant, if that is all."""
+    ridge = RIDGE_PER_VARIANCE / max(place.squared, 1e-300)
     chosen: list[str] = []
-    best, tried = folded.predicted((), ridge), 0
+    nothing, best, tried = folded.predicted((), ridge), folded.predicted(basis.names(()), ridge), 1
     for _ in range(MAX_VARIABLES):
         free = [v for v in basis.variables if v not in chosen]
         trials = {v: folded.predicted(basis.names([*chosen, v]), ridge) for v in free}
@@ -216,14 +250,16 @@ def _strongest(
         if trials[first].gains.sum() - best.gains.sum() < MIN_ADDED_GAIN:
             break
         chosen, best = [*chosen, first], trials[first]
-    if not chosen:
-        return RepeatingForce(name, (), 0.0, 0.0, 1.0, tried * others)
+    if not chosen and best.gains.sum() - nothing.gains.sum() < MIN_ADDED_GAIN:
+        return RepeatingFunction(place.kind, place.name, (), 0.0, 0.0, 1.0, tried * others)
     p_value = min(1.0, best.p_value * tried * others)
-    force = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
-    share = float(np.clip(np.mean(force**2) / max(square, 1e-300), 0.0, 1.0))
-    return RepeatingForce(name, tuple(chosen), share, float(best.gains.sum()), p_value, tried * others)
+    function = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
+    share = float(np.clip(np.mean(function**2) / max(place.squared, 1e-300), 0.0, 1.0))
+    return RepeatingFunction(
+        place.kind, place.name, tuple(chosen), share, float(best.gains.sum()), p_value, tried * others
+    )
 
 
-def repeatable_share(found: Sequence[RepeatingForce]) -> float:
+def repeatable_share(found: Sequence[RepeatingFunction]) -> float:
     """The share of the random force that repeats; 0 where nothing does."""
-    return max((f.share for f in found if f.repeats), default=0.0)
+    return max((f.share for f in found if f.repeats and f.kind == FORCE), default=0.0)

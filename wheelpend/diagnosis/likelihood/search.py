@@ -19,7 +19,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
 )
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
-from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, repeating_forces
+from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, what_repeats
 from wheelpend.diagnosis.likelihood.resonance import resonances
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
@@ -196,7 +196,7 @@ def _diagnosis(
     verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
     if not named:
         progress("looking for what repeats")
-        repeating, rings = repeating_forces(base.model), resonances(base.model)
+        repeating, rings = what_repeats(base.model), resonances(base.model)
         repeats = any(f.repeats for f in repeating) or any(r.repeats for r in rings)
         verdict = "unexplained" if repeats else "nothing_missing"
         share = repeatable_share(repeating)

@@ -55,19 +55,23 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
                 f"library is worth naming, and {CHANCE_SENTENCE}")  # fmt: skip
     return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
-            f"accounts for it. {repeating_force_text(result)}")  # fmt: skip
+            f"accounts for it. {repeating_text(result)}")  # fmt: skip
 
 
-def repeating_force_text(result: Diagnosis) -> str:
+def repeating_text(result: Diagnosis) -> str:
     """The part of what is left to chance that repeats, and the signals that predict it, in a sentence."""
     repeating = [f for f in result.remainder.repeating if f.repeats] if result.remainder else []
     if not repeating:
         rings = [r for r in result.remainder.resonances if r.repeats] if result.remainder else []
         return f"It rings at {digits_text(rings[0].frequency_hz, 3)} Hz." if rings else ""
     first, ports = repeating[0], result.problem.plant.couplings
+    what = f"A function of {' and '.join(first.depends_on)}" if first.depends_on else "A constant"
+    if first.is_in_reading:
+        return (f"{what}, as an offset of the reading {first.row}, predicts a part of it on stretches that it was "
+                "not made from: look at that sensor first.")  # fmt: skip
     place = ports[first.row].place if first.row in ports else f"on the {first.row} row"
-    return (f"A function of {' and '.join(first.depends_on)}, as a force {place}, predicts "
-            f"{share_text(first.share)} of it on stretches that it was not made from.")  # fmt: skip
+    return (f"{what}, as a force {place}, predicts {share_text(first.share)} of it on stretches that it was not made "
+            "from.")  # fmt: skip
 
 
 def closing_sentence(result: Ladder) -> str:
@@ -75,7 +79,7 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {CHANCE_SENTENCE}"
-        return f"{CLOSING_SENTENCES[result.verdict]} {repeating_force_text(result.last)}".strip()
+        return f"{CLOSING_SENTENCES[result.verdict]} {repeating_text(result.last)}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
 
