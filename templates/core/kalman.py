@@ -41,7 +41,7 @@ def _hold_forces(sens, force, mixing, forces, rubbing, parameters):
             sens[i, c] = 1.0 if i == c else 0.0
 
 
-@internal
+@inlined
 def _move_sources(elapsed, sens, mixing, noise, force, force_by, transition):
     """Decay the sources over a step, and set the transition of the variables from the sensitivities of the states over it."""
     rows, count = mixing.shape[0], force_by.shape[1]
@@ -86,7 +86,7 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
                     force_by[j, c] -= along * (sens[i, first + c] - sens_before[i, c])
 
 
-@internal
+@inlined
 def _spread(noise, added, covariance, transition, product):
     """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise.
 
@@ -121,7 +121,7 @@ def _reading_direction(y, by_state, reads, by):
         by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
 
 
-@internal
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
