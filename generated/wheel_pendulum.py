@@ -62,6 +62,7 @@ DELAYED = (False, False, False,)  # True for each output that the sensor delay a
 SENSOR_DELAY = -1  # index of that delay among PARAMETERS, or -1
 SURFACES = 0  # number of surfaces with dry friction
 SLIP_MATRIX = np.array(np.zeros((0, 2)), dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
+IN_DRY_LAW = np.isin(np.arange(NP + 1), np.array([], dtype=np.int64))  # (NP + 1,): True for each parameter that dry friction depends on
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
 HYSTERESES = 0  # number of hysteresis forces
@@ -78,6 +79,8 @@ INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has no
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 RARE = 1e-4  # probability below which a surface does not stick, and nats per part that a merger may cost
+CERTAIN = 8.5  # standard deviations beyond which a Gaussian variable is not, to the last digit
+REST_MARGIN = 4.0  # changes of a slip over a step, as it begins, within which it may come to rest
 REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
 MIN_PART = 1e-3  # of a step, shorter than which none is split off
 ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
@@ -309,6 +312,13 @@ def _frozen(parameters):
 def _is_frictionless(parameters):
     """True where no surface has dry friction."""
     return True
+
+
+@inlined
+def _has_friction(parameters, columns):
+    """True where a surface has dry friction, or would have some by a change of the parameters in these columns."""
+    found = not _is_frictionless(parameters)
+    return found
 
 
 @inlined
@@ -1109,7 +1119,8 @@ def filter_error(
                     if lagging:
                         before[:], sens_before[:] = now, sens[:, first:]
                     _hold_forces(sens, force, mixing, forces, rubbing, parameters)
-                    dry[DIRECTION] = 0.0  # friction is one of the held forces
+                    for i in range(SURFACES):
+                        dry[DIRECTION, i] = 0.0  # friction is one of the held forces
                     _runge_kutta(begin, length, now, voltage[acting], parameters, now, dry, True, True, stages, by_parameter)
                     _propagate(length, sens, chosen, stages, by_parameter, lanes)
                     _move_sources(length, sens, mixing, noise, force, force_by, transition)
@@ -1127,7 +1138,8 @@ def filter_error(
             read_sensors(now_t, now, parameters, reading)
             _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
             _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, chosen, dry, slope, by_state, reading_by)
-            slope[:] = now[:NX]  # about which the readings are linear
+            for i in range(NX):
+                slope[i] = now[i]  # about which the readings are linear
             for y in range(NY):
                 sample = early if DELAYED[y] else k
                 if not (ahead if DELAYED[y] else on_time) or np.isnan(measured[sample, y]):
@@ -1197,7 +1209,7 @@ def _hold_forces(sens, force, mixing, forces, rubbing, parameters):
             sens[i, c] = 1.0 if i == c else 0.0
 
 
-@internal
+@inlined
 def _move_sources(elapsed, sens, mixing, noise, force, force_by, transition):
     """Decay the sources over a step, and set the transition of the variables from the sensitivities of the states over it."""
     rows, count = mixing.shape[0], force_by.shape[1]
@@ -1242,16 +1254,21 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
                     force_by[j, c] -= along * (sens[i, first + c] - sens_before[i, c])
 
 
-@internal
+@inlined
 def _spread(noise, added, covariance, transition, product):
-    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise."""
+    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise.
+
+    What is known exactly, as an added state that its effect does not use is, takes no time.
+    """
     size = covariance.shape[0]
     for i in range(size):
         for j in range(size):
-            total = 0.0
-            for k in range(size):
-                total += transition[i, k] * covariance[k, j]
-            product[i, j] = total
+            product[i, j] = 0.0
+        for k in range(size):
+            by = transition[i, k]
+            if by != 0.0 and covariance[k, k] != 0.0:
+                for j in range(size):
+                    product[i, j] += by * covariance[k, j]
     for i in range(size):
         for j in range(i + 1):
             total = 0.0
@@ -1268,35 +1285,36 @@ def _spread(noise, added, covariance, transition, product):
 @inlined
 def _reading_direction(y, by_state, reads, by):
     """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
-    by[:NX], by[NX:NS], by[NS:] = by_state[y], 0.0, reads[y]
+    for i in range(by.size):
+        by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
 
 
-@internal
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
     Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
     """
     size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total = variance
+    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
     for i in range(size):
-        crossed[i] = 0.0
-        for k in range(size):
-            crossed[i] += covariance[i, k] * by[k]
+        crossed[i] = product[left, i] = 0.0
+    for k in range(size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(size):
+                crossed[i] += by[k] * covariance[k, i]
     for k in range(size):
         total += by[k] * crossed[k]
     for i in range(size):
         gain[i] = crossed[i] / total
-        for j in range(size):
-            product[i, j] = covariance[i, j] - gain[i] * crossed[j]
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
     for i in range(size):
-        left = 0.0
-        for k in range(size):
-            left += product[i, k] * by[k]
-        crossed[i] = left
-    for i in range(size):
-        for j in range(i + 1):
-            covariance[i, j] = covariance[j, i] = product[i, j] - crossed[i] * gain[j] + gain[i] * variance * gain[j]
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
+            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):

@@ -92,6 +92,7 @@ DELAYED = (False, True, True,)  # True for each output that the sensor delay act
 SENSOR_DELAY = 48  # index of that delay among PARAMETERS, or -1
 SURFACES = 2  # number of surfaces with dry friction
 SLIP_MATRIX = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
+IN_DRY_LAW = np.isin(np.arange(NP + 1), np.array([6, 7, 8, 10, 11, 12, 13, 21], dtype=np.int64))  # (NP + 1,): True for each parameter that dry friction depends on
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
 HYSTERESES = 1  # number of hysteresis forces
@@ -108,6 +109,8 @@ INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has no
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 RARE = 1e-4  # probability below which a surface does not stick, and nats per part that a merger may cost
+CERTAIN = 8.5  # standard deviations beyond which a Gaussian variable is not, to the last digit
+REST_MARGIN = 4.0  # changes of a slip over a step, as it begins, within which it may come to rest
 REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
 MIN_PART = 1e-3  # of a step, shorter than which none is split off
 ALIKE = 0.1  # slips closer than that share of what friction stops within a step count as alike
@@ -648,6 +651,15 @@ def _frozen(parameters):
 def _is_frictionless(parameters):
     """True where no surface has dry friction."""
     return parameters[7] == 0.0 and parameters[8] == 0.0 and parameters[10] == 0.0 and parameters[11] == 0.0 and parameters[12] == 0.0 and parameters[21] == 0.0
+
+
+@inlined
+def _has_friction(parameters, columns):
+    """True where a surface has dry friction, or would have some by a change of the parameters in these columns."""
+    found = not _is_frictionless(parameters)
+    for column in columns:
+        found = found or column == 7 or column == 8 or column == 10 or column == 11 or column == 12 or column == 21
+    return found
 
 
 @inlined
@@ -1636,6 +1648,7 @@ def filter_error(
     delay, sensor_delay, linearise = _input_delay(parameters), _sensor_delay(parameters), True
     parts = 1 if lagging else parts  # what lags is followed in one part
     count, (mixture, costs, rays) = 1, _empty_mixture(parts, size)
+    rubs = _has_friction(parameters, columns)
     step_count, store, k, early, last, now_t, acting = 0, samples.size > 0, FIRST_SAMPLE, FIRST_SAMPLE, FIRST_SAMPLE, 0.0, FIRST_SAMPLE
     for s in range(bounds.shape[0]):
         gram[s], log_det[s] = 0.0, 0.0
@@ -1679,16 +1692,18 @@ def filter_error(
                 begin = now_t
                 while begin < until:
                     length = until - begin if until - begin < 1.5 * h else h
-                    length = _until_rest(begin, length, now, voltage[acting], force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter)
+                    if rubs:
+                        length = _until_rest(begin, length, now, voltage[acting], force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter)
                     end = begin + length if length < until - begin else until
                     if lagging:
                         before[:], sens_before[:] = now, sens[:, first:]
                     _hold_forces(sens, force, mixing, forces, rubbing, parameters)
-                    dry[DIRECTION] = 0.0  # friction is one of the held forces
+                    for i in range(SURFACES):
+                        dry[DIRECTION, i] = 0.0  # friction is one of the held forces
                     _runge_kutta(begin, length, now, voltage[acting], parameters, now, dry, True, True, stages, by_parameter)
                     _propagate(length, sens, chosen, stages, by_parameter, lanes)
-                    surface = 0
-                    if count == 1:
+                    surface = 0 if rubs else SURFACES
+                    if rubs and count == 1:
                         surface = _rub(
                             begin, now, sens, voltage[acting], mixing, parameters, columns, covariance, rubbing, added, friction, along, row_slope, dry, parts > 1,
                         )  # fmt: skip
@@ -1714,7 +1729,8 @@ def filter_error(
             read_sensors(now_t, now, parameters, reading)
             _sensor_jacobian(now_t, now, parameters, by_state, reading_by)
             _sensor_delay_jacobian(now_t, now, voltage[acting], parameters, chosen, dry, slope, by_state, reading_by)
-            slope[:] = now[:NX]  # about which the readings are linear
+            for i in range(NX):
+                slope[i] = now[i]  # about which the readings are linear
             for y in range(NY):
                 sample = early if DELAYED[y] else k
                 if not (ahead if DELAYED[y] else on_time) or np.isnan(measured[sample, y]):
@@ -1790,7 +1806,7 @@ def _hold_forces(sens, force, mixing, forces, rubbing, parameters):
             sens[i, c] = 1.0 if i == c else 0.0
 
 
-@internal
+@inlined
 def _move_sources(elapsed, sens, mixing, noise, force, force_by, transition):
     """Decay the sources over a step, and set the transition of the variables from the sensitivities of the states over it."""
     rows, count = mixing.shape[0], force_by.shape[1]
@@ -1835,16 +1851,21 @@ def _lag_sensors(elapsed, before, sens_before, now, sens, by_state, reads, noise
                     force_by[j, c] -= along * (sens[i, first + c] - sens_before[i, c])
 
 
-@internal
+@inlined
 def _spread(noise, added, covariance, transition, product):
-    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise."""
+    """Covariance of the variables after a step, from their transition, what is added to the states, and the sources' noise.
+
+    What is known exactly, as an added state that its effect does not use is, takes no time.
+    """
     size = covariance.shape[0]
     for i in range(size):
         for j in range(size):
-            total = 0.0
-            for k in range(size):
-                total += transition[i, k] * covariance[k, j]
-            product[i, j] = total
+            product[i, j] = 0.0
+        for k in range(size):
+            by = transition[i, k]
+            if by != 0.0 and covariance[k, k] != 0.0:
+                for j in range(size):
+                    product[i, j] += by * covariance[k, j]
     for i in range(size):
         for j in range(i + 1):
             total = 0.0
@@ -1861,35 +1882,36 @@ def _spread(noise, added, covariance, transition, product):
 @inlined
 def _reading_direction(y, by_state, reads, by):
     """Derivatives of a reading in the variables, into by (variables,): in the states, then in the sources."""
-    by[:NX], by[NX:NS], by[NS:] = by_state[y], 0.0, reads[y]
+    for i in range(by.size):
+        by[i] = by_state[y, i] if i < NX else 0.0 if i < NS else reads[y, i - NS]
 
 
-@internal
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
     Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
     """
     size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total = variance
+    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
     for i in range(size):
-        crossed[i] = 0.0
-        for k in range(size):
-            crossed[i] += covariance[i, k] * by[k]
+        crossed[i] = product[left, i] = 0.0
+    for k in range(size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(size):
+                crossed[i] += by[k] * covariance[k, i]
     for k in range(size):
         total += by[k] * crossed[k]
     for i in range(size):
         gain[i] = crossed[i] / total
-        for j in range(size):
-            product[i, j] = covariance[i, j] - gain[i] * crossed[j]
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
     for i in range(size):
-        left = 0.0
-        for k in range(size):
-            left += product[i, k] * by[k]
-        crossed[i] = left
-    for i in range(size):
-        for j in range(i + 1):
-            covariance[i, j] = covariance[j, i] = product[i, j] - crossed[i] * gain[j] + gain[i] * variance * gain[j]
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
+            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):
@@ -1938,13 +1960,22 @@ def _until_rest(
     """A step's length, or less where a surface that slips will first be at rest: there its friction changes within a step."""
     _friction_limits(t, now, voltage, parameters, dry)
     for r in range(forces.size):
-        total = 0.0
+        parameters[forces[r]] = 0.0
+        for j in range(force.size):
+            parameters[forces[r]] += mixing[r, j] * force[j]
+    _slip_directions(now, dry)
+    _rate(t, now, _acting(t, length, now, voltage, parameters), parameters, dry)
+    near = False
+    for i in range(SURFACES):
+        slip, change = _slip(now, i), REST_MARGIN * length * abs(_slip_rate(dry, RATE, i))
+        near = near or (dry[UPPER, i] > dry[LOWER, i] and slip != 0.0 and abs(slip) < change)
+    if not near:
+        return length
+    for r in range(forces.size):
         for i in range(SURFACES):
             slip = _slip(now, i)
-            total -= SLIP_MATRIX[i, r] * (dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i])
-        for j in range(force.size):
-            total += mixing[r, j] * force[j]
-        parameters[forces[r]] = total
+            rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+            parameters[forces[r]] -= SLIP_MATRIX[i, r] * rubs
     dry[DIRECTION] = 0.0
     share, first = 1.0, SURFACES  # that will be at rest first
     for attempt in range(REST_ATTEMPTS):
@@ -1974,11 +2005,16 @@ def _rub(
     before one that may stick, the number of those before.
     """
     rows = mixing.shape[0]
-    added[:] = 0.0
+    for a in range(NS):
+        for b in range(NS):
+            added[a, b] = 0.0
     _friction_derivatives(t, now, voltage, parameters, columns, friction, dry)
     for i in range(SURFACES):
         middle, half = friction[0, i, columns.size], friction[1, i, columns.size]
-        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not np.any(friction[:, i]):
+        changes = False
+        for c in range(columns.size):
+            changes = changes or friction[0, i, c] != 0.0 or friction[1, i, c] != 0.0
+        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
             continue  # and none of the free parameters would change that
         response = _slip_response(i, rows, sens, along, slope)
         variance = _slip_variance(slope, mixing, covariance)
@@ -1987,9 +2023,10 @@ def _rub(
         if stops and half > 0.0 and share < 1.0 - RARE:
             return i
         force = (slip - left) / response + middle
+        lost /= response**2
         for a in range(NS):
             for b in range(NS):
-                added[a, b] += along[a] * along[b] * lost / response**2
+                added[a, b] += along[a] * along[b] * lost
         _push(i, force, response, share, signed, rows, now, sens, rubbing, friction, along, slope)
     return SURFACES
 
@@ -2022,10 +2059,12 @@ def _push(surface, force, response, share, signed, rows, now, sens, rubbing, fri
     """Let a surface's friction act on the states and their sensitivities, instead of what acted over the step."""
     for a in range(NS):
         now[a] -= along[a] * (force - rubbing[surface])
-        for c in range(sens.shape[1]):
-            by = (share - 1.0) * slope[c] / response
-            if c >= NS + rows:
-                by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
+    lost = (share - 1.0) / response
+    for c in range(sens.shape[1]):
+        by = lost * slope[c]
+        if c >= NS + rows:
+            by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
+        for a in range(NS):
             sens[a, c] += along[a] * by
     rubbing[surface] = force
 
@@ -2065,6 +2104,10 @@ def _friction_derivatives(t, state, voltage, parameters, columns, friction, dry)
     """Middle and half width of each surface's friction, into friction (2, SURFACES, n + 1), after their derivatives."""
     count = columns.size
     for c in range(count, -1, -1):
+        if c < count and not IN_DRY_LAW[columns[c]]:
+            for i in range(SURFACES):
+                friction[0, i, c] = friction[1, i, c] = 0.0
+            continue
         step = 0.0
         if c < count:
             kept = parameters[columns[c]]
@@ -2086,15 +2129,22 @@ def _slip_variance(slope, mixing, covariance):
     """Variance of a slip from its derivatives in the states and in the rows' forces at the beginning of the step."""
     size, total = covariance.shape[0], 0.0
     for a in range(size):
-        by = slope[a] if a < NS else 0.0
-        for r in range(mixing.shape[0] if a >= NS else 0):
-            by += slope[NS + r] * mixing[r, a - NS]
-        for b in range(size):
-            other = slope[b] if b < NS else 0.0
-            for r in range(mixing.shape[0] if b >= NS else 0):
-                other += slope[NS + r] * mixing[r, b - NS]
-            total += by * covariance[a, b] * other
+        by, crossed = _slope_in(a, slope, mixing), 0.0
+        for b in range(a):
+            crossed += covariance[a, b] * _slope_in(b, slope, mixing)
+        total += by * (covariance[a, a] * by + 2.0 * crossed)
     return total
+
+
+@inlined
+def _slope_in(variable, slope, mixing):
+    """Derivative of a slip in one of the filter's variables: a state, or a source by the rows that it acts on."""
+    if variable < NS:
+        return slope[variable]
+    by = 0.0
+    for r in range(mixing.shape[0]):
+        by += slope[NS + r] * mixing[r, variable - NS]
+    return by
 
 
 @inlined
@@ -2113,6 +2163,9 @@ def _shrunk(mean, sigma, width):
 
     The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
     """
+    if abs(mean) - width > CERTAIN * sigma:
+        sign = 1.0 if mean > 0.0 else -1.0
+        return mean - sign * width, 1.0, sign, 0.0
     _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)
     left = sigma * (upper_density - lower_density) + (mean - width) * upper + (mean + width) * lower
     square = (sigma**2 + (mean - width) ** 2) * upper + (mean - width) * sigma * upper_density
@@ -2352,21 +2405,22 @@ def _assimilate_part(p, error, variance, by, gain, crossed, mixture):
     size, own, total = by.size, error, variance
     for i in range(size):
         own -= by[i] * mixture[p, size, i]
-        crossed[i] = 0.0
-        for k in range(size):
-            crossed[i] += mixture[p, i, k] * by[k]
+        crossed[i] = mixture[TRIAL, size, i] = 0.0
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                crossed[i] += by[k] * mixture[p, k, i]
     for k in range(size):
         total += by[k] * crossed[k]
     for i in range(size):
         gain[i] = crossed[i] / total
         mixture[p, size, i] += gain[i] * own
+    for k in range(size):
+        if by[k] != 0.0:
+            for i in range(size):
+                mixture[TRIAL, size, i] += by[k] * (mixture[p, k, i] - gain[i] * crossed[k])
     for i in range(size):
-        left = 0.0
-        for k in range(size):
-            left += (mixture[p, i, k] - gain[i] * crossed[k]) * by[k]
-        mixture[TRIAL, size, i] = left
-    for i in range(size):
-        for j in range(i + 1):
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
             value = mixture[p, i, j] - gain[i] * crossed[j] - mixture[TRIAL, size, i] * gain[j]
             mixture[p, i, j] = mixture[p, j, i] = value + gain[i] * variance * gain[j]
     weight = max(mixture[p, WEIGHT, size], 1e-300)
