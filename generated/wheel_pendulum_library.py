@@ -109,7 +109,7 @@ INPUTS = ('v_in',)  # columns of the inputs; a machine that swings freely has no
 INPUT = "v_in"  # the first of them, or nothing
 AT_REST = 1e-9  # slip speed below which a surface may stick [rad/s]
 RARE = 1e-4  # probability below which a surface does not stick, and nats per part that a merger may cost
-CERTAIN = 8.5  # standard deviations beyond which a Gaussian variable is not, to the last digit
+CERTAIN_SIGMAS = 8.5  # standard deviations beyond which a Gaussian variable is not, to the last digit
 REST_MARGIN = 4.0  # changes of a slip over a step, as it begins, within which it may come to rest
 REST_ATTEMPTS = 3  # at the moment at which a surface is at rest, by the secant rule
 MIN_PART = 1e-3  # of a step, shorter than which none is split off
@@ -2163,7 +2163,7 @@ def _shrunk(mean, sigma, width):
 
     The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
     """
-    if abs(mean) - width > CERTAIN * sigma:
+    if abs(mean) - width > CERTAIN_SIGMAS * sigma:
         sign = 1.0 if mean > 0.0 else -1.0
         return mean - sign * width, 1.0, sign, 0.0
     _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)

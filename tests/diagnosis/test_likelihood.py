@@ -15,8 +15,8 @@ from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_stati
 from wheelpend.diagnosis.likelihood.judgement import JudgedModel
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
 from wheelpend.diagnosis.likelihood.repeatability import (
-    FORCE,
-    READING,
+    FORCE_KIND,
+    READING_KIND,
     FoldedDrifts,
     RepeatingFunction,
     likeliest_by_place,
@@ -167,7 +167,7 @@ def test_a_function_of_speed_is_what_repeats(filtered):
     assert first.repeats and "dx" in first.depends_on
 
 
-@pytest.mark.parametrize(("crosstalk", "places"), [(4e-5, {(READING, "x", ("v_in",))}), (0.0, set())])
+@pytest.mark.parametrize(("crosstalk", "places"), [(4e-5, {(READING_KIND, "x", ("v_in",))}), (0.0, set())])
 def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_reading(crosstalk, places):
     log = axis_log(0.0, 3)
     told = replace(log, measured=log.measured + crosstalk * np.sign(log.voltage)[:, None])
@@ -236,10 +236,10 @@ def test_tests_that_agree_count_as_one_and_one_of_three_as_three_times_it():
 
 def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_function():
     found = [
-        RepeatingFunction(FORCE, "body", (), 0.0, 0.0, 1.0, 90),
-        RepeatingFunction(FORCE, "theta_w", ("v_in",), 0.2, 30.0, 1e-3, 90),
-        RepeatingFunction(READING, "theta_w", ("t",), 0.3, 40.0, 0.28, 90),
-        RepeatingFunction(FORCE, "theta_w", ("dtheta_w",), 0.5, 700.0, 1e-17, 90),
+        RepeatingFunction(FORCE_KIND, "body", (), 0.0, 0.0, 1.0, 90),
+        RepeatingFunction(FORCE_KIND, "theta_w", ("v_in",), 0.2, 30.0, 1e-3, 90),
+        RepeatingFunction(READING_KIND, "theta_w", ("t",), 0.3, 40.0, 0.28, 90),
+        RepeatingFunction(FORCE_KIND, "theta_w", ("dtheta_w",), 0.5, 700.0, 1e-17, 90),
     ]
     told = [(f.kind, f.row, f.p_value) for f in likeliest_by_place(found)]
-    assert told == [(FORCE, "theta_w", 1e-17), (READING, "theta_w", 0.28), (FORCE, "body", 1.0)]
+    assert told == [(FORCE_KIND, "theta_w", 1e-17), (READING_KIND, "theta_w", 0.28), (FORCE_KIND, "body", 1.0)]

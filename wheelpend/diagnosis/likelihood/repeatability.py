@@ -35,14 +35,14 @@ FORCE_SHARES = (1.0, 0.6, 0.3)  # of the found random force, behind which is loo
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
 
 
-FORCE, READING = "force", "reading"  # kinds of what repeats
+FORCE_KIND, READING_KIND = "force", "reading"  # kinds of what repeats
 
 
 @dataclass(frozen=True)
 class RepeatingFunction:
     """What repeats, as a force on one row or between two parts or as an offset of a reading, and its variables."""
 
-    kind: str  # FORCE or READING
+    kind: str  # FORCE_KIND or READING_KIND
     row: str  # of the model, or the port of a force between two parts; of a reading, its column of the log
     depends_on: tuple[
         str, ...
@@ -60,7 +60,7 @@ class RepeatingFunction:
     @property
     def is_in_reading(self) -> bool:
         """True of an offset of a reading."""
-        return self.kind == READING
+        return self.kind == READING_KIND
 
     def to_json(self) -> dict[str, Any]:
         """The finding under the keys of JSON."""
@@ -78,7 +78,7 @@ class RepeatingFunction:
 class Place(NamedTuple):
     """Where a function may act, and how large its coefficients are expected to be."""
 
-    kind: str  # FORCE or READING
+    kind: str  # FORCE_KIND or READING_KIND
     name: str
     direction: np.ndarray  # (rows,) of the force, or (NY,) of the readings
     squared: float  # mean square of the random force, or of the reading's innovations
@@ -86,7 +86,7 @@ class Place(NamedTuple):
     def whitened(self, response: DriftResponse, columns: np.ndarray) -> np.ndarray:
         """Whitened innovations (N, NY, m) that functions (N, m) would take away."""
         acting = columns[:, :, None] * self.direction
-        return response.of(acting) if self.kind == FORCE else response.of_readings(acting)
+        return response.of(acting) if self.kind == FORCE_KIND else response.of_readings(acting)
 
 
 class DriftGain(NamedTuple):
@@ -161,10 +161,10 @@ def _places(model: FilteredModel, responses: Sequence[DriftResponse]) -> list[Pl
         rows = {name: np.eye(module.NQ)[k] for k, name in enumerate(module.ROWS)}
         couplings = {n: np.array(p.weights) for n, p in model.problem.plant.couplings.items()}
         rows |= {n: weights for n, weights in couplings.items() if np.count_nonzero(weights) > 1}
-        found = [Place(FORCE, name, direction, model.force_squared) for name, direction in rows.items()]
+        found = [Place(FORCE_KIND, name, direction, model.force_squared) for name, direction in rows.items()]
     spread = np.average([r.spread for r in responses], axis=0, weights=[len(r.whitened) for r in responses])
     for k, name in enumerate(module.OUTPUTS):
-        found.append(Place(READING, name, np.eye(module.NY)[k], float(spread[k])))
+        found.append(Place(READING_KIND, name, np.eye(module.NY)[k], float(spread[k])))
     return found
 
 
@@ -262,4 +262,4 @@ def _strongest(
 
 def repeatable_share(found: Sequence[RepeatingFunction]) -> float:
     """The share of the random force that repeats; 0 where nothing does."""
-    return max((f.share for f in found if f.repeats and f.kind == FORCE), default=0.0)
+    return max((f.share for f in found if f.repeats and f.kind == FORCE_KIND), default=0.0)
