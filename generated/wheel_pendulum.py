@@ -62,7 +62,7 @@ DELAYED = (False, False, False,)  # True for each output that the sensor delay a
 SENSOR_DELAY = -1  # index of that delay among PARAMETERS, or -1
 SURFACES = 0  # number of surfaces with dry friction
 SLIP_MATRIX = np.array(np.zeros((0, 2)), dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
-IN_DRY_LAW = np.isin(np.arange(NP + 1), np.array([], dtype=np.int64))  # (NP + 1,): True for each parameter that dry friction depends on
+IN_DRY_LAW = np.isin(np.arange(NP), np.array([], dtype=np.int64))  # (NP,): True for each parameter that dry friction depends on
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
 HYSTERESES = 0  # number of hysteresis forces
@@ -1067,8 +1067,8 @@ def filter_error(
     as many Gaussian parts as parts at most; otherwise one.
     gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
     columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
-    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], and
-    means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
+    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], in the
+    ranges alone and NaN where nothing is read there, and means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
     step, predicted and then filtered.
     Returns the number of these steps.
     """
@@ -1093,6 +1093,7 @@ def filter_error(
             while last + 1 < bounds.shape[0] and bounds[last + 1, 0] == bounds[last, 1]:
                 last += 1
             k = early = bounds[s, 0]
+            innovation[k : bounds[last, 1]] = np.nan
             now_t = t[k]
             acting = _acting_sample(t, k, now_t, parameters)
             _initial_state(now_t, t, voltage, acting, states[s], parameters, chosen, now, sens)
@@ -1290,31 +1291,41 @@ def _reading_direction(y, by_state, reads, by):
 
 
 @inlined
+def _learn(variance, by, covariance, shown, gain, crossed):
+    """Update a covariance by a reading, in Joseph's form, which keeps it positive. Returns the variance of the error.
+
+    The gain stands in gain then; crossed and shown (variables,) are scratch.
+    """
+    total = variance
+    for i in range(by.size):
+        crossed[i] = shown[i] = 0.0
+    for k in range(by.size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(by.size):
+                crossed[i] += by[k] * covariance[k, i]
+    for k in range(by.size):
+        total += by[k] * crossed[k]
+    for i in range(by.size):
+        gain[i] = crossed[i] / total
+    for k in range(by.size):
+        if by[k] != 0.0:
+            for i in range(by.size):
+                shown[i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
+    for i in range(by.size):
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            left = covariance[i, j] - gain[i] * crossed[j] - shown[i] * gain[j]
+            covariance[i, j] = covariance[j, i] = left + gain[i] * variance * gain[j]
+    return total
+
+
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
-    Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
+    Returns the standard deviation of the error.
     """
-    size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
-    for i in range(size):
-        crossed[i] = product[left, i] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:  # a reading shows few of the variables
-            for i in range(size):
-                crossed[i] += by[k] * covariance[k, i]
-    for k in range(size):
-        total += by[k] * crossed[k]
-    for i in range(size):
-        gain[i] = crossed[i] / total
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
-    for i in range(size):
-        for j in range(i + 1 if gain[i] != 0.0 else 0):
-            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
-            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
+    rows, count = sens.shape[1] - force_by.shape[1], force_by.shape[1]
+    total = _learn(variance, by, covariance, product[0], gain, crossed)
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):

@@ -92,7 +92,7 @@ DELAYED = (False, True, True,)  # True for each output that the sensor delay act
 SENSOR_DELAY = 48  # index of that delay among PARAMETERS, or -1
 SURFACES = 2  # number of surfaces with dry friction
 SLIP_MATRIX = np.array([(1.0, -1.0), (1.0, 0.0)], dtype=np.float64)  # (SURFACES, NA): slip speeds as weights on the rates
-IN_DRY_LAW = np.isin(np.arange(NP + 1), np.array([6, 7, 8, 10, 11, 12, 13, 21], dtype=np.int64))  # (NP + 1,): True for each parameter that dry friction depends on
+IN_DRY_LAW = np.isin(np.arange(NP), np.array([6, 7, 8, 10, 11, 12, 13, 21], dtype=np.int64))  # (NP,): True for each parameter that dry friction depends on
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)  # rows of the scratch array of dry friction
 LANES = 8  # sensitivity columns that are advanced side by side
 HYSTERESES = 1  # number of hysteresis forces
@@ -1628,8 +1628,8 @@ def filter_error(
     as many Gaussian parts as parts at most; otherwise one.
     gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
     columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
-    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], and
-    means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
+    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], in the
+    ranges alone and NaN where nothing is read there, and means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
     step, predicted and then filtered.
     Returns the number of these steps.
     """
@@ -1657,6 +1657,7 @@ def filter_error(
             while last + 1 < bounds.shape[0] and bounds[last + 1, 0] == bounds[last, 1]:
                 last += 1
             k = early = bounds[s, 0]
+            innovation[k : bounds[last, 1]] = np.nan
             now_t = t[k]
             acting = _acting_sample(t, k, now_t, parameters)
             _initial_state(now_t, t, voltage, acting, states[s], parameters, chosen, now, sens)
@@ -1887,31 +1888,41 @@ def _reading_direction(y, by_state, reads, by):
 
 
 @inlined
+def _learn(variance, by, covariance, shown, gain, crossed):
+    """Update a covariance by a reading, in Joseph's form, which keeps it positive. Returns the variance of the error.
+
+    The gain stands in gain then; crossed and shown (variables,) are scratch.
+    """
+    total = variance
+    for i in range(by.size):
+        crossed[i] = shown[i] = 0.0
+    for k in range(by.size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(by.size):
+                crossed[i] += by[k] * covariance[k, i]
+    for k in range(by.size):
+        total += by[k] * crossed[k]
+    for i in range(by.size):
+        gain[i] = crossed[i] / total
+    for k in range(by.size):
+        if by[k] != 0.0:
+            for i in range(by.size):
+                shown[i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
+    for i in range(by.size):
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            left = covariance[i, j] - gain[i] * crossed[j] - shown[i] * gain[j]
+            covariance[i, j] = covariance[j, i] = left + gain[i] * variance * gain[j]
+    return total
+
+
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
-    Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
+    Returns the standard deviation of the error.
     """
-    size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
-    for i in range(size):
-        crossed[i] = product[left, i] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:  # a reading shows few of the variables
-            for i in range(size):
-                crossed[i] += by[k] * covariance[k, i]
-    for k in range(size):
-        total += by[k] * crossed[k]
-    for i in range(size):
-        gain[i] = crossed[i] / total
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
-    for i in range(size):
-        for j in range(i + 1 if gain[i] != 0.0 else 0):
-            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
-            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
+    rows, count = sens.shape[1] - force_by.shape[1], force_by.shape[1]
+    total = _learn(variance, by, covariance, product[0], gain, crossed)
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):
@@ -1971,10 +1982,10 @@ def _until_rest(
         near = near or (dry[UPPER, i] > dry[LOWER, i] and slip != 0.0 and abs(slip) < change)
     if not near:
         return length
-    for r in range(forces.size):
-        for i in range(SURFACES):
-            slip = _slip(now, i)
-            rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+    for i in range(SURFACES):
+        slip = _slip(now, i)
+        rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+        for r in range(forces.size):
             parameters[forces[r]] -= SLIP_MATRIX[i, r] * rubs
     dry[DIRECTION] = 0.0
     share, first = 1.0, SURFACES  # that will be at rest first
@@ -2014,7 +2025,7 @@ def _rub(
         changes = False
         for c in range(columns.size):
             changes = changes or friction[0, i, c] != 0.0 or friction[1, i, c] != 0.0
-        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
+        if half == 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
             continue  # and none of the free parameters would change that
         response = _slip_response(i, rows, sens, along, slope)
         variance = _slip_variance(slope, mixing, covariance)
@@ -2059,9 +2070,9 @@ def _push(surface, force, response, share, signed, rows, now, sens, rubbing, fri
     """Let a surface's friction act on the states and their sensitivities, instead of what acted over the step."""
     for a in range(NS):
         now[a] -= along[a] * (force - rubbing[surface])
-    lost = (share - 1.0) / response
+    stopped = (share - 1.0) / response
     for c in range(sens.shape[1]):
-        by = lost * slope[c]
+        by = stopped * slope[c]
         if c >= NS + rows:
             by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
         for a in range(NS):
@@ -2163,7 +2174,7 @@ def _shrunk(mean, sigma, width):
 
     The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
     """
-    if abs(mean) - width > CERTAIN_SIGMAS * sigma:
+    if abs(mean) - abs(width) > CERTAIN_SIGMAS * sigma:
         sign = 1.0 if mean > 0.0 else -1.0
         return mean - sign * width, 1.0, sign, 0.0
     _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)
@@ -2400,29 +2411,14 @@ def _assimilate_parts(count, error, variance, by, row, now, sens, force, force_b
 def _assimilate_part(p, error, variance, by, gain, crossed, mixture):
     """Update a part by a reading; in place of its weight stands its score then, of its volume its log-likelihood.
 
-    Returns this logarithm. The covariance is updated in Joseph's form, which keeps it positive.
+    Returns this logarithm.
     """
-    size, own, total = by.size, error, variance
+    size, own = by.size, error
     for i in range(size):
         own -= by[i] * mixture[p, size, i]
-        crossed[i] = mixture[TRIAL, size, i] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                crossed[i] += by[k] * mixture[p, k, i]
-    for k in range(size):
-        total += by[k] * crossed[k]
+    total = _learn(variance, by, mixture[p], mixture[TRIAL, size], gain, crossed)
     for i in range(size):
-        gain[i] = crossed[i] / total
         mixture[p, size, i] += gain[i] * own
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                mixture[TRIAL, size, i] += by[k] * (mixture[p, k, i] - gain[i] * crossed[k])
-    for i in range(size):
-        for j in range(i + 1 if gain[i] != 0.0 else 0):
-            value = mixture[p, i, j] - gain[i] * crossed[j] - mixture[TRIAL, size, i] * gain[j]
-            mixture[p, i, j] = mixture[p, j, i] = value + gain[i] * variance * gain[j]
     weight = max(mixture[p, WEIGHT, size], 1e-300)
     mixture[p, WEIGHT, size] = own / total
     mixture[p, VOLUME, size] = math.log(weight) - 0.5 * own**2 / total - 0.5 * math.log(total)

@@ -39,7 +39,7 @@ def friction_of(model: Model) -> Friction:
         directions=tuple(local_name(s.direction.name) for s in model.surfaces),
         slip_matrix=tuple(s.slip for s in model.surfaces),
         sizes=tuple(model.parameters.index(name) for name in dry_sizes(model)),
-        parameters=tuple(n for n, p in enumerate(model.fitted) if p.name in dry_parameters(model)),
+        parameters=tuple(model.parameters.index(name) for name in dry_parameters(model)),
         hysteresis=tuple(hysteresis_code(model, m) for m in model.hystereses),
     )
 

@@ -28,7 +28,7 @@ RATES = (1,)
 FITTED, LINEAR = 3, ("X1", "X2", "X3")
 DELAY, LAG, SENSOR_DELAY = -1, -1, -1
 DELAYED = (False, False)
-SURFACES, SLIP_MATRIX, IN_DRY_LAW = 0, np.zeros((0, NA)), np.zeros(NP + 1, dtype=np.bool_)
+SURFACES, SLIP_MATRIX, IN_DRY_LAW = 0, np.zeros((0, NA)), np.zeros(NP, dtype=np.bool_)
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
 AT_REST, LAG_MEMORY, SERIES_RANGE, ROUNDING = 1e-9, 40.0, 0.125, 6755399441055744.0
 FIRST_SAMPLE = np.int64(0)

@@ -122,31 +122,41 @@ def _reading_direction(y, by_state, reads, by):
 
 
 @inlined
+def _learn(variance, by, covariance, shown, gain, crossed):
+    """Update a covariance by a reading, in Joseph's form, which keeps it positive. Returns the variance of the error.
+
+    The gain stands in gain then; crossed and shown (variables,) are scratch.
+    """
+    total = variance
+    for i in range(by.size):
+        crossed[i] = shown[i] = 0.0
+    for k in range(by.size):
+        if by[k] != 0.0:  # a reading shows few of the variables
+            for i in range(by.size):
+                crossed[i] += by[k] * covariance[k, i]
+    for k in range(by.size):
+        total += by[k] * crossed[k]
+    for i in range(by.size):
+        gain[i] = crossed[i] / total
+    for k in range(by.size):
+        if by[k] != 0.0:
+            for i in range(by.size):
+                shown[i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
+    for i in range(by.size):
+        for j in range(i + 1 if gain[i] != 0.0 else 0):
+            left = covariance[i, j] - gain[i] * crossed[j] - shown[i] * gain[j]
+            covariance[i, j] = covariance[j, i] = left + gain[i] * variance * gain[j]
+    return total
+
+
+@inlined
 def _assimilate(error, variance, by, row, now, sens, force, force_by, covariance, product, gain, crossed):
     """Update by a reading: error and its derivatives row (n,) in the parameters, which both begin to count less.
 
-    Returns the standard deviation of the error. The covariance is updated in Joseph's form, which keeps it positive.
+    Returns the standard deviation of the error.
     """
-    size, rows, count = covariance.shape[0], sens.shape[1] - force_by.shape[1], force_by.shape[1]
-    total, left = variance, 0  # row of the product that receives what the first form leaves of what is shown
-    for i in range(size):
-        crossed[i] = product[left, i] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:  # a reading shows few of the variables
-            for i in range(size):
-                crossed[i] += by[k] * covariance[k, i]
-    for k in range(size):
-        total += by[k] * crossed[k]
-    for i in range(size):
-        gain[i] = crossed[i] / total
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                product[left, i] += by[k] * (covariance[k, i] - gain[i] * crossed[k])
-    for i in range(size):
-        for j in range(i + 1 if gain[i] != 0.0 else 0):
-            moved = covariance[i, j] - gain[i] * crossed[j] - product[left, i] * gain[j]
-            covariance[i, j] = covariance[j, i] = moved + gain[i] * variance * gain[j]
+    rows, count = sens.shape[1] - force_by.shape[1], force_by.shape[1]
+    total = _learn(variance, by, covariance, product[0], gain, crossed)
     for i in range(NS):
         now[i] += gain[i] * error
         for c in range(count):

@@ -28,6 +28,7 @@ from templates.core.frame import (
     inlined,
     internal,
 )
+from templates.core.kalman import _learn
 from templates.core.merging import _reduce_parts
 from templates.core.truncated import _piece, _tails
 
@@ -248,29 +249,14 @@ def _assimilate_parts(count, error, variance, by, row, now, sens, force, force_b
 def _assimilate_part(p, error, variance, by, gain, crossed, mixture):
     """Update a part by a reading; in place of its weight stands its score then, of its volume its log-likelihood.
 
-    Returns this logarithm. The covariance is updated in Joseph's form, which keeps it positive.
+    Returns this logarithm.
     """
-    size, own, total = by.size, error, variance
+    size, own = by.size, error
     for i in range(size):
         own -= by[i] * mixture[p, size, i]
-        crossed[i] = mixture[TRIAL, size, i] = 0.0
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                crossed[i] += by[k] * mixture[p, k, i]
-    for k in range(size):
-        total += by[k] * crossed[k]
+    total = _learn(variance, by, mixture[p], mixture[TRIAL, size], gain, crossed)
     for i in range(size):
-        gain[i] = crossed[i] / total
         mixture[p, size, i] += gain[i] * own
-    for k in range(size):
-        if by[k] != 0.0:
-            for i in range(size):
-                mixture[TRIAL, size, i] += by[k] * (mixture[p, k, i] - gain[i] * crossed[k])
-    for i in range(size):
-        for j in range(i + 1 if gain[i] != 0.0 else 0):
-            value = mixture[p, i, j] - gain[i] * crossed[j] - mixture[TRIAL, size, i] * gain[j]
-            mixture[p, i, j] = mixture[p, j, i] = value + gain[i] * variance * gain[j]
     weight = max(mixture[p, WEIGHT, size], 1e-300)
     mixture[p, WEIGHT, size] = own / total
     mixture[p, VOLUME, size] = math.log(weight) - 0.5 * own**2 / total - 0.5 * math.log(total)

@@ -49,10 +49,10 @@ def _until_rest(
         near = near or (dry[UPPER, i] > dry[LOWER, i] and slip != 0.0 and abs(slip) < change)
     if not near:
         return length
-    for r in range(forces.size):
-        for i in range(SURFACES):
-            slip = _slip(now, i)
-            rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+    for i in range(SURFACES):
+        slip = _slip(now, i)
+        rubs = dry[UPPER, i] if slip > 0.0 else dry[LOWER, i] if slip < 0.0 else rubbing[i]
+        for r in range(forces.size):
             parameters[forces[r]] -= SLIP_MATRIX[i, r] * rubs
     dry[DIRECTION] = 0.0
     share, first = 1.0, SURFACES  # that will be at rest first
@@ -92,7 +92,7 @@ def _rub(
         changes = False
         for c in range(columns.size):
             changes = changes or friction[0, i, c] != 0.0 or friction[1, i, c] != 0.0
-        if half <= 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
+        if half == 0.0 and middle == 0.0 and rubbing[i] == 0.0 and not changes:
             continue  # and none of the free parameters would change that
         response = _slip_response(i, rows, sens, along, slope)
         variance = _slip_variance(slope, mixing, covariance)
@@ -137,9 +137,9 @@ def _push(surface, force, response, share, signed, rows, now, sens, rubbing, fri
     """Let a surface's friction act on the states and their sensitivities, instead of what acted over the step."""
     for a in range(NS):
         now[a] -= along[a] * (force - rubbing[surface])
-    lost = (share - 1.0) / response
+    stopped = (share - 1.0) / response
     for c in range(sens.shape[1]):
-        by = lost * slope[c]
+        by = stopped * slope[c]
         if c >= NS + rows:
             by -= share * friction[0, surface, c - NS - rows] + signed * friction[1, surface, c - NS - rows]
         for a in range(NS):

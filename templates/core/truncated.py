@@ -21,7 +21,7 @@ def _shrunk(mean, sigma, width):
 
     The slope is the probability of |s| > width (Stein's lemma), the signed share P(s > width) − P(s < −width).
     """
-    if abs(mean) - width > CERTAIN_SIGMAS * sigma:
+    if abs(mean) - abs(width) > CERTAIN_SIGMAS * sigma:
         sign = 1.0 if mean > 0.0 else -1.0
         return mean - sign * width, 1.0, sign, 0.0
     _, _, upper, lower, upper_density, lower_density = _tails(mean, sigma, width)

@@ -51,7 +51,7 @@ class FilterRun(NamedTuple):
 
     gram: np.ndarray  # (segments, columns + 1, columns + 1) of derivatives and, last, innovations
     log_det: np.ndarray  # (segments,) sums of the logarithms of their variances [σ²]
-    innovation: np.ndarray  # (samples, NY, 2) whitened, and the logarithms of their variances [σ²]; NaN where none is
+    innovation: np.ndarray  # (samples inside, NY, 2) whitened, and logarithms of the variances [σ²]; NaN where none is
 
     @property
     def deviance(self) -> np.ndarray:
@@ -108,12 +108,11 @@ class FilterProblem:
 
     def run(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[FilterRun]:
         """Run the filters with each log's random sources, and linearise their innovations, in the segments, in θ."""
-        runs = [self._run_log(k, theta, own, self.columns, 0)[0] for k, own in enumerate(sources)]
-        return [r._replace(innovation=r.innovation[own]) for r, own in zip(runs, self._inside, strict=True)]
+        return [self._run_log(k, theta, own, self.columns, 0)[0] for k, own in enumerate(sources)]
 
     def inside_innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
         """The innovations of each log (samples, NY, 2) in its segments, as run has them."""
-        return [found[own] for found, own in zip(self.innovations(theta, sources), self._inside, strict=True)]
+        return [self._run_log(k, theta, own, self.columns[:0], 0)[0].innovation for k, own in enumerate(sources)]
 
     @cached_property
     def _inside(self) -> list[np.ndarray]:
@@ -128,7 +127,10 @@ class FilterProblem:
 
     def innovations(self, theta: np.ndarray, sources: Sequence[Sources]) -> list[np.ndarray]:
         """Whitened innovations of each log and the logarithms of their variances [σ²] (N, NY, 2), NaN where none is."""
-        return [self._run_log(k, theta, own, self.columns[:0], 0)[0].innovation for k, own in enumerate(sources)]
+        found = [np.full((len(s.log), self.module.NY, 2), np.nan) for s in self.segments]
+        for whole, inside, own in zip(found, self.inside_innovations(theta, sources), self._inside, strict=True):
+            whole[own] = inside
+        return found
 
     def track(self, number: int, theta: np.ndarray, sources: Sources) -> FilterTrack:
         """Every step of the filter along a log."""
@@ -140,10 +142,11 @@ class FilterProblem:
     def _run_log(
         self, number: int, theta: np.ndarray, sources: Sources, columns: np.ndarray, steps: int
     ) -> tuple[FilterRun, FilterTrack]:
-        """Run the filter along one log; innovations are stored unless there are NO_STEPS, and so many steps."""
+        """Run the filter along one log; its innovations are stored unless there are NO_STEPS, and so many steps."""
         module, segments = self.module, self.segments[number]
         log, parts, size = segments.log, len(segments.bounds), len(self.spreads[number]) + len(sources)
-        innovation = np.full((0 if steps == NO_STEPS else len(log), module.NY, 2), np.nan)
+        inside = self._inside[number] if steps != NO_STEPS else np.zeros(0, dtype=np.int64)
+        innovation = np.empty((len(log) if len(inside) else 0, module.NY, 2))  # of which most may never be touched
         run = FilterRun(np.zeros((parts, columns.size + 1, columns.size + 1)), np.zeros(parts), innovation)
         track = FilterTrack.empty(max(steps, 0), size)
         parameters = kernel_parameters(module, self.space.values_of_log(theta, number), log)
@@ -156,8 +159,8 @@ class FilterProblem:
                 self.parts, *run, *track,
             )  # fmt: skip
         except ZeroDivisionError:  # a machine without inertia, at the bounds of its parameters, cannot be simulated
-            run.gram[:], done = np.nan, 0
-        return run, FilterTrack(*(part[:done] for part in track))
+            run.gram[:], innovation[inside], done = np.nan, np.nan, 0
+        return run._replace(innovation=innovation[inside]), FilterTrack(*(part[:done] for part in track))
 
     @np.errstate(over="ignore", invalid="ignore")  # as above
     def equations(self, runs: Sequence[FilterRun]) -> NormalEquations:
