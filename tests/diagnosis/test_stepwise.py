@@ -1,6 +1,6 @@
 """Effects added in turn, and taken out again where others have made them needless."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import pytest
@@ -66,6 +66,11 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
     assert stepwise.stepwise(*begun, lambda rounds: False) is whole
 
 
+@dataclass(frozen=True)
+class Problem:
+    redundant_effects: tuple[str, ...]
+
+
 def ended(*effects, verdict="nothing_missing", by_likelihood=False):
     """Rounds that have added these effects and end with a verdict."""
     below = [SimpleNamespace(named=(e,), verdict="effect_missing") for e in effects]
@@ -96,6 +101,30 @@ def test_two_effects_that_hide_each_other_are_sought_where_likelihood_finds_none
     found = stepwise.stepwise(None, {}, lambda rounds: False)
     assert seen == ([first] if tried else [])
     assert found == (pair if tried else likely)
+
+
+def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_without_a_needless_effect(monkeypatch):
+    (first,), pair, backlash = ended(verdict="unexplained"), ended("slope", "coulomb_drive"), ended("backlash")[0]
+    (again,) = ended(verdict="unexplained")
+    backlash.is_explained = False
+    begun, seen, needless = iter([first, again]), [], iter(["slope", None])
+    monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: next(begun))
+    monkeypatch.setattr(stepwise, "_with_backlash_instead", lambda rounds, *rest: [backlash])
+    monkeypatch.setattr(stepwise, "rounds_by_likelihood", lambda *rest: ended(verdict="unexplained"))
+    monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
+    monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
+    monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: next(needless))
+    monkeypatch.setattr(stepwise, "best_result", lambda rounds: (1.0, None, None))
+    problem = Problem(redundant_effects=())
+    assert stepwise.stepwise(problem, {}, lambda rounds: False) == pair
+    assert seen == [first, again]
+
+
+def test_there_is_room_for_two_more_effects_only_where_both_may_be_added():
+    def done(count):
+        return stepwise.selection_done([SimpleNamespace(by_likelihood=True)] * count)
+
+    assert not done(3) and done(4) and done(5)
 
 
 def test_a_needless_effect_is_said_not_to_be_judged(begun):

@@ -65,9 +65,9 @@ def selection_done(rounds: Rounds) -> bool:
     """Enough rounds to know that the effects explain the rest, or that at this pace none will."""
     last = rounds[-1]
     if last.by_likelihood:  # the rest may repeat though the error hardly falls
-        return len(rounds) == MAX_ADDED_EFFECTS
+        return len(rounds) >= MAX_ADDED_EFFECTS
     slow = len(rounds) > 1 and last.named[0].error_after > MAX_REMAINING_ERROR_RATIO * last.error
-    return last.is_explained or slow or len(rounds) == MAX_ADDED_EFFECTS
+    return last.is_explained or slow or len(rounds) >= MAX_ADDED_EFFECTS
 
 
 def stepwise(
@@ -82,15 +82,18 @@ def stepwise(
     where everything is explained, each effect but the last is taken out again; if the error does not rise by enough
     to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
-    judged by likelihood.
+    judged by likelihood; and where that names none though something repeats, two effects that hide each other are
+    sought.
     """
-    rounds = forward_pass(first_round(problem, start, progress), is_done, progress)
+    first = first_round(problem, start, progress)
+    rounds, is_paired = forward_pass(first, is_done, progress), False
     if not rounds[-1].is_explained:
         rounds = _with_backlash_instead(rounds, is_done, progress)
     if not rounds[-1].is_explained:
         likely = rounds_by_likelihood(problem, start, is_done, progress)
-        rounds = _with_partner_instead(likely, rounds[0], is_done, progress)
-        if rounds is likely:
+        if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
+            rounds, is_paired = forward_pass(with_partner(first, progress), is_done, progress), True
+        if not rounds[-1].is_explained:
             return likely
     for _ in range(MAX_BACKWARD_STEPS):
         redundant = find_redundant_effect(rounds, progress)
@@ -98,7 +101,9 @@ def stepwise(
             break
         progress(f"{redundant} is needless beside the others: once more without it")
         problem = replace(problem, redundant_effects=(*problem.redundant_effects, redundant))
-        other = forward_pass(first_round(problem, start, progress), is_done, progress)
+        first = first_round(problem, start, progress)
+        first = with_partner(first, progress) if is_paired and _explains_nothing(first) else first
+        other = forward_pass(first, is_done, progress)
         if not (best_result(other)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best_result(rounds)[0]):
             break
         rounds = other
@@ -113,18 +118,9 @@ def _with_backlash_instead(rounds: Rounds, is_done: Callable[[Rounds], bool], pr
     return forward_pass(first, is_done, progress) if first.is_explained else [first]
 
 
-def _with_partner_instead(
-    likely: Rounds, first: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress
-) -> Rounds:
-    """The rounds by likelihood, or those that begin with the first of two effects that explain all but the noise.
-
-    These are sought only where nothing at random is left to explain why no effect is worth naming: that takes long.
-    """
-    if likely[-1].verdict != "unexplained" or likely[0].named or first.named or first.verdict != "unexplained":
-        return likely
-    paired = with_partner(first, progress)
-    found = forward_pass(paired, is_done, progress) if paired.named else likely
-    return found if found[-1].is_explained else likely
+def _explains_nothing(found: Diagnosis) -> bool:
+    """True where no effect alone is worth naming, and something is missing."""
+    return found.verdict == "unexplained" and not found.named
 
 
 def forward_pass(first: Diagnosis, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
