@@ -27,7 +27,7 @@ PROBE_SHARE, PROBE_TIME_S = 1e-9, 1e3  # of the drive, s: a force that only show
 class DriftResponse(NamedTuple):
     """A filter along one log, linear in known forces and in known offsets of its readings.
 
-    A force moves the states by ``moves``; an offset shows at once, by ``offsets``, and through the states that the
+    A force moves the states by ``moves``; an offset shows at once, by ``whitens``, and through the states that the
     filter takes from it, by ``gains``.
     """
 
@@ -39,8 +39,8 @@ class DriftResponse(NamedTuple):
     moves: np.ndarray  # (N, NS, rows) by a force over the step to the reading
     readings: np.ndarray  # (N, NY, NS) whitened innovations by the error of the states, 0 where nothing was read
     gains: np.ndarray  # (N, NS, NY) of the states in the readings before, and then a step
-    offsets: np.ndarray  # (N, NY, NY) whitened innovations by offsets of the readings, 0 where nothing was read
-    spread: np.ndarray  # (NY,) variance of the innovations, before they are whitened
+    whitens: np.ndarray  # (N, NY, NY) whitened innovations by offsets of the readings, 0 where nothing was read
+    variance: np.ndarray  # (N, NY) of the innovations, before they are whitened, NaN where nothing was read
 
     def of(self, forces: np.ndarray) -> np.ndarray:
         """Whitened innovations (N, NY, columns) that forces (N, columns, rows) over the steps would take away."""
@@ -50,7 +50,7 @@ class DriftResponse(NamedTuple):
         """The same of offsets (N, columns, NY) of the readings."""
         shifted = np.concatenate([np.zeros_like(offsets[:1]), offsets[:-1]])
         later = self._followed(-self.gains @ shifted.transpose(0, 2, 1))
-        return self.offsets @ offsets.transpose(0, 2, 1) + later
+        return self.whitens @ offsets.transpose(0, 2, 1) + later
 
     def _followed(self, moves: np.ndarray) -> np.ndarray:
         """Whitened innovations (N, NY, columns) of errors of the states that grow by moves (N, NS, columns)."""
@@ -110,7 +110,7 @@ class _Update(NamedTuple):
     gain: np.ndarray  # (N, kept, NY) of the states in the readings
     shows: np.ndarray  # (N, NY, kept) whitened innovations by an error
     whitens: np.ndarray  # (N, NY, NY) by the innovations; 0 where nothing was read
-    spread: np.ndarray  # (NY,) variance of the innovations
+    variance: np.ndarray  # (N, NY) of the innovations; NaN where nothing was read
 
     @classmethod
     def of(
@@ -129,8 +129,8 @@ class _Update(NamedTuple):
         gain = np.linalg.solve(variance, crossed.transpose(0, 2, 1)).transpose(0, 2, 1)
         root = np.linalg.cholesky(variance)
         whitens = np.linalg.solve(root, np.where(read[:, :, None], np.eye(module.NY), 0.0))
-        spread = np.diagonal(variance, axis1=1, axis2=2).mean(axis=0)
-        return cls(np.eye(kept) - gain @ by, gain, np.linalg.solve(root, by), whitens, spread)
+        own = np.where(read, np.diagonal(variance, axis1=1, axis2=2), np.nan)
+        return cls(np.eye(kept) - gain @ by, gain, np.linalg.solve(root, by), whitens, own)
 
 
 def _response(
@@ -148,16 +148,24 @@ def _response(
     transitions[1:], gains[1:] = onward @ update.left[:-1], onward @ update.gain[:-1]
     moves = track.transitions[:, :kept, rows].copy()
     transitions[begins], gains[begins], moves[begins] = 0.0, 0.0, 0.0
-    states, samples = np.roll(track.means[:, FILTERED, : module.NX], 1, axis=0), np.roll(track.samples, 1)
-    states[0], samples[0] = track.means[0, FILTERED, : module.NX], track.samples[0]
+    before = np.arange(len(begins)) - ~begins  # the step before, in the same stretch
+    known, samples = track.means[before, FILTERED, :kept], track.samples[before]
+    states, acting = known[:, : module.NX], known[:, kept - len(sources) :]
     motion = variables_of(filters, segments.log, samples, states)
-    forces = np.roll(track.means[:, FILTERED, kept - len(sources) : kept], 1, axis=0)
-    forces = forces @ mixing_matrix([s.rows for s in sources], module.NQ).T
+    forces = acting @ mixing_matrix([s.rows for s in sources], module.NQ).T
     own = _own_forces(filters, segments.log, samples, states, forces, parameters)
     return DriftResponse(
-        np.nan_to_num(innovations), log_likelihood, motion, own, transitions, moves,
-        update.shows, gains, update.whitens, update.spread,
-    )  # fmt: skip
+        whitened=np.nan_to_num(innovations),
+        log_likelihood=log_likelihood,
+        motion=motion,
+        own=own,
+        transitions=transitions,
+        moves=moves,
+        readings=update.shows,
+        gains=gains,
+        whitens=update.whitens,
+        variance=update.variance,
+    )
 
 
 def _own_forces(

@@ -28,12 +28,11 @@ from wheelpend.estimation.random_source import with_forces
 from wheelpend.estimation.scaled_inverse import ScaledInverse
 
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
-RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of the random force's variance
+RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of its place's variance
 MAX_VARIABLES = 2  # of a function
 MIN_ADDED_GAIN = 3.0  # nats that a constant must add, and each variable
 FORCE_SHARES = (1.0, 0.6, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
-
 
 FORCE_KIND, READING_KIND = "force", "reading"  # kinds of what repeats
 
@@ -44,9 +43,7 @@ class RepeatingFunction:
 
     kind: str  # FORCE_KIND or READING_KIND
     row: str  # of the model, or the port of a force between two parts; of a reading, its column of the log
-    depends_on: tuple[
-        str, ...
-    ]  # variables, the one that predicts most first; none where nothing repeats, or a constant
+    depends_on: tuple[str, ...]  # variables, that which predicts most first; none of a constant, or of nothing
     share: float  # of the random force's mean square, or of the variance of a reading's innovations
     gain: float  # of log-likelihood on blocks that did not make the function [nats]
     p_value: float  # of that gain by its scatter between blocks, for all functions that were tried
@@ -81,7 +78,7 @@ class Place(NamedTuple):
     kind: str  # FORCE_KIND or READING_KIND
     name: str
     direction: np.ndarray  # (rows,) of the force, or (NY,) of the readings
-    squared: float  # mean square of the random force, or of the reading's innovations
+    squared: float  # mean square of the random force, or typical variance of the reading's innovations
 
     def whitened(self, response: DriftResponse, columns: np.ndarray) -> np.ndarray:
         """Whitened innovations (N, NY, m) that functions (N, m) would take away."""
@@ -145,26 +142,31 @@ def what_repeats(model: FilteredModel) -> tuple[RepeatingFunction, ...]:
     Empty where the filter's innovations cannot be followed.
     """
     fitted = _responses(model)
-    places = _places(model, fitted) if fitted else []
-    found = []
-    for share in FORCE_SHARES if model.force_squared else FORCE_SHARES[:1]:
+    if not fitted:
+        return ()
+    places, found = _places(model, fitted), []
+    shares = FORCE_SHARES if model.force_squared else FORCE_SHARES[:1]
+    tests = len(places) * len(shares)  # of as many functions each
+    for share in shares:
         responses = fitted if share == 1.0 else _responses(moved_to(model, _shrunk(model, share)))
         if [len(r.whitened) for r in responses] == [len(r.whitened) for r in fitted]:
-            found += _repeating_behind(responses, None if share == 1.0 else fitted, model.problem.plant, places)
+            found += _repeating_behind(responses, None if share == 1.0 else fitted, model.problem.plant, places, tests)
     return likeliest_by_place(found)
 
 
 def _places(model: FilteredModel, responses: Sequence[DriftResponse]) -> list[Place]:
-    """Every row and every force between two parts where a random force is left, and every reading."""
+    """Every row and every force between two parts where a random force is left, and every sensor that was read."""
     module, found = model.problem.module, []
     if model.force_squared:
         rows = {name: np.eye(module.NQ)[k] for k, name in enumerate(module.ROWS)}
         couplings = {n: np.array(p.weights) for n, p in model.problem.plant.couplings.items()}
         rows |= {n: weights for n, weights in couplings.items() if np.count_nonzero(weights) > 1}
         found = [Place(FORCE_KIND, name, direction, model.force_squared) for name, direction in rows.items()]
-    spread = np.average([r.spread for r in responses], axis=0, weights=[len(r.whitened) for r in responses])
+    variances = np.concatenate([r.variance for r in responses])
     for k, name in enumerate(module.OUTPUTS):
-        found.append(Place(READING_KIND, name, np.eye(module.NY)[k], float(spread[k])))
+        read = variances[:, k][np.isfinite(variances[:, k])]
+        if read.size:  # the median: while a filter finds its state they are far larger
+            found.append(Place(READING_KIND, name, np.eye(module.NY)[k], float(np.median(read))))
     return found
 
 
@@ -190,14 +192,19 @@ def _repeating_behind(
     fitted: Sequence[DriftResponse] | None,
     plant: PlantSignature,
     places: Sequence[Place],
+    tests: int,
 ) -> list[RepeatingFunction]:
-    """The same behind some filters, with what those of the ``fitted`` force are where these are others."""
+    """What repeats behind some filters, with those that have the ``fitted`` force where these have not."""
     basis = basis_of(responses, plant)
     columns = [name for group in basis.groups.values() for name in group]
+    functions = [basis.matrix(r.motion, columns) for r in responses]
+    own = [r.of_own() for r in responses]
     found = []
     for place in places:
-        folded = folded_drifts(responses, basis, columns, place, fitted)
-        found.append(_strongest(place, folded, basis, responses, len(places) * len(FORCE_SHARES)))
+        acting = [place.whitened(r, f) for r, f in zip(responses, functions, strict=True)]
+        whitened = [np.concatenate(both, axis=2) for both in zip(own, acting, strict=True)]
+        folded = folded_drifts(responses, whitened, columns, fitted)
+        found.append(_strongest(place, folded, basis, responses, tests))
     return found
 
 
@@ -209,17 +216,17 @@ def basis_of(responses: Sequence[DriftResponse], plant: PlantSignature) -> Smoot
 
 def folded_drifts(
     responses: Sequence[DriftResponse],
-    basis: SmoothBasis,
+    by: Sequence[np.ndarray],
     columns: Sequence[str],
-    place: Place,
     fitted: Sequence[DriftResponse] | None,
 ) -> FoldedDrifts:
-    """Normal equations of all columns, acting at a place, in blocks of about equal length."""
+    """Normal equations of the model's own parameters and of columns in blocks of about equal length.
+
+    ``by`` are each log's whitened innovations (N, NY, own + columns) that a unit of each would take away.
+    """
     total = sum(len(r.whitened) for r in responses)
     information, score, likelihood, squares, count = [], [], [], 0.0, 0
-    for response, other in zip(responses, fitted or responses, strict=True):
-        acting = place.whitened(response, basis.matrix(response.motion, columns))
-        whitened = np.concatenate([response.of_own(), acting], axis=2)
+    for response, whitened, other in zip(responses, by, fitted or responses, strict=True):
         residual, lead = response.whitened, response.log_likelihood - other.log_likelihood
         blocks = max(2, round(FOLD_COUNT * len(residual) / max(total, 1)))
         for part in np.array_split(np.arange(len(residual)), blocks):
@@ -236,7 +243,7 @@ def folded_drifts(
 
 
 def _strongest(
-    place: Place, folded: FoldedDrifts, basis: SmoothBasis, responses: Sequence[DriftResponse], others: int
+    place: Place, folded: FoldedDrifts, basis: SmoothBasis, responses: Sequence[DriftResponse], tests: int
 ) -> RepeatingFunction:
     """The function of at most two variables that predicts most of what the others leave: a constant, if that is all."""
     ridge = RIDGE_PER_VARIANCE / max(place.squared, 1e-300)
@@ -250,16 +257,21 @@ def _strongest(
         if trials[first].gains.sum() - best.gains.sum() < MIN_ADDED_GAIN:
             break
         chosen, best = [*chosen, first], trials[first]
-    if not chosen and best.gains.sum() - nothing.gains.sum() < MIN_ADDED_GAIN:
-        return RepeatingFunction(place.kind, place.name, (), 0.0, 0.0, 1.0, tried * others)
-    p_value = min(1.0, best.p_value * tried * others)
+    tried *= tests
+    if best.gains.sum() - nothing.gains.sum() < MIN_ADDED_GAIN:
+        return RepeatingFunction(place.kind, place.name, (), 0.0, 0.0, 1.0, tried)
+    p_value = min(1.0, best.p_value * tried)
     function = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
     share = float(np.clip(np.mean(function**2) / max(place.squared, 1e-300), 0.0, 1.0))
-    return RepeatingFunction(
-        place.kind, place.name, tuple(chosen), share, float(best.gains.sum()), p_value, tried * others
-    )
+    return RepeatingFunction(place.kind, place.name, tuple(chosen), share, float(best.gains.sum()), p_value, tried)
 
 
 def repeatable_share(found: Sequence[RepeatingFunction]) -> float:
-    """The share of the random force that repeats; 0 where nothing does."""
-    return max((f.share for f in found if f.repeats and f.kind == FORCE_KIND), default=0.0)
+    """The share of the random force that repeats, of findings with the likeliest first.
+
+    0 where nothing does, or where a reading's error is likelier: a force then mirrors that.
+    """
+    repeating = [f for f in found if f.repeats]
+    if not repeating or repeating[0].is_in_reading:
+        return 0.0
+    return max(f.share for f in repeating if not f.is_in_reading)
