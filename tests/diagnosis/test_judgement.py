@@ -1,6 +1,5 @@
 """Beside a random force an effect needs evidence, and must lower the error or the force; one of them is enough."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +13,7 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
     told = {"p_value": 1e-6, "p_confirmation": 1e-3, "physical": True, "error_after": error_after, **changed}
     on_row = less_force if less_on_row is None else less_on_row
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
-    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, falls)
+    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, np.zeros(1), falls)
 
 
 @pytest.mark.parametrize(
@@ -67,22 +66,23 @@ def test_most_blocks_must_be_likelier_or_better_predicted():
     assert few._replace(falls=np.array([1.0, 1.0, -1.5])).is_supported(100.0)
 
 
-def rival(effect, in_sample, likelihood, falls):
+def rival(effect, in_sample, likelihood, falls, rises=0.0):
     """A judged effect whose held-out blocks have this log-likelihood over the model without it, and these falls."""
     candidate = CandidateFit(effect, {}, "drive", 1e-6, "", 1.0, (), True, None)
     prediction = SimpleNamespace(log_likelihood=np.array(likelihood))
     module = SimpleNamespace(CONTAINS={"stribeck_drive": {"coulomb_drive": ()}})
     model = SimpleNamespace(problem=SimpleNamespace(module=module))
-    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, np.array(falls))
+    rises = rises * np.ones(len(likelihood))
+    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, rises, np.array(falls))
 
 
 BLOCKS = np.linspace(0.9, 1.1, 10)
 
 
 def test_the_simple_law_comes_before_the_one_that_has_it_in_it():
-    simple = rival("coulomb_drive", 20.0, 2.0 * BLOCKS, 10.0 * BLOCKS)
-    elastic = rival("presliding_drive", 300.0, 40.0 * BLOCKS, 90.0 * BLOCKS)
-    other = rival("viscous_drive", 250.0, BLOCKS, BLOCKS)
+    simple = rival("coulomb_drive", 20.0, 2.0 * BLOCKS, 10.0 * BLOCKS, BLOCKS)
+    elastic = rival("presliding_drive", 300.0, 40.0 * BLOCKS, 90.0 * BLOCKS, 15.0 * BLOCKS)
+    other = rival("viscous_drive", 250.0, BLOCKS, BLOCKS, 12.0 * BLOCKS[::-1])
     order = most_telling_first([other, elastic, simple])
     assert [j.candidate.effect for j in order] == ["coulomb_drive", "presliding_drive", "viscous_drive"]
     assert [j.candidate.effect for j in most_telling_first([other, simple])] == ["viscous_drive", "coulomb_drive"]
@@ -106,13 +106,22 @@ def test_effects_are_alike_where_likelihood_and_horizon_are():
     assert [j.candidate.equivalent_to for j in most_telling_first([one, nearer])] == [(), ()]
 
 
-def test_effects_that_the_data_of_the_fit_tell_apart_are_not_alike():
-    def with_rises(effect, rises):
-        one = rival(effect, 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS)
-        return one._replace(candidate=replace(one.candidate, evidence=np.concatenate([rises, one.gains])))
+def test_of_laws_with_much_evidence_that_comes_first_which_no_other_clearly_leads():
+    wobble = np.resize([30.0, -30.0], 10)
+    slow = rival("coulomb_drive", 400.0, 62.0 * BLOCKS + wobble, 10.0 * BLOCKS)  # likelier, but for that lead by chance
+    lawful = rival("load_friction", 380.0, 60.0 * BLOCKS - wobble, 50.0 * BLOCKS)
+    assert [j.candidate.effect for j in most_telling_first([slow, lawful])] == ["load_friction", "coulomb_drive"]
+    certain = slow._replace(predicted=SimpleNamespace(log_likelihood=90.0 * BLOCKS), gains=90.0 * BLOCKS)
+    assert not lawful.clearly_leads(certain) and not certain.clearly_leads(lawful)  # one is better in either way
+    assert [j.candidate.effect for j in most_telling_first([certain, lawful])] == ["coulomb_drive", "load_friction"]
+    assert not lawful._replace(rises=-5.0 * BLOCKS).clearly_leads(slow)  # clearly less likely in sample
 
-    wobble = np.resize([0.3, -0.3], 12)
-    offset, bias, tilt = (with_rises(e, r) for e, r in zip("abc", (wobble, -wobble, 3.0 * wobble + 5.0), strict=True))
+
+def test_effects_that_the_data_of_the_fit_tell_apart_are_not_alike():
+    wobble = np.resize([0.3, -0.3], 10)
+    offset, bias, tilt = (
+        rival(e, 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS, rises)
+        for e, rises in zip("abc", (wobble, -wobble, 3.0 * wobble + 5.0), strict=True)
+    )
     assert offset.is_like(bias) and bias.is_like(offset)
     assert not tilt.is_like(offset) and not bias.is_like(tilt)
-    assert tilt.is_like(rival("d", 200.0, 20.0 * BLOCKS, 10.0 * BLOCKS))  # of which the fit's blocks are not known

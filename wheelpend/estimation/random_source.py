@@ -82,6 +82,12 @@ def mixing_matrix(weights: Sequence[tuple[float, ...]], rows: int) -> np.ndarray
     return np.array(weights, dtype=float).reshape(-1, rows).T.copy()
 
 
+def scaled_sources(sources: Sequence[Sources], force_share: float, error_share: float) -> tuple[Sources, ...]:
+    """Each log's sources with the forces, and the sensors' errors, a share as large."""
+    shares = {True: force_share, False: error_share}
+    return tuple(tuple(s.with_noise(s.rms * shares[s.is_force], s.correlation_time) for s in own) for own in sources)
+
+
 def with_forces(sources: Sequence[Sources], share: float, slowness: float, shortest: float) -> tuple[Sources, ...]:
     """Each log's sources with the forces a share as large, and that much slower, but no faster than shortest [s]."""
 

@@ -20,7 +20,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameter_space import ParameterSpace
 from wheelpend.estimation.parameters import ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.random_source import Sources, with_forces
+from wheelpend.estimation.random_source import Sources, scaled_sources
 from wheelpend.estimation.segments import Segments, contiguous_ranges
 from wheelpend.estimation.source_search import MIXTURE_PARTS
 from wheelpend.estimation.validation import validation_values
@@ -28,7 +28,8 @@ from wheelpend.logs.log import Log
 
 SETTLING_S, MAX_SETTLING_SHARE = 0.2, 0.4  # s, and of a stretch: not scored, while a filter finds its state
 BLOCK_COUNT = 20  # of all validation data together
-SIZE_FACTORS = (1.0, 1.5, 2.2, 3.3)  # of the found forces' sizes, of which each validation part has its likeliest
+FORCE_FACTORS = (0.3, 0.45, 0.67, 1.0, 1.5, 2.2, 3.3)  # of the found sizes, of which each part has its likeliest
+ERROR_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0)  # likewise of the sensors' random errors
 MIN_BLOCKS_PER_LOG = 2
 MAX_COMBINED_P_VALUE = 0.9  # that a test counts: one that sees nothing at all must not drown the others
 
@@ -38,6 +39,7 @@ class Prediction(NamedTuple):
 
     whitened: list[np.ndarray]  # of each block (samples, NY), NaN where nothing was read
     log_variance: list[np.ndarray]  # likewise [σ²]
+    sources: list[Sources]  # of each part of the data
 
     @property
     def log_likelihood(self) -> np.ndarray:
@@ -46,37 +48,68 @@ class Prediction(NamedTuple):
         return np.array([-0.5 * np.nansum(w**2 + v) for w, v in pairs])
 
 
-def prediction(model: FilteredModel, fitted: Fit, sources: Sequence[Sources] | None = None) -> Prediction:
-    """How a model predicts its problem's validation data from sample to sample, with its own or with other sources.
+def prediction(model: FilteredModel, fitted: Fit) -> Prediction:
+    """How a model predicts its problem's validation data from sample to sample.
 
-    A validation log's own parameters are estimated on its first third. How large a force is at random differs from log
-    to log: sources have the correlation times that were found, and the size that was found in the log that a segment
-    belongs to, else the root mean square over the estimation logs, or a likelier one of a few larger ones. Where
-    nothing is held out the estimation segments are predicted.
+    A validation log's own parameters are estimated on its first third. How large a force or a sensor's error is at
+    random differs from log to log: they have the correlation times that were found, and of several sizes the likeliest
+    in each part, about that which was found in the log that the part belongs to, else about the root mean square over
+    the estimation logs. Where nothing is held out the estimation segments are predicted.
     """
-    problem, sources = model.problem, sources or model.point.sources
-    parts: list[tuple[Segments, Mapping[str, float], Sources]] = [
-        (v.part, validation_values(problem, fitted, v), _sources_of(sources, v.estimation_log))
-        for v in problem.data.validation
-    ]
-    for number, segments in enumerate(problem.data.estimation if not parts else ()):
-        parts.append((segments, fitted.of_log(number), sources[number]))
-    own = [found for _, _, found in parts]
-    filters = _filters_at(problem, [parted(segments) for segments, _, _ in parts], [values for _, values, _ in parts])
+    filters, own = _filters(model, fitted), _sources_of_parts(model)
+    sources = likeliest_sizes(filters, likeliest_sizes(filters, own, ERROR_FACTORS, False), FORCE_FACTORS, True)
+    return _predicted(filters, sources)
+
+
+def prediction_at(model: FilteredModel, fitted: Fit, sources: Sequence[Sources]) -> Prediction:
+    """The same with given sources in each part of the data, as another model's prediction has them."""
+    return _predicted(_filters(model, fitted), sources)
+
+
+def likeliest_sizes(
+    filters: FilterProblem, sources: Sequence[Sources], factors: Sequence[float], of_forces: bool
+) -> list[Sources]:
+    """Each part's sources with the forces, or else the sensors' errors, so many times as large as is likeliest."""
+    if not any(s.is_force == of_forces for own in sources for s in own):
+        return list(sources)
+    tried = [scaled_sources(sources, *((f, 1.0) if of_forces else (1.0, f))) for f in factors]
+    found = np.array([_scored_log_likelihoods(filters, own) for own in tried])
+    return [tried[best][part] for part, best in enumerate(found.argmax(axis=0))]
+
+
+def _predicted(filters: FilterProblem, sources: Sequence[Sources]) -> Prediction:
     total = sum(len(_scored(s)) for s in filters.segments)
-    tried = [filters.innovations(np.zeros(0), with_forces(own, share, 1.0, 0.0)) for share in SIZE_FACTORS]
-    blocks = []
-    for number, part in enumerate(filters.segments):
-        scored = _scored(part)
-        found = max((t[number] for t in tried), key=lambda innovations: _log_likelihood(innovations[scored]))
-        blocks += [(found[block, :, 0], found[block, :, 1]) for block in _blocks(part, total)]
-    return Prediction([w for w, _ in blocks], [v for _, v in blocks])
+    found = zip(filters.innovations(np.zeros(0), sources), filters.segments, strict=True)
+    blocks = [innovations[block] for innovations, part in found for block in _blocks(part, total)]
+    return Prediction([b[..., 0] for b in blocks], [b[..., 1] for b in blocks], list(sources))
+
+
+def _scored_log_likelihoods(filters: FilterProblem, sources: Sequence[Sources]) -> list[float]:
+    """Log-likelihood of each part's scored samples (parts,) [nats]; minus infinity where it is not finite."""
+    innovations = filters.innovations(np.zeros(0), sources)
+    return [_log_likelihood(i[_scored(part)]) for i, part in zip(innovations, filters.segments, strict=True)]
 
 
 def _log_likelihood(innovations: np.ndarray) -> float:
     """Log-likelihood of whitened innovations and the logarithms of their variances (samples, NY, 2) [nats]."""
     found = -0.5 * float(np.nansum(innovations[..., 0] ** 2 + innovations[..., 1]))
     return found if np.isfinite(found) else -np.inf
+
+
+def _filters(model: FilteredModel, fitted: Fit) -> FilterProblem:
+    """Filters along the validation data, or along the estimation segments where nothing is held out."""
+    problem = model.problem
+    parts: list[tuple[Segments, Mapping[str, float]]] = [
+        (v.part, validation_values(problem, fitted, v)) for v in problem.data.validation
+    ]
+    parts = parts or [(s, fitted.of_log(k)) for k, s in enumerate(problem.data.estimation)]
+    return _filters_at(problem, [parted(segments) for segments, _ in parts], [values for _, values in parts])
+
+
+def _sources_of_parts(model: FilteredModel) -> list[Sources]:
+    """The sources that were found, for each part of the validation data."""
+    found, validation = model.point.sources, model.problem.data.validation
+    return [_sources_of(found, v.estimation_log) for v in validation] or list(found)
 
 
 def _filters_at(

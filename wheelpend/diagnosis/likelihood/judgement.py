@@ -32,6 +32,7 @@ from wheelpend.diagnosis.likelihood.held_out import (
     gain_statistic,
     one_sided_p_value,
     prediction,
+    prediction_at,
 )
 from wheelpend.diagnosis.likelihood.refits import at_sources
 from wheelpend.diagnosis.score_test import size_names
@@ -56,6 +57,7 @@ class Judged(NamedTuple):
     in_sample: float  # fall of −2 log-likelihood of the estimation logs, less what the freedom is worth by chance
     less_force: float  # relative fall of the random force's rms, of all rows together
     less_on_row: float  # the largest on a row: the force of another row may hide how much that is
+    rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
 
     @property
@@ -114,19 +116,22 @@ class Judged(NamedTuple):
         gains = gain_in_blocks(other.predicted, self.predicted)
         return gain_statistic(gains), gain_statistic(self.falls - other.falls)
 
-    @property
-    def rises(self) -> np.ndarray:
-        """Rise of log-likelihood in blocks of the estimation data (blocks,), as in the candidate's evidence [nats]."""
-        evidence = self.candidate.evidence
-        return np.zeros(0) if evidence is None else evidence[: len(evidence) - len(self.gains)]
-
     def is_like(self, other: Judged) -> bool:
         """True where data are as likely as with another effect, those of the fit and those held out, and these as near
         over the horizon.
         """
-        comparable = len(self.rises) == len(other.rises)
-        fitted = gain_statistic(self.rises - other.rises) if comparable else 0.0
-        return max(map(abs, (fitted, *self.lead_over(other)))) < MIN_CLEAR_STATISTIC
+        return max(map(abs, self._statistics_over(other))) < MIN_CLEAR_STATISTIC
+
+    def clearly_leads(self, other: Judged) -> bool:
+        """True where data are clearly likelier than with another effect, those of the fit or those held out, or these
+        nearer over the horizon, and in no way clearly less so.
+        """
+        statistics = self._statistics_over(other)
+        return max(statistics) >= MIN_CLEAR_STATISTIC and min(statistics) > -MIN_CLEAR_STATISTIC
+
+    def _statistics_over(self, other: Judged) -> tuple[float, float, float]:
+        """Standard errors between blocks by which data of the fit are likelier, and the lead on held-out data."""
+        return gain_statistic(self.rises - other.rises), *self.lead_over(other)
 
 
 class JudgedModel(NamedTuple):
@@ -153,8 +158,9 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     predicted = prediction(larger, fitted)
     gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
     falls = falls_over_segments(held_out, base.validated.residuals, residuals)
-    rises = gain_in_sample(base.model, larger)
-    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, rises) * tests)
+    rises, price = rise_in_blocks(base.model, larger), price_of_freedom(base.model, larger)
+    worth = rises - price / len(rises)
+    discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
     confirmation = _confirmation(base, larger, predicted, gains, falls)
     candidate = CandidateFit(
         effect=effect,
@@ -173,10 +179,10 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         p_confirmation=confirmation,
         held_out_gain=float(gains.sum()),
         in_sample_gain=0.5 * (base.model.point.deviance - larger.point.deviance),
-        evidence=np.concatenate([rises, gains]),
+        evidence=np.concatenate([worth, gains]),
     )
     in_sample = base.model.deviance - larger.deviance
-    return Judged(candidate, larger, predicted, gains, in_sample, *falls_of_force(base.model, larger), falls)
+    return Judged(candidate, larger, predicted, gains, in_sample, *falls_of_force(base.model, larger), rises, falls)
 
 
 def agreement(*kinds: np.ndarray) -> str:
@@ -216,13 +222,15 @@ def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effec
     return min(1.0, 2.0 * min(by_size, one_sided_p_value(in_sample)))
 
 
-def gain_in_sample(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
-    """Rise of log-likelihood in blocks of the estimation data (blocks,) [nats], what freedom is worth by chance off."""
-    falls = [np.concatenate([run.deviance for run in model.point.runs]) for model in (smaller, larger)]
-    numbers = larger.point.blocks
-    rises = 0.5 * np.bincount(numbers, falls[0] - falls[1])
-    worth = 0.5 * (larger.freedom - smaller.freedom) * np.log(max(larger.estimator.problem.count, 2))
-    return rises - worth / len(rises)
+def rise_in_blocks(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
+    """Rise of log-likelihood in blocks of the estimation data (blocks,) [nats]."""
+    before, after = (np.concatenate([run.deviance for run in model.point.runs]) for model in (smaller, larger))
+    return 0.5 * np.bincount(larger.point.blocks, before - after)
+
+
+def price_of_freedom(smaller: FilteredModel, larger: FilteredModel) -> float:
+    """Log-likelihood that a larger model's freedom is worth by chance (Schwarz's criterion) [nats]."""
+    return 0.5 * (larger.freedom - smaller.freedom) * float(np.log(max(larger.estimator.problem.count, 2)))
 
 
 def has_meaning_throughout(model: FilteredModel) -> bool:
@@ -276,7 +284,7 @@ def _confirmation(
     p_values = [one_sided_p_value(blocks) for blocks in (gains, falls) if len(blocks) > 1]
     without = at_sources(base.model, larger.point.sources)
     if np.isfinite(without.point.deviance):
-        before = prediction(without, _values_of(without), larger.point.sources)
+        before = prediction_at(without, _values_of(without), predicted.sources)
         problem = base.model.problem
         held_out = problem.data.validation_values or problem.data.values
         p_values.append(following_p_value(before, predicted, 1.0 + held_out / problem.data.values))
@@ -292,12 +300,13 @@ def _values_of(model: FilteredModel) -> Fit:
 
 
 def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
-    """Supported effects, that with most evidence for each of its parameters first, or a simpler one that it has in it:
-    what more an effect of several parameters explains is judged beside the simple one, in the next round.
+    """Supported effects, of those that no other clearly leads that with most evidence for each of its parameters first.
 
-    Each has the names of those that these data do not tell from it.
+    Or a simpler one that it has in it: what more an effect of several parameters explains is judged beside the simple
+    one, in the next round. Each has the names of those that these data do not tell from it.
     """
     found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
+    found = sorted(found, key=lambda j: sum(o.clearly_leads(j) for o in found))
     within = simpler_than(found[0]) if found else ()
     found.sort(key=lambda j: j.candidate.effect not in within)
     return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
