@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from tests.support import simulated
 from wheelpend import Model, diagnose
@@ -24,18 +25,28 @@ def growing_errors(random, segments=SAMPLES // LENGTH):
 
 def test_the_fall_of_whole_segments_is_summed_and_no_piece_of_one_counts_alone():
     before, after = np.ones((SAMPLES, 2)), np.full((SAMPLES, 2), 0.5)
-    found = falls_over_segments([part()], [before], [after])
+    found, relative = falls_over_segments([part()], [before], [after])
     assert len(found) == 8 and np.allclose(found, 0.5 * LENGTH * 2 * 0.75)
+    assert relative == pytest.approx((1.0 - 0.25) / (1.0 + 0.25))
     before[:LENGTH] = np.nan  # not judged: the log's own parameters are estimated there
-    assert len(falls_over_segments([part()], [before], [after])) == 7
-    assert len(falls_over_segments([part(), part()], [before, after], [after, after])) == 15
-    assert falls_over_segments([], [], []).size == 0
+    assert falls_over_segments([part()], [before], [after]).shape == (2, 7)
+    assert falls_over_segments([part(), part()], [before, after], [after, after]).shape == (2, 15)
+    assert falls_over_segments([], [], []).shape == (2, 0)
+
+
+def test_no_single_segment_makes_a_rise_clear():
+    before, after = np.ones((SAMPLES, 2)), np.full((SAMPLES, 2), 0.99)
+    after[:LENGTH] = 1e3
+    falls, relative = falls_over_segments([part()], [before], [after])
+    assert falls[0] < -1e6 and relative[0] == pytest.approx(-1.0, abs=1e-5) and relative[1:].max() < 0.02
+    after[:LENGTH] = np.inf
+    assert falls_over_segments([part()], [before], [after])[1, 0] == -1.0
 
 
 def test_models_that_are_alike_are_told_apart_no_more_often_than_the_level_says():
     random = np.random.default_rng(3)
     found = [
-        one_sided_p_value(falls_over_segments([part(4)], [growing_errors(random, 4)], [growing_errors(random, 4)]))
+        one_sided_p_value(falls_over_segments([part(4)], [growing_errors(random, 4)], [growing_errors(random, 4)])[0])
         for _ in range(600)
     ]
     assert 0.005 < np.mean(np.array(found) < 0.05) < 0.075

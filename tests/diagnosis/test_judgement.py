@@ -8,12 +8,15 @@ import pytest
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first
 
+CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
 
-def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0, 1.5), **changed):
+
+def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0, 1.5), relative=CLEAR_RISE, **changed):
     told = {"p_value": 1e-6, "p_confirmation": 1e-3, "physical": True, "error_after": error_after, **changed}
     on_row = less_force if less_on_row is None else less_on_row
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
-    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, np.zeros(1), falls)
+    relative = np.array(relative)
+    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, np.zeros(1), falls, relative)
 
 
 @pytest.mark.parametrize(
@@ -28,6 +31,15 @@ def test_an_error_may_rise_by_less_than_the_force_falls():
     assert judged(109.0, 0.1).is_supported(100.0) and not judged(112.0, 0.1).is_supported(100.0)
     lag = judged(200.0, 0.47)  # that half of the force went into
     assert not lag.is_supported(100.0) and not lag.improves(100.0) and judged(155.0, 0.6).improves(100.0)
+
+
+def test_an_error_that_rises_by_chance_is_no_argument_against_a_law_that_lowers_the_force():
+    by_chance = (-0.4, 0.1, -0.2, 0.2, 0.1)
+    assert judged(104.0, 0.02, relative=by_chance).is_supported(100.0)
+    assert not judged(104.0, 0.0, relative=by_chance).is_supported(100.0)  # it lowers nothing
+    assert judged(104.0, 0.0, relative=by_chance).is_negligible(100.0)
+    assert not judged(104.0, 0.0).is_negligible(100.0)  # wrong over the horizon
+    assert not judged(104.0, 0.02, relative=(-0.1,)).is_supported(100.0)  # one segment has no scatter
 
 
 def test_the_force_of_one_row_counts_where_another_rows_hides_it():
@@ -73,7 +85,8 @@ def rival(effect, in_sample, likelihood, falls, rises=0.0):
     module = SimpleNamespace(CONTAINS={"stribeck_drive": {"coulomb_drive": ()}})
     model = SimpleNamespace(problem=SimpleNamespace(module=module))
     rises = rises * np.ones(len(likelihood))
-    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, rises, np.array(falls))
+    falls = np.array(falls)
+    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, rises, falls, falls / 1e3)
 
 
 BLOCKS = np.linspace(0.9, 1.1, 10)

@@ -60,15 +60,20 @@ def falls_over_segments(
 ) -> np.ndarray:
     """Fall of half the sum of squares of residuals (N, channels) over whole segments of each part, in blocks (blocks,).
 
-    The error of a segment grows from its start, so that pieces of one are not independent.
+    The error of a segment grows from its start, so that pieces of one are not independent. The second row (2, blocks)
+    is the fall over the sum before and after: between -1 and 1, so that no single block decides.
     """
-    falls = [np.zeros(0)]
+    found = [np.zeros((2, 0))]
     for part, before, after in zip(parts, residuals_before, residuals_after, strict=True):
         known = [(before[a:b], after[a:b]) for a, b in part.bounds if np.isfinite(before[a:b]).any()]
-        sums = np.array([0.5 * float(np.nansum(x**2) - np.nansum(y**2)) for x, y in known])
-        if len(sums):
-            falls.append(np.array([block.sum() for block in np.array_split(sums, min(BLOCK_COUNT, len(sums)))]))
-    return np.concatenate(falls)
+        halves = np.array([[0.5 * float(np.nansum(r**2)) for r in pair] for pair in known]).reshape(-1, 2)
+        blocks = np.array_split(halves, min(BLOCK_COUNT, len(halves)) or 1)
+        sums = np.array([block.sum(axis=0) for block in blocks if len(block)]).reshape(-1, 2)
+        falls = sums[:, 0] - sums[:, 1]
+        bounded = np.minimum(sums, 1e300)  # what ran away is infinite
+        relative = (bounded[:, 0] - bounded[:, 1]) / np.maximum(bounded.sum(axis=1), 1e-300)
+        found.append(np.array([falls, relative]))
+    return np.concatenate(found, axis=1)
 
 
 def sample_blocks(residuals: np.ndarray, count: int = BLOCK_COUNT) -> list[np.ndarray]:

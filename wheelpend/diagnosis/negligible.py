@@ -14,15 +14,18 @@ def is_negligible(candidate: CandidateFit, error_before: float) -> bool:
     return certain and 1.0 - MIN_RELATIVE_ERROR_DECREASE <= candidate.error_after / error_before < 1.0
 
 
-def negligible_sentences(candidates: Sequence[CandidateFit]) -> tuple[str, ...]:
-    """A sentence on effects of this kind, the best first, with its size; none without any."""
+def negligible_sentences(candidates: Sequence[CandidateFit], lowered: str = "the error") -> tuple[str, ...]:
+    """A sentence on effects of this kind, the best first, with its size; none without any.
+
+    ``lowered`` says what it does not lower.
+    """
     if not candidates:
         return ()
     best, *others = candidates
     also = f"; so, alone, is {', '.join(o.effect for o in others)}" if others else ""
     return (
-        f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){also}. Predictions over the horizon "
-        f"change by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
+        f"Certain, and too small to matter: {best.effect} ({_sizes(best)}){also}. It lowers {lowered} "
+        f"by less than {100.0 * MIN_RELATIVE_ERROR_DECREASE:g} %, so that nothing is added.",
     )
 
 

@@ -59,6 +59,7 @@ class Judged(NamedTuple):
     less_on_row: float  # the largest on a row: the force of another row may hide how much that is
     rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
+    relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
 
     @property
     def evidence(self) -> float:
@@ -86,21 +87,29 @@ class Judged(NamedTuple):
         return self.is_certain and self.improves(error_before)
 
     def is_negligible(self, error_before: float) -> bool:
-        """Certain, and changing neither the error nor the force by what makes a step."""
-        change = self.candidate.error_after / error_before - 1.0
-        changes = (change, self.less_force, self.less_on_row)
-        return self.is_certain and max(map(abs, changes)) <= MIN_RELATIVE_ERROR_DECREASE
+        """Certain, and lowering neither the error nor the force by what makes a step, nor clearly raising the error."""
+        return self.is_certain and not self.lowers(error_before) and not self.raises_error(error_before)
 
     def improves(self, error_before: float) -> bool:
-        """Lowering the error; or the force alone, and raising the error by less than that falls.
+        """Lowering the error, or the force without raising the error."""
+        return self.lowers(error_before) and not self.raises_error(error_before)
 
-        At random the error of the true law may rise by some percent. Where the force of a row falls that another one
-        hides, the error and all force together may rise by no more than what makes a step.
+    def lowers(self, error_before: float) -> bool:
+        """Lowering the error or the force by what makes a step; the force of one row may fall that another's hides."""
+        lowers_force = self.less_on_row > MIN_RELATIVE_ERROR_DECREASE and self.less_force > -MIN_RELATIVE_ERROR_DECREASE
+        return lowers_force or self._error_ratio(error_before) < 1.0 - MIN_RELATIVE_ERROR_DECREASE
+
+    def raises_error(self, error_before: float) -> bool:
+        """Raising the error by more than the force falls, and in most segments: clearly by its scatter between them.
+
+        A force at random makes an error over the horizon that the true law may well raise by chance.
         """
-        ratio = self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
-        least = MIN_RELATIVE_ERROR_DECREASE
-        lowers_force = self.less_on_row > least and self.less_force > -least
-        return ratio < 1.0 - least or (lowers_force and ratio < 1.0 + max(self.less_force, least))
+        margin = max(self.less_force, MIN_RELATIVE_ERROR_DECREASE)
+        clearly = gain_statistic(self.relative_falls) < -MIN_CLEAR_STATISTIC or len(self.relative_falls) < 2
+        return clearly and self._error_ratio(error_before) >= 1.0 + margin
+
+    def _error_ratio(self, error_before: float) -> float:
+        return self.candidate.error_after / error_before if np.isfinite(error_before) else 0.0
 
     def without_evidence(self) -> Judged:
         """The same in no structure that may be missing: what would not be worth naming is none."""
@@ -157,7 +166,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     in_logs = [own.coefficients, *(own.coefficients | e.coefficients for e in per_log)]
     predicted = prediction(larger, fitted)
     gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
-    falls = falls_over_segments(held_out, base.validated.residuals, residuals)
+    falls, relative_falls = falls_over_segments(held_out, base.validated.residuals, residuals)
     rises, price = rise_in_blocks(base.model, larger), price_of_freedom(base.model, larger)
     worth = rises - price / len(rises)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
@@ -182,7 +191,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         evidence=np.concatenate([worth, gains]),
     )
     in_sample = base.model.deviance - larger.deviance
-    return Judged(candidate, larger, predicted, gains, in_sample, *falls_of_force(base.model, larger), rises, falls)
+    less_force, less_on_row = falls_of_force(base.model, larger)
+    return Judged(candidate, larger, predicted, gains, in_sample, less_force, less_on_row, rises, falls, relative_falls)
 
 
 def agreement(*kinds: np.ndarray) -> str:

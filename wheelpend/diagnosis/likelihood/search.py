@@ -119,11 +119,12 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
     if added and added.larger is not None and goes_on(added.found):
         return added
     progress("fitting all samples")
-    small = negligible_sentences([j.candidate for j in judged if j.is_negligible(base.validated.error)])
+    small = [j.candidate for j in judged if j.is_negligible(base.validated.error)]
     last = fitted_to_all(base.model)
     base = base if last is base.model else JudgedModel.of(last)
     found = _diagnosis(base, (), judged, progress)
-    return Round((replace(found, warnings=(*found.warnings, *small)),), None)
+    told = negligible_sentences(small, "the error and the random force")
+    return Round((replace(found, warnings=(*found.warnings, *told)),), None)
 
 
 def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress) -> Round:
