@@ -74,7 +74,7 @@ class Remainder:
     sensors: dict[str, SensorError] = field(default_factory=dict)  # by channel
     places: tuple[str, ...] = ()  # where the forces act: rows, or ports between two of them
     repeatable_share: float | None = None  # of the forces' mean square, that a smooth law predicts; None if not sought
-    repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row or port
+    repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row, port or reading
     resonances: tuple[Any, ...] = ()  # narrow bands in which the filter misses far more than around them, by channel
 
     @property

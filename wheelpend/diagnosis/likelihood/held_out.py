@@ -28,8 +28,8 @@ from wheelpend.logs.log import Log
 
 SETTLING_S, MAX_SETTLING_SHARE = 0.2, 0.4  # s, and of a stretch: not scored, while a filter finds its state
 BLOCK_COUNT = 20  # of all validation data together
-FORCE_FACTORS = (0.3, 0.45, 0.67, 1.0, 1.5, 2.2, 3.3)  # of the found sizes, of which each part has its likeliest
-ERROR_FACTORS = (0.01, 0.1, 0.3, 1.0, 3.0)  # likewise of the sensors' random errors
+LARGER_FACTORS, SMALLER_FACTORS = (1.5, 2.2, 3.3), (0.3, 0.45, 0.67)  # of found forces, that held-out data may have
+ERROR_FACTORS = (0.01, 0.1, 0.3, 3.0)  # likewise of the sensors' random errors
 MIN_BLOCKS_PER_LOG = 2
 MAX_COMBINED_P_VALUE = 0.9  # that a test counts: one that sees nothing at all must not drown the others
 
@@ -52,12 +52,16 @@ def prediction(model: FilteredModel, fitted: Fit) -> Prediction:
     """How a model predicts its problem's validation data from sample to sample.
 
     A validation log's own parameters are estimated on its first third. How large a force or a sensor's error is at
-    random differs from log to log: they have the correlation times that were found, and of several sizes the likeliest
-    in each part, about that which was found in the log that the part belongs to, else about the root mean square over
-    the estimation logs. Where nothing is held out the estimation segments are predicted.
+    random differs from log to log: another log than those of the estimation has the likeliest of several sizes, about
+    the root mean square over these. What is held out of an estimation log has the errors that were found there, and the
+    force or a likelier larger one: a law that leaves less to chance should not lose by it. Where nothing is held out
+    the estimation segments are predicted.
     """
-    filters, own = _filters(model, fitted), _sources_of_parts(model)
-    sources = likeliest_sizes(filters, likeliest_sizes(filters, own, ERROR_FACTORS, False), FORCE_FACTORS, True)
+    filters, sources = _filters(model, fitted), _sources_of_parts(model)
+    others = np.array([v.estimation_log is None for v in model.problem.data.validation] or [False] * len(sources))
+    sources = _likeliest_sizes(filters, sources, [(1.0, e) for e in ERROR_FACTORS], others)
+    sources = _likeliest_sizes(filters, sources, [(f, 1.0) for f in SMALLER_FACTORS], others)
+    sources = _likeliest_sizes(filters, sources, [(f, 1.0) for f in LARGER_FACTORS], np.ones_like(others))
     return _predicted(filters, sources)
 
 
@@ -66,15 +70,17 @@ def prediction_at(model: FilteredModel, fitted: Fit, sources: Sequence[Sources])
     return _predicted(_filters(model, fitted), sources)
 
 
-def likeliest_sizes(
-    filters: FilterProblem, sources: Sequence[Sources], factors: Sequence[float], of_forces: bool
+def _likeliest_sizes(
+    filters: FilterProblem, sources: Sequence[Sources], factors: Sequence[tuple[float, float]], parts: np.ndarray
 ) -> list[Sources]:
-    """Each part's sources with the forces, or else the sensors' errors, so many times as large as is likeliest."""
-    if not any(s.is_force == of_forces for own in sources for s in own):
+    """Each part's sources; of those ``parts`` (parts,) that are chosen with forces and errors so many times as large,
+    if that is likelier.
+    """
+    if not parts.any():
         return list(sources)
-    tried = [scaled_sources(sources, *((f, 1.0) if of_forces else (1.0, f))) for f in factors]
+    tried = [tuple(sources), *(scaled_sources(sources, *f) for f in factors)]
     found = np.array([_scored_log_likelihoods(filters, own) for own in tried])
-    return [tried[best][part] for part, best in enumerate(found.argmax(axis=0))]
+    return [tried[best if parts[k] else 0][k] for k, best in enumerate(found.argmax(axis=0))]
 
 
 def _predicted(filters: FilterProblem, sources: Sequence[Sources]) -> Prediction:
