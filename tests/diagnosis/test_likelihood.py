@@ -8,7 +8,7 @@ import pytest
 from scipy.special import erfc
 
 from wheelpend import Log, Model
-from wheelpend.diagnosis.likelihood import search
+from wheelpend.diagnosis.likelihood import repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic
@@ -174,7 +174,25 @@ def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_readi
     problem, start = best_start(prepare(Model.parse(MODEL), [told]))
     found = what_repeats(filtered_model(problem, [start], lambda text: None))
     assert {(f.kind, f.row, f.depends_on) for f in found if f.repeats} == places
-    assert repeatable_share(found) == 0.0  # of the force
+    assert repeatable_share(found) == 0.0  # of the force, which may mirror the reading
+    assert [f.share > 0.5 for f in found if f.repeats and f.is_in_reading] == [True] * len(places)
+
+
+def test_nothing_is_said_to_repeat_where_no_filter_can_be_followed(filtered, monkeypatch):
+    monkeypatch.setattr(repeatability, "drift_responses", lambda model, number: None)
+    assert what_repeats(filtered) == ()
+
+
+def test_a_stretch_of_readings_begins_with_what_is_known_there(filtered):
+    problem = filtered.problem
+    (segments,) = problem.data.estimation
+    segments = replace(segments, bounds=segments.bounds[[0, 1, 4]], weights=None)
+    parted = replace(filtered, problem=replace(problem, data=problem.data.with_estimation([segments])))
+    samples = np.concatenate([np.arange(*own) for own in segments.bounds])
+    begins = np.r_[True, np.diff(samples) > 1]
+    ago = segments.log.t[samples] - drift_responses(parted, 0).motion["t"]
+    assert begins.sum() == 2 and np.all(ago[begins] == 0.0)
+    assert ago[~begins] == pytest.approx(segments.log.dt)
 
 
 def test_a_filter_responds_to_an_offset_of_a_reading_as_its_kernel_does(filtered):

@@ -214,6 +214,18 @@ def test_the_score_at_held_gains_is_the_derivative_where_no_force_makes_gains_de
     assert run.gram[:, 0, 0].sum() == pytest.approx(np.nansum(((moved - here) / step) ** 2), rel=1e-3)
 
 
+@pytest.mark.parametrize("torque", [0.4, 0.0, -0.1])
+@pytest.mark.parametrize("parts", [1, 5])
+def test_a_filter_is_the_same_whichever_parameters_are_free(slide_log, torque, parts):
+    problem = problem_of(SLIDE.with_effects(["coulomb_drive"]), slide_log, {"X1": MASS, "coulomb_drive.torque": torque})
+    problem = replace(problem, max_step=1e-2, parts=parts)
+    theta, sources = problem.space.start(), [slide_sources(problem, force=True, error=False)]
+    run = problem.run(theta, sources)[0]
+    assert run.deviance.sum() == pytest.approx(problem.deviances(theta, sources)[0], rel=1e-12)
+    alone = problem.inside_innovations(theta, sources)[0]
+    assert run.innovation == pytest.approx(alone, rel=1e-9, abs=1e-9, nan_ok=True)
+
+
 @pytest.fixture(scope="module")
 def arm_problem():
     """Two links with a force on the first and an error of the second's encoder, at values that are a little wrong."""
