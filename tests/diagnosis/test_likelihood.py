@@ -261,3 +261,11 @@ def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_func
     ]
     told = [(f.kind, f.row, f.p_value) for f in likeliest_by_place(found)]
     assert told == [(FORCE_KIND, "theta_w", 1e-17), (READING_KIND, "theta_w", 0.28), (FORCE_KIND, "body", 1.0)]
+
+
+def test_the_repeatable_share_is_that_of_forces_unless_a_readings_error_is_likelier():
+    force = RepeatingFunction(FORCE_KIND, "wheel", ("v_in",), 0.2, 30.0, 1e-6, 90)
+    reading = RepeatingFunction(READING_KIND, "theta_w", (), 0.9, 40.0, 1e-5, 90)
+    chance = RepeatingFunction(FORCE_KIND, "body", ("t",), 0.7, 3.0, 0.5, 90)
+    assert repeatable_share([force, reading, chance]) == 0.2
+    assert repeatable_share([reading, force, chance]) == 0.0 and repeatable_share([chance]) == 0.0
