@@ -1628,9 +1628,9 @@ def filter_error(
     as many Gaussian parts as parts at most; otherwise one.
     gram (S, n + 1, n + 1) receives [J r]ᵀ[J r] of the whitened innovations and their derivatives in the n parameters of
     columns at the gains that the filter has; log_det (S,) the sums of log(variance · weight²). Where they are not
-    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], in the
-    ranges alone and NaN where nothing is read there, and means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions (E, NS + m, NS + m) and samples (E,) every
-    step, predicted and then filtered.
+    empty, innovation (N, NY, 2) receives the whitened innovations and the logarithms of their variances [σ²], in these
+    ranges alone and NaN where nothing is read; means (E, 2, NS + m), covariances (E, 2, NS + m, NS + m), transitions
+    (E, NS + m, NS + m) and samples (E,) receive every step, predicted and then filtered.
     Returns the number of these steps.
     """
     n, m = columns.size, noise.shape[0]

@@ -58,10 +58,10 @@ def falls_in_blocks(residuals_before: Sequence[np.ndarray], residuals_after: Seq
 def falls_over_segments(
     parts: Sequence[Segments], residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Fall of half the sum of squares of residuals (N, channels) over whole segments of each part, in blocks (blocks,).
+    """Fall of half the sum of squares of residuals (N, channels) over whole segments of each part, in blocks.
 
-    The error of a segment grows from its start, so that pieces of one are not independent. The second row (2, blocks)
-    is the fall over the sum before and after: between -1 and 1, so that no single block decides.
+    The error of a segment grows from its start, so that pieces of one are not independent. Returns (2, blocks): the
+    falls, then these over the sums before and after, between -1 and 1, so that no single block decides.
     """
     found = [np.zeros((2, 0))]
     for part, before, after in zip(parts, residuals_before, residuals_after, strict=True):

@@ -315,8 +315,8 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     Or a simpler one that it has in it: what more an effect of several parameters explains is judged beside the simple
     one, in the next round. Each has the names of those that these data do not tell from it.
     """
-    found = sorted((j for j in supported if improves_on_nested(j, supported)), key=lambda j: -j.evidence_per_parameter)
-    found = sorted(found, key=lambda j: sum(o.clearly_leads(j) for o in found))
+    able = [j for j in supported if improves_on_nested(j, supported)]
+    found = sorted(able, key=lambda j: (sum(o.clearly_leads(j) for o in able), -j.evidence_per_parameter))
     within = simpler_than(found[0]) if found else ()
     found.sort(key=lambda j: j.candidate.effect not in within)
     return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
