@@ -82,7 +82,7 @@ def mixing_matrix(weights: Sequence[tuple[float, ...]], rows: int) -> np.ndarray
     return np.array(weights, dtype=float).reshape(-1, rows).T.copy()
 
 
-def scaled_sources(sources: Sequence[Sources], force_share: float, error_share: float) -> tuple[Sources, ...]:
+def scaled_sources(sources: Sequence[Sources], force_share: float, error_share: float = 1.0) -> tuple[Sources, ...]:
     """Each log's sources with the forces, and the sensors' errors, a share as large."""
     shares = {True: force_share, False: error_share}
     return tuple(tuple(s.with_noise(s.rms * shares[s.is_force], s.correlation_time) for s in own) for own in sources)

@@ -59,41 +59,49 @@ def prediction(model: FilteredModel, fitted: Fit) -> Prediction:
     """
     filters, sources = _filters(model, fitted), _sources_of_parts(model)
     others = np.array([v.estimation_log is None for v in model.problem.data.validation] or [False] * len(sources))
-    sources = _likeliest_sizes(filters, sources, [(1.0, e) for e in ERROR_FACTORS], others)
-    sources = _likeliest_sizes(filters, sources, [(f, 1.0) for f in SMALLER_FACTORS], others)
-    sources = _likeliest_sizes(filters, sources, [(f, 1.0) for f in LARGER_FACTORS], np.ones_like(others))
-    return _predicted(filters, sources)
+    found = _followed(filters, sources)
+    found = _likeliest_sizes(filters, found, [(1.0, e) for e in ERROR_FACTORS], others)
+    found = _likeliest_sizes(filters, found, [(f, 1.0) for f in SMALLER_FACTORS], others)
+    found = _likeliest_sizes(filters, found, [(f, 1.0) for f in LARGER_FACTORS], np.ones_like(others))
+    return _predicted(filters, found)
 
 
 def prediction_at(model: FilteredModel, fitted: Fit, sources: Sequence[Sources]) -> Prediction:
     """The same with given sources in each part of the data, as another model's prediction has them."""
-    return _predicted(_filters(model, fitted), sources)
+    filters = _filters(model, fitted)
+    return _predicted(filters, _followed(filters, sources))
+
+
+class _Followed(NamedTuple):
+    """A filter along one part of the data."""
+
+    sources: Sources
+    innovations: np.ndarray  # (N, NY, 2) whitened, and the logarithms of their variances [σ²]
+    log_likelihood: float  # of the scored samples [nats]; minus infinity where it is not finite
+
+
+def _followed(filters: FilterProblem, sources: Sequence[Sources]) -> list[_Followed]:
+    """The filters along all parts, with these sources in each."""
+    parts = zip(sources, filters.innovations(np.zeros(0), sources), filters.segments, strict=True)
+    return [_Followed(own, found, _log_likelihood(found[_scored(part)])) for own, found, part in parts]
 
 
 def _likeliest_sizes(
-    filters: FilterProblem, sources: Sequence[Sources], factors: Sequence[tuple[float, float]], parts: np.ndarray
-) -> list[Sources]:
-    """Each part's sources; of those ``parts`` (parts,) that are chosen with forces and errors so many times as large,
-    if that is likelier.
-    """
-    if not parts.any():
-        return list(sources)
-    tried = [tuple(sources), *(scaled_sources(sources, *f) for f in factors)]
-    found = np.array([_scored_log_likelihoods(filters, own) for own in tried])
-    return [tried[best if parts[k] else 0][k] for k, best in enumerate(found.argmax(axis=0))]
+    filters: FilterProblem, found: Sequence[_Followed], factors: Sequence[tuple[float, float]], parts: np.ndarray
+) -> list[_Followed]:
+    """Each part; those of the chosen ``parts`` (parts,) with forces and errors so many times as large, if likelier."""
+    sources = [f.sources for f in found]
+    trials = [_followed(filters, scaled_sources(sources, *f)) for f in factors] if parts.any() else []
+    return [
+        max((now, *(t[k] for t in trials if parts[k])), key=lambda f: f.log_likelihood) for k, now in enumerate(found)
+    ]
 
 
-def _predicted(filters: FilterProblem, sources: Sequence[Sources]) -> Prediction:
+def _predicted(filters: FilterProblem, found: Sequence[_Followed]) -> Prediction:
     total = sum(len(_scored(s)) for s in filters.segments)
-    found = zip(filters.innovations(np.zeros(0), sources), filters.segments, strict=True)
-    blocks = [innovations[block] for innovations, part in found for block in _blocks(part, total)]
-    return Prediction([b[..., 0] for b in blocks], [b[..., 1] for b in blocks], list(sources))
-
-
-def _scored_log_likelihoods(filters: FilterProblem, sources: Sequence[Sources]) -> list[float]:
-    """Log-likelihood of each part's scored samples (parts,) [nats]; minus infinity where it is not finite."""
-    innovations = filters.innovations(np.zeros(0), sources)
-    return [_log_likelihood(i[_scored(part)]) for i, part in zip(innovations, filters.segments, strict=True)]
+    pairs = zip(found, filters.segments, strict=True)
+    blocks = [one.innovations[block] for one, part in pairs for block in _blocks(part, total)]
+    return Prediction([b[..., 0] for b in blocks], [b[..., 1] for b in blocks], [f.sources for f in found])
 
 
 def _log_likelihood(innovations: np.ndarray) -> float:

@@ -24,7 +24,7 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_t
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
 from wheelpend.estimation.filter_fit import FilterPoint
-from wheelpend.estimation.random_source import with_forces
+from wheelpend.estimation.random_source import scaled_sources
 from wheelpend.estimation.scaled_inverse import ScaledInverse
 
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
@@ -184,7 +184,7 @@ def likeliest_by_place(found: Sequence[RepeatingFunction]) -> tuple[RepeatingFun
 
 
 def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
-    return model.point._replace(sources=with_forces(model.point.sources, share, 1.0, 0.0))
+    return model.point._replace(sources=scaled_sources(model.point.sources, share))
 
 
 def _repeating_behind(

@@ -20,7 +20,7 @@ from wheelpend.estimation.filter_fit import FilterPoint
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.normal_equations import NormalEquations
 from wheelpend.estimation.profiled_starts import profile_grids
-from wheelpend.estimation.random_source import Sources, with_forces
+from wheelpend.estimation.random_source import Sources, scaled_sources
 
 FORCE_SHARES = (1.0, 0.3, 0.1)  # of the fitted random force, behind which effects are scored
 MAX_LEADERS = 7  # effects of each score that are refitted
@@ -62,7 +62,7 @@ def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
     grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [e for e in candidates if e.profiled])
     found: dict[str, ScoredEffect] = {}
     for share in FORCE_SHARES:
-        sources = with_forces(model.point.sources, share, 1.0, 0.0)
+        sources = scaled_sources(model.point.sources, share)
         settings = {name: grid.settings for name, grid in grids.items()}
         for one in scored_effects(model, candidates, settings, sources)[:MAX_LEADERS]:
             if one.gain > MIN_GAIN_PER_COEFFICIENT * len(one.effect.parameters):
@@ -109,7 +109,7 @@ def linear_scores(model: FilteredModel) -> Iterator[LinearScores]:
     """Scores of all effects without an inner parameter, behind each of the filters that leave less to chance."""
     effects = linear_effects(model)
     for share in FORCE_SHARES:
-        scores = _linear_scores(model, effects, {}, with_forces(model.point.sources, share, 1.0, 0.0))[1]
+        scores = _linear_scores(model, effects, {}, scaled_sources(model.point.sources, share))[1]
         if scores is not None:
             yield scores
 
