@@ -118,7 +118,13 @@ def fall_text(before: float, after: float) -> str:
     """A held-out error before and after a change; one that was not finite diverged."""
     if not is_number(before):
         return f"the held-out prediction no longer diverges: its error is {prediction_error_text(after)}"
-    return f"the held-out error falls from {digits_text(before)} to {prediction_error_text(after)}"
+    direction = direction_text(before, after)
+    return f"the held-out error {direction} from {digits_text(before)} to {prediction_error_text(after)}"
+
+
+def direction_text(before: float, after: float) -> str:
+    """Whether an error falls or rises, as it may beside a random force by chance."""
+    return "rises" if is_number(after) and is_number(before) and after > before else "falls"
 
 
 def relative_fall_text(before: float, after: float) -> str:
@@ -191,7 +197,8 @@ def headline_sentences(explanation: Ladder, quantities: PlantUnits) -> list[str]
         return [f"With its own parameters refitted, the model has a {kind} error of {before} "
                 f"(noise floor {floor}); no effect of the library is worth adding."]  # fmt: skip
     return [*(_step_sentence(step, explanation, quantities) for step in explanation.steps),
-            f"The {kind} error falls from {before} to {after}; the noise floor is {floor}."]  # fmt: skip
+            f"The {kind} error {direction_text(explanation.base_error, explanation.error)} from {before} to {after}; "
+            f"the noise floor is {floor}."]  # fmt: skip
 
 
 def _step_sentence(step: Step, explanation: Ladder, quantities: PlantUnits) -> str:
