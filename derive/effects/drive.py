@@ -78,9 +78,11 @@ EFFECT_ROWS = (
         residual="a missing force against |slip speed| on a straight line through zero, with the same sign both ways.",
         resembles="`voltage_asymmetry` and `voltage_offset` on a log with little change of speed.",
         remarks=(
-            "It takes energy out as long as |c| is less than the viscous friction itself; X6 and X7 contain "
-            "the motor's back-EMF too, so that this is not judged.",
+            "It takes energy out as long as |c| is less than the viscous friction itself. Where the model has less of "
+            "that, it is judged impossible, but for plants whose own parameters contain it: X6 and X7 contain the "
+            "motor's back-EMF too.",
         ),
+        varies="viscous_drive",
     ),
     Effect(
         "load_friction",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -13,6 +12,7 @@ from derive.effects import Effect
 from derive.parameter_name import short_name
 from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest, sample_blocks
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.physical import is_physical, is_within_its_friction
 from wheelpend.diagnosis.score_test import linear_names, size_names
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
@@ -147,7 +147,8 @@ def evaluate_candidate(
         blocks_agree=block_agreement(base.residuals, residuals),
         error_after=error_after,
         equivalent_to=(),
-        physical=all(is_physical(effect, own.coefficients | c, own.sigma | s) for c, s in in_logs),
+        physical=all(is_physical(effect, own.coefficients | c, own.sigma | s) for c, s in in_logs)
+        and is_within_its_friction(problem, effect, fitted),
         fit=fitted,
         beyond=incremental,
         per_log=per_log,
@@ -295,15 +296,6 @@ def wald_p_value(
         statistic = float(values @ np.linalg.pinv(block, rcond=1e-12, hermitian=True) @ values) / count * correction
         worst = max(worst, float(fdtrc(count, freedom, max(statistic, 0.0))))
     return worst
-
-
-def is_physical(effect: Effect, coefficients: Mapping[str, float], sigma: Mapping[str, float]) -> bool:
-    """Every coefficient within its physical range, and in its order, up to two standard errors."""
-    pairs = itertools.pairwise(effect.ordered)
-    return all(
-        p.minimum - 2.0 * sigma[p.name] <= coefficients[p.name] <= p.maximum + 2.0 * sigma[p.name]
-        for p in effect.parameters
-    ) and all(coefficients[a] <= coefficients[b] + 2.0 * (sigma[a] + sigma[b]) for a, b in pairs)
 
 
 def block_agreement(residuals_before: list[np.ndarray], residuals_after: list[np.ndarray]) -> str:

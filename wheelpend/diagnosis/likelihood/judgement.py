@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 import derive
-from derive.effects import Effect, Quantiles
 from wheelpend.diagnosis.block_evidence import falls_over_segments
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import (
@@ -20,7 +19,6 @@ from wheelpend.diagnosis.evidence import (
     deviation_from_absence,
     estimate_of,
     estimates_per_log,
-    is_physical,
     wald_p_value,
 )
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
@@ -34,12 +32,12 @@ from wheelpend.diagnosis.likelihood.held_out import (
     prediction,
     prediction_at,
 )
+from wheelpend.diagnosis.likelihood.meaning import has_meaning, is_determined, rest_has_meaning
 from wheelpend.diagnosis.likelihood.refits import at_sources
 from wheelpend.diagnosis.score_test import size_names
-from wheelpend.estimation.estimate import EffectEstimate
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.problem import EstimationProblem, simpler_effects
-from wheelpend.estimation.profiled_starts import magnitude, null_values
+from wheelpend.estimation.problem import simpler_effects
+from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data of an effect that the estimation data discovered
@@ -241,44 +239,6 @@ def rise_in_blocks(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
 def price_of_freedom(smaller: FilteredModel, larger: FilteredModel) -> float:
     """Log-likelihood that a larger model's freedom is worth by chance (Schwarz's criterion) [nats]."""
     return 0.5 * (larger.freedom - smaller.freedom) * float(np.log(max(larger.estimator.problem.count, 2)))
-
-
-def has_meaning_throughout(model: FilteredModel) -> bool:
-    """True where every effect of a model is physically possible as it was fitted."""
-    rows, log_values = [model.problem.effect(e) for e in model.problem.model.effects], model.log_values
-    return all(
-        has_meaning(model.problem, row, {p.name: values[row.name_of(p)] for p in row.parameters})
-        for row in rows
-        for values in log_values
-    )
-
-
-def is_determined(effect: Effect, found: EffectEstimate) -> bool:
-    """True where an inner parameter is known to better than its own size; else the effect is a simpler one."""
-    inner = effect.profiled
-    return inner is None or found.sigma[inner.name] < abs(found.coefficients[inner.name])
-
-
-def rest_has_meaning(model: FilteredModel, fitted: Fit, effect: str) -> bool:
-    """True where no other effect of a model has become physically impossible beside one, beyond its errors."""
-    others = [model.problem.effect(e) for e in model.problem.model.effects if e != effect]
-    found = [estimate_of(fitted, row) for row in others]
-    return all(is_physical(row, e.coefficients, e.sigma) for row, e in zip(others, found, strict=True))
-
-
-def has_meaning(problem: EstimationProblem, effect: Effect, coefficients: Mapping[str, float]) -> bool:
-    """True where parameters are possible, in order, and within the logs where they are compared with a signal.
-
-    Else the effect is another one in disguise: friction that drives, a speed that was never reached.
-    """
-    if not is_physical(effect, coefficients, dict.fromkeys(coefficients, 0.0)):
-        return False
-    parameter = effect.profiled
-    if parameter is None or not isinstance(parameter.starts, Quantiles):
-        return True
-    of = parameter.starts.of
-    reached = max(float(magnitude(problem, s, of).max(initial=0.0)) for s in problem.data.estimation)
-    return abs(coefficients[parameter.name]) <= reached
 
 
 def _confirmation(

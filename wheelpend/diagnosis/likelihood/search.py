@@ -13,10 +13,10 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtere
 from wheelpend.diagnosis.likelihood.judgement import (
     Judged,
     JudgedModel,
-    has_meaning_throughout,
     judge,
     most_telling_first,
 )
+from wheelpend.diagnosis.likelihood.meaning import has_meaning_throughout
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, what_repeats

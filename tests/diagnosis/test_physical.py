@@ -1,0 +1,36 @@
+"""Which sizes of an effect are physically possible."""
+
+from types import SimpleNamespace
+
+import derive
+from wheelpend.diagnosis.physical import is_within_its_friction
+from wheelpend.estimation.fit import Fit
+from wheelpend.model.model_kernels import library_module_of
+from wheelpend.model.record import Model
+
+
+def is_possible(size: float, friction: float | None, plant: str = "slide") -> bool:
+    """Whether a difference between directions is possible beside so much viscous friction, nothing being fitted."""
+    values = {"viscous_asymmetry.coefficient": size}
+    values |= {} if friction is None else {"viscous_drive.coefficient": friction}
+    problem = SimpleNamespace(module=library_module_of(Model.parse(f'plant = "{plant}"\n'), []), logs=[None])
+    return is_within_its_friction(problem, derive.effects.find("viscous_asymmetry"), Fit.at(values, [{}]))
+
+
+def test_friction_is_larger_one_way_than_the_other_by_no_more_than_it_is():
+    assert is_possible(0.9, 1.0) and is_possible(-0.9, 1.0)
+    assert not is_possible(1.1, 1.0) and not is_possible(-1.1, 1.0)
+    assert not is_possible(1e-3, None)  # without any friction it would drive the machine one way
+
+
+def test_in_a_joint_it_is_the_joints_friction_that_counts():
+    assert derive.effects.find("viscous_asymmetry_joint").varies == "viscous_joint"
+
+
+def test_it_is_not_judged_where_the_plants_own_parameters_contain_the_friction():
+    assert is_possible(5.0, None, "wheel_pendulum")
+
+
+def test_laws_of_other_kinds_have_no_friction_to_stay_within():
+    values = Fit.at({"coulomb_drive.torque": 5.0}, [{}])
+    assert is_within_its_friction(SimpleNamespace(), derive.effects.find("coulomb_drive"), values)
