@@ -21,6 +21,7 @@ from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.explain import Ladder, Step
 from wheelpend.diagnosis.horizons import HorizonError
+from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
@@ -50,7 +51,8 @@ KEYS = {
     "bias guide force_error cutoff_hz remainder covariance widening",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
-    Remainder: "force sensors places repeatable_share repeating resonances",
+    Remainder: "force sensors places repeatable_share repeating resonances slow",
+    SlowSource: "place is_force correlation_time_s gain p_value",
     RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",
     SensorError: "rms unit sigmas correlation_time_s lag_s",
     Estimate: "value sigma identifiable",

@@ -70,18 +70,19 @@ COMMANDS = {
     "identify log.csv": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
-        remainder(force sensors places repeatable_share repeating resonances) widening(factors correlation_times_s)""",
+        remainder(force sensors places repeatable_share repeating resonances slow)
+        widening(factors correlation_times_s)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log
-        remainder(force sensors places repeatable_share repeating resonances)""",
+        remainder(force sensors places repeatable_share repeating resonances slow)""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",
     "add coulomb_drive --data log.csv": """
         schema effect coefficients(torque) sigma(torque) unit(torque) error_before error_after per_log blocks_agree
         effects noise_floor horizon_s parameters(value sigma)
-        remainder(force sensors places repeatable_share repeating resonances) warnings""",
+        remainder(force sensors places repeatable_share repeating resonances slow) warnings""",
     "remove coulomb_drive": "schema effect effects error_before error_after",
     "history": "schema history(change error_before error_after logs)",
     "effects slope": "schema effects(effect family sentence equation means parameters(name unit scope))",

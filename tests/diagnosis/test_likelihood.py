@@ -24,6 +24,7 @@ from wheelpend.diagnosis.likelihood.repeatability import (
     what_repeats,
 )
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
+from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
 from wheelpend.diagnosis.likelihood.whitened_scores import linear_effects, linear_scores
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.starts import best_start
@@ -39,20 +40,22 @@ MODEL = 'plant = "slide"\neffects = ["viscous_drive"]\n'
 
 
 @lru_cache
-def axis_log(dry: float, seed: int, spring: float = 0.0) -> Log:
+def axis_log(
+    dry: float, seed: int, spring: float = 0.0, rms: float = RANDOM_RMS, random_time: float = RANDOM_TIME_S
+) -> Log:
     """An axis with viscous and dry friction, a spring [V/m] and a random force, ten seconds at 250 Hz.
 
     By semi-implicit steps.
     """
     random = np.random.default_rng(seed)
-    decay = np.exp(-STEP_S / RANDOM_TIME_S)
-    position, speed, force, rows = 0.0, 0.0, RANDOM_RMS * random.standard_normal(), []
+    decay = np.exp(-STEP_S / random_time)
+    position, speed, force, rows = 0.0, 0.0, rms * random.standard_normal(), []
     for step in range(SAMPLES * EVERY):
         t = step * STEP_S
         if step % EVERY == 0:
             command = 2.0 * np.sin(2.0 * np.pi * 0.7 * t) + 1.5 * np.sin(2.0 * np.pi * 1.9 * t + 1.0)
             rows.append((t, command, position + NOISE_M * random.standard_normal()))
-        force = decay * force + RANDOM_RMS * np.sqrt(1.0 - decay**2) * random.standard_normal()
+        force = decay * force + rms * np.sqrt(1.0 - decay**2) * random.standard_normal()
         free = (speed + STEP_S * (command + force - spring * position) / MASS) / (1.0 + STEP_S * VISCOUS / MASS)
         before, speed = speed, np.sign(free) * max(abs(free) - STEP_S * dry / MASS, 0.0)
         position += 0.5 * STEP_S * (before + speed)
@@ -176,6 +179,37 @@ def test_what_the_direction_of_the_input_does_to_a_reading_repeats_in_that_readi
     assert {(f.kind, f.row, f.depends_on) for f in found if f.repeats} == places
     assert repeatable_share(found) == 0.0  # of the force, which may mirror the reading
     assert [f.share > 0.5 for f in found if f.repeats and f.is_in_reading] == [True] * len(places)
+
+
+@pytest.mark.parametrize(("weakening", "repeats"), [(0.03, {"t", "v_in"}), (0.0, set())])
+def test_a_product_of_two_variables_repeats_where_neither_says_anything_alone(weakening, repeats):
+    played = axis_log(0.0, 3)
+    told = replace(played, voltage=played.voltage / (1.0 - weakening * played.t))
+    problem, start = best_start(prepare(Model.parse(MODEL), [told]))
+    found = what_repeats(filtered_model(problem, [start], lambda text: None))
+    assert {v for f in found if f.repeats for v in f.depends_on} == repeats
+
+
+def test_each_source_alone_is_made_small_and_forces_together_smaller(filtered):
+    force = filtered.point.kinds[0]
+    error = replace(force, place="x", rows=(0.0,), readings=(1.0,), rms=2e-5)
+    both = replace(filtered, point=filtered.point._replace(sources=((force, error),)))
+    sizes = [[s.rms for s in own[0]] for own in repeatability.with_smaller_sources(both)]
+    expected = [[0.6, 1.0], [0.3, 1.0], [0.1, 1.0], [1.0, 0.1]]
+    assert np.array(sizes) == pytest.approx(np.array(expected) * [force.rms, 2e-5])
+    alone = replace(filtered, point=filtered.point._replace(sources=((force,),)))
+    assert len(repeatability.with_smaller_sources(alone)) == 2
+
+
+@pytest.mark.parametrize(("offset", "rms", "is_slow"), [(0.3, 0.002, True), (0.0, 0.2, False)])
+def test_a_constant_force_is_no_chance_and_one_at_random_as_slow_as_is_allowed_is(offset, rms, is_slow):
+    played = axis_log(0.0, 2, rms=rms, random_time=0.05 * SAMPLES * EVERY * STEP_S)
+    problem, start = best_start(prepare(Model.parse(MODEL), [replace(played, voltage=played.voltage - offset)]))
+    model = filtered_model(problem, [start], lambda text: None)
+    found = slow_sources(model)
+    assert [(s.place, s.is_force) for s in found if s.repeats] == [("carriage", True)] * is_slow
+    assert all(s.gain > 10.0 and s.correlation_time_s > 2.0 for s in found if s.repeats)
+    assert model.point.kinds[0].correlation_time > 0.3
 
 
 def test_nothing_is_said_to_repeat_where_no_filter_can_be_followed(filtered, monkeypatch):

@@ -4,9 +4,13 @@ import numpy as np
 import pytest
 
 from wheelpend import Model
+from wheelpend.diagnosis.likelihood.repeatability import FORCE_KIND, READING_KIND, RepeatingFunction
+from wheelpend.diagnosis.likelihood.resonance import Resonance
+from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
 from wheelpend.reports.text.remainder import remainder_sentences, widening_sentences
+from wheelpend.reports.text.verdict import repeating_text
 
 MODEL = Model.default()
 
@@ -70,3 +74,30 @@ def test_intervals_that_the_correlation_time_widens_are_said_with_the_range():
 def test_a_sensor_behind_a_low_pass_filter_is_said_to_lag():
     lines = remainder_sentences(Remainder(sensors={"theta_p": SensorError(9e-6, "rad", 0.02, 0.02, 0.02)}), MODEL)
     assert lines[1:] == ["theta_p lags by 20 ms, as behind a low-pass filter."]
+
+
+REPEATING = RepeatingFunction(FORCE_KIND, "drive", ("t", "v_in"), 0.37, 158.0, 1e-9, 700)
+SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta_w", 100.2, 0.01, 0.2, 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("left", "text"),
+    [
+        (Remainder(repeating=(REPEATING,), slow=(SLOW,)), "A function of t and v_in, as a force between wheel and "
+         "body, predicts 37 % of it on stretches that it was not made from."),
+        (Remainder(repeating=(RepeatingFunction(READING_KIND, "theta_p", (), 0.1, 40.0, 1e-5, 700),)),
+         "A constant, as an offset of the reading theta_p, predicts a part of it on stretches that it was not made "
+         "from: look at that sensor first."),
+        (Remainder(slow=(SLOW,), resonances=(RINGING,)), "The error of dtheta_p that is left to chance is likelier the "
+         "slower it may be (5 s and more): no chance, but an offset, a drift or a slow law that is missing: look at "
+         "that sensor first."),
+        (Remainder(slow=(SlowSource("wheel", True, 5.0, 80.0, 1e-9),)), "The force left to chance on the wheel row is "
+         "likelier the slower it may be (5 s and more): no chance, but an offset, a drift or a slow law that is "
+         "missing."),
+        (Remainder(slow=(SlowSource("wheel", True, 0.6, 0.4, 0.3),), resonances=(RINGING,)), "It rings at 100 Hz."),
+        (Remainder(), ""),
+        (None, ""),
+    ],
+)  # fmt: skip
+def test_the_likeliest_of_what_is_no_chance_is_told(left, text):
+    assert repeating_text(left, MODEL.plant_signature) == text

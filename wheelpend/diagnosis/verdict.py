@@ -113,7 +113,7 @@ class Diagnosis:
         """P-value of nothing more being there, with the first candidate where there is one."""
         if self.remainder is not None:
             rings = [r for r in self.remainder.resonances if r.repeats]
-            if told := [found.p_value for found in (*rings, *self.remainder.repeating)]:
+            if told := [found.p_value for found in (*rings, *self.remainder.repeating, *self.remainder.slow)]:
                 return float(min(told))
         return self.named[0].p_rest if self.named else self.p_rest
 

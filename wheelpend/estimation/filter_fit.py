@@ -25,6 +25,7 @@ MIN_ERROR_SIGMAS = 1e-2  # of a sensor: a random error below it is none
 MAX_DAMPING, FIRST_DAMPING, DAMPING_FACTOR = 1e4, 1e-6, 100.0  # of the unit diagonal, and from one trial to the next
 NO_NOISE = (np.zeros((0, 0)), np.zeros(0))  # information and score where no size or time is free
 MAX_NOISE_STEP = 1.5  # of the logarithm of a size or time in a round
+SLOWER_FACTOR = 10.0  # times the longest correlation time, that a source has which may be slower: half of a short log
 
 
 class Effort(NamedTuple):
@@ -67,6 +68,11 @@ class FilterPoint(NamedTuple):
         """Which sources there are; sizes and times are those of the first log."""
         return self.sources[0]
 
+    def rises_over(self, other: FilterPoint) -> np.ndarray:
+        """Rise of log-likelihood over another point of the same segments, in blocks of them (blocks,) [nats]."""
+        before, after = (np.concatenate([run.deviance for run in point.runs]) for point in (other, self))
+        return 0.5 * np.bincount(self.blocks, before - after)
+
 
 @dataclass(frozen=True)
 class FilterEstimator:
@@ -75,6 +81,7 @@ class FilterEstimator:
     problem: FilterProblem
     force_scale: float  # size of the forces that drive the machine, in the unit of its rows
     force_time: float = 0.0  # s, at which the correlation time of every force is held; 0 where it is free
+    slow_kinds: tuple[tuple, ...] = ()  # of sources that may be slower than the bound of the others
 
     def point(self, theta: np.ndarray, sources: Sequence[Sources]) -> FilterPoint:
         """The point at given parameters and sources."""
@@ -103,8 +110,10 @@ class FilterEstimator:
 
     def times_of(self, source: RandomSource) -> tuple[float, float]:
         """Shortest and longest correlation time [s] that a source may have."""
-        held = source.is_force and self.force_time
-        return (self.force_time, self.force_time) if held else self.correlation_bounds
+        if source.is_force and self.force_time:
+            return self.force_time, self.force_time
+        shortest, longest = self.correlation_bounds
+        return shortest, longest * (SLOWER_FACTOR if source.kind in self.slow_kinds else 1.0)
 
     def on_part(self, samples: int) -> FilterEstimator:
         """The same on as many samples of all logs together, or a few more."""

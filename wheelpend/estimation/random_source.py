@@ -17,6 +17,7 @@ from derive.plant_signature import PlantSignature
 
 MAX_CORRELATION_TIME_S, MAX_CORRELATION_SHARE = 1.0, 0.05  # s, and of a log's duration: slower ones are offsets
 MIN_CORRELATION_SAMPLES = 0.5  # sample intervals: a faster source is white
+AT_BOUND_SHARE = 0.99  # of the longest correlation time, above which a source is at that bound
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,10 @@ class RandomSource:
     def kind(self) -> tuple:
         """What it is, whatever its size and time."""
         return (self.rows, self.readings, self.lags)
+
+    def is_at_bound(self, longest: float) -> bool:
+        """True where its correlation time is the longest [s] that is allowed."""
+        return self.correlation_time > AT_BOUND_SHARE * longest
 
     def with_noise(self, rms: float, correlation_time: float) -> RandomSource:
         """The source with another size and correlation time."""

@@ -90,6 +90,8 @@ def solve_damped(normal: np.ndarray, right: np.ndarray, damping: np.ndarray | fl
 
 def _solve_small(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Solutions (..., n, k) of many equations, those of one and of two unknowns in closed form."""
+    if not right.size:
+        return right
     if matrix.shape[-1] == 1:
         return right / matrix
     if matrix.shape[-1] > 2:

@@ -76,6 +76,7 @@ class Remainder:
     repeatable_share: float | None = None  # of the forces' mean square, that a smooth law predicts; None if not sought
     repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row, port or reading
     resonances: tuple[Any, ...] = ()  # narrow bands in which the filter misses far more than around them, by channel
+    slow: tuple[Any, ...] = ()  # forces and errors of sensors as slow as is allowed, and whether they would be slower
 
     @property
     def strongest(self) -> RowForce | None:
@@ -91,6 +92,7 @@ class Remainder:
             "repeatable_share": self.repeatable_share,
             "repeating": self.repeating,
             "resonances": self.resonances,
+            "slow": self.slow,
         }
 
 
@@ -160,7 +162,7 @@ def _row_force(
         rms / float(drive[number]) if drive[number] > 0.0 else np.inf,
         leading.correlation_time,
         leading.place,
-        leading.correlation_time > 0.99 * longest,
+        leading.is_at_bound(longest),
     )
 
 

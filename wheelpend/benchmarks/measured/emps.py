@@ -171,7 +171,7 @@ def shooting_rows(model: Model, *logs: Path) -> list[tuple[str, ...]]:
 def repeatable_share_text(found: Ladder) -> str:
     """Repeatable share of the missing force, and the variables it depends on."""
     if found.last.by_likelihood:
-        return repeating_text(found.last) or "None of it repeats."
+        return repeating_text(found.last.remainder, found.problem.plant) or "None of it repeats."
     if not found.repeats:
         return "None of it repeats."
     first = found.repeats[0]

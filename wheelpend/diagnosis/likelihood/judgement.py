@@ -165,7 +165,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     predicted = prediction(larger, fitted)
     gains, held_out = gain_in_blocks(base.predicted, predicted), [v.part for v in larger.problem.data.validation]
     falls, relative_falls = falls_over_segments(held_out, base.validated.residuals, residuals)
-    rises, price = rise_in_blocks(base.model, larger), price_of_freedom(base.model, larger)
+    rises, price = larger.point.rises_over(base.model.point), price_of_freedom(base.model, larger)
     worth = rises - price / len(rises)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
     confirmation = _confirmation(base, larger, predicted, gains, falls)
@@ -228,12 +228,6 @@ def _discovery(smaller: FilteredModel, larger: FilteredModel, fitted: Fit, effec
     added = [added_p_value(larger.problem, row, fitted, s, parts) for s in smaller.problem.replaced(effect)]
     by_size = max([wald_p_value(fitted, sizes, deviation, parts=parts), *added])
     return min(1.0, 2.0 * min(by_size, one_sided_p_value(in_sample)))
-
-
-def rise_in_blocks(smaller: FilteredModel, larger: FilteredModel) -> np.ndarray:
-    """Rise of log-likelihood in blocks of the estimation data (blocks,) [nats]."""
-    before, after = (np.concatenate([run.deviance for run in model.point.runs]) for model in (smaller, larger))
-    return 0.5 * np.bincount(larger.point.blocks, before - after)
 
 
 def price_of_freedom(smaller: FilteredModel, larger: FilteredModel) -> float:

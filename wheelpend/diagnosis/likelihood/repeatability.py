@@ -13,6 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,15 +25,16 @@ from wheelpend.diagnosis.likelihood.filter_response import DriftResponse, drift_
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_to
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
-from wheelpend.estimation.filter_fit import FilterPoint
-from wheelpend.estimation.random_source import scaled_sources
-from wheelpend.estimation.scaled_inverse import ScaledInverse
+from wheelpend.estimation.random_source import Sources, scaled_sources
+from wheelpend.estimation.scaled_inverse import solve_damped
 
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
 RIDGE_PER_VARIANCE = 1.0  # prior information of a coefficient, in units of its place's variance
 MAX_VARIABLES = 2  # of a function
 MIN_ADDED_GAIN = 3.0  # nats that a constant must add, and each variable
-FORCE_SHARES = (1.0, 0.6, 0.3)  # of the found random force, behind which is looked: it may hide what repeats
+FORCE_SHARES = (0.6, 0.3)  # of the found random forces, behind which is looked: they may hide what repeats
+SOURCE_SHARE = 0.1  # of one source among several: it may be there only to mirror what repeats
+FLAT_DAMPING = 1e-9  # of the unit diagonal, with which a direction that data do not tell does not move
 SIGNIFICANCE_LEVEL = 1e-3  # of all functions together: responses of the own parameters are near ones
 
 FORCE_KIND, READING_KIND = "force", "reading"  # kinds of what repeats
@@ -104,7 +107,8 @@ class DriftGain(NamedTuple):
         return min(1.0, 2.0 * min(follows, one_sided_p_value(self.gains)))
 
 
-class FoldedDrifts(NamedTuple):
+@dataclass(frozen=True)
+class FoldedDrifts:
     """Normal equations of drifts and of the model's own parameters, in blocks of the innovations."""
 
     names: list[str]  # of the drifts, the model's own parameters first
@@ -118,22 +122,32 @@ class FoldedDrifts(NamedTuple):
         """What some drifts, fitted to the other blocks beside the model's own parameters, do to each block."""
         chosen = [*range(self.own), *(self.names.index(c) for c in columns)]
         prior = np.r_[np.zeros(self.own), np.full(len(columns), ridge)]
-        at = np.ix_(chosen, chosen)
-        information, score = self.information[(slice(None), *at)], self.score[:, chosen]
+        information, score = self.information[:, chosen][:, :, chosen], self.score[:, chosen]
         total, pull = information.sum(axis=0) + np.diag(prior), score.sum(axis=0)
-        along, power, gains = np.zeros((3, len(score)))
-        for k, (own, right) in enumerate(zip(information, score, strict=True)):
-            rest, left = total - own, pull - right
-            without = np.zeros(len(chosen))
-            without[: self.own] = ScaledInverse.of(rest[: self.own, : self.own]).solve(left[: self.own])
-            change = ScaledInverse.of(rest).solve(left) - without
-            along[k], power[k] = change @ (right - own @ without), change @ own @ change
-            gains[k] = along[k] - 0.5 * power[k]
-            if self.lead is not None:  # another filter: what the model's own parameters gain behind it counts too
-                gains[k] += without @ right - 0.5 * without @ own @ without
-        size = ScaledInverse.of(total).solve(pull)[self.own :]
+        change = solve_damped(total - information, (pull - score)[..., None], FLAT_DAMPING)[..., 0]
+        change[:, : self.own] -= self.without
+        right = score - np.einsum("bij,bj->bi", information[:, :, : self.own], self.without)
+        along = np.einsum("bi,bi->b", change, right)
+        power = np.einsum("bi,bij,bj->b", change, information, change)
+        gains = along - 0.5 * power
+        if self.lead is not None:  # another filter: what the model's own parameters gain behind it counts too
+            gains += self.own_gains
+        size = solve_damped(total[None], pull[None, :, None], FLAT_DAMPING)[0, self.own :, 0]
         lead = 0.0 if self.lead is None else self.lead
         return DriftGain(gains / self.unit + lead, along / self.unit, power / self.unit, size, self.lead is None)
+
+    @cached_property
+    def without(self) -> np.ndarray:
+        """Own parameters (blocks, own), fitted to the other blocks without any drift."""
+        information, score = self.information[:, : self.own, : self.own], self.score[:, : self.own]
+        rest = (score.sum(axis=0) - score)[..., None]
+        return solve_damped(information.sum(axis=0) - information, rest, FLAT_DAMPING)[..., 0]
+
+    @cached_property
+    def own_gains(self) -> np.ndarray:
+        """Rise of the log-likelihood of each block (blocks,) by these own parameters alone."""
+        moved = np.einsum("bij,bj->bi", self.information[:, : self.own, : self.own], self.without)
+        return np.einsum("bi,bi->b", self.without, self.score[:, : self.own] - 0.5 * moved)
 
 
 def what_repeats(model: FilteredModel) -> tuple[RepeatingFunction, ...]:
@@ -144,14 +158,30 @@ def what_repeats(model: FilteredModel) -> tuple[RepeatingFunction, ...]:
     fitted = _responses(model)
     if not fitted:
         return ()
-    places, found = _places(model, fitted), []
-    shares = FORCE_SHARES if model.force_squared else FORCE_SHARES[:1]
-    tests = len(places) * len(shares)  # of as many functions each
-    for share in shares:
-        responses = fitted if share == 1.0 else _responses(moved_to(model, _shrunk(model, share)))
+    places = _places(model, fitted)
+    smaller = with_smaller_sources(model)
+    tests = len(places) * (1 + len(smaller))  # of as many functions each
+    found = _repeating_behind(fitted, None, model.problem.plant, places, tests)
+    for sources in smaller:
+        responses = _responses(moved_to(model, model.point._replace(sources=sources)))
         if [len(r.whitened) for r in responses] == [len(r.whitened) for r in fitted]:
-            found += _repeating_behind(responses, None if share == 1.0 else fitted, model.problem.plant, places, tests)
+            found += _repeating_behind(responses, fitted, model.problem.plant, places, tests)
     return likeliest_by_place(found)
+
+
+def with_smaller_sources(model: FilteredModel) -> list[tuple[Sources, ...]]:
+    """The sources of each log with all forces smaller, and of several sources with each alone far smaller."""
+    sources = model.point.sources
+    found = [scaled_sources(sources, share) for share in FORCE_SHARES] if model.force_squared else []
+    alone = range(len(model.point.kinds)) if len(model.point.kinds) > 1 else ()
+    return [*found, *(tuple(_with_smaller(own, k) for own in sources) for k in alone)]
+
+
+def _with_smaller(sources: Sources, number: int) -> Sources:
+    """Sources of one log with one of them far smaller."""
+    return tuple(
+        s.with_noise(SOURCE_SHARE * s.rms, s.correlation_time) if k == number else s for k, s in enumerate(sources)
+    )
 
 
 def _places(model: FilteredModel, responses: Sequence[DriftResponse]) -> list[Place]:
@@ -181,10 +211,6 @@ def likeliest_by_place(found: Sequence[RepeatingFunction]) -> tuple[RepeatingFun
     for one in sorted(found, key=lambda f: (f.p_value, -f.gain)):
         by_place.setdefault((one.kind, one.row), one)
     return tuple(by_place.values())
-
-
-def _shrunk(model: FilteredModel, share: float) -> FilterPoint:
-    return model.point._replace(sources=scaled_sources(model.point.sources, share))
 
 
 def _repeating_behind(
@@ -247,23 +273,23 @@ def _strongest(
 ) -> RepeatingFunction:
     """The function of at most two variables that predicts most of what the others leave: a constant, if that is all."""
     ridge = RIDGE_PER_VARIANCE / max(place.squared, 1e-300)
-    chosen: list[str] = []
-    nothing, best, tried = folded.predicted((), ridge), folded.predicted(basis.names(()), ridge), 1
-    for _ in range(MAX_VARIABLES):
-        free = [v for v in basis.variables if v not in chosen]
-        trials = {v: folded.predicted(basis.names([*chosen, v]), ridge) for v in free}
-        tried += len(trials)
-        first = max(trials, key=lambda v: trials[v].gains.sum())
-        if trials[first].gains.sum() - best.gains.sum() < MIN_ADDED_GAIN:
-            break
-        chosen, best = [*chosen, first], trials[first]
-    tried *= tests
+    nothing, constant = folded.predicted((), ridge), folded.predicted(basis.names(()), ridge)
+    functions = [v for count in range(1, MAX_VARIABLES + 1) for v in combinations(basis.variables, count)]
+    trials = {v: folded.predicted(basis.names(v), ridge) for v in functions}
+    tried = (1 + len(trials)) * tests
+    chosen: tuple[str, ...] = ()
+    best = constant
+    for count in range(1, MAX_VARIABLES + 1):
+        first = max((v for v in trials if len(v) == count), key=lambda v: trials[v].gains.sum(), default=())
+        if first and trials[first].gains.sum() - best.gains.sum() >= (count - len(chosen)) * MIN_ADDED_GAIN:
+            chosen, best = first, trials[first]
     if best.gains.sum() - nothing.gains.sum() < MIN_ADDED_GAIN:
         return RepeatingFunction(place.kind, place.name, (), 0.0, 0.0, 1.0, tried)
     p_value = min(1.0, best.p_value * tried)
     function = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
     share = float(np.clip(np.mean(function**2) / max(place.squared, 1e-300), 0.0, 1.0))
-    return RepeatingFunction(place.kind, place.name, tuple(chosen), share, float(best.gains.sum()), p_value, tried)
+    leading = tuple(sorted(chosen, key=lambda v: -trials[(v,)].gains.sum()))
+    return RepeatingFunction(place.kind, place.name, leading, share, float(best.gains.sum()), p_value, tried)
 
 
 def repeatable_share(found: Sequence[RepeatingFunction]) -> float:

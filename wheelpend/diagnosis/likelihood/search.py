@@ -21,6 +21,7 @@ from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, suppo
 from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, what_repeats
 from wheelpend.diagnosis.likelihood.resonance import resonances
+from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
     detectable_sizes,
@@ -197,11 +198,11 @@ def _diagnosis(
     verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
     if not named:
         progress("looking for what repeats")
-        repeating, rings = what_repeats(base.model), resonances(base.model)
-        repeats = any(f.repeats for f in repeating) or any(r.repeats for r in rings)
+        repeating, rings, slow = what_repeats(base.model), resonances(base.model), slow_sources(base.model)
+        repeats = any([*(f.repeats for f in repeating), *(r.repeats for r in rings), *(s.repeats for s in slow)])
         verdict = "unexplained" if repeats else "nothing_missing"
         share = repeatable_share(repeating)
-        remainder = replace(remainder, repeatable_share=share, repeating=repeating, resonances=rings)
+        remainder = replace(remainder, repeatable_share=share, repeating=repeating, resonances=rings, slow=slow)
     found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
     return replace(
         found,

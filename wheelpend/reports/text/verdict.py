@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from derive import effects as library
@@ -14,13 +15,17 @@ from wheelpend.reports.numbers import (
     p_value_text,
     prediction_error_text,
     share_text,
+    time_text,
 )
 from wheelpend.reports.text.effect_sizes import effect_size_text, rms_input, step_size_text
 
 if TYPE_CHECKING:
+    from derive.plant_signature import PlantSignature, PortSpec
     from wheelpend.diagnosis.evidence import CandidateFit
     from wheelpend.diagnosis.explain import Ladder, Step
+    from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
     from wheelpend.diagnosis.verdict import Diagnosis
+    from wheelpend.identification.remainder import Remainder
     from wheelpend.model.record import Model
 
 CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
@@ -55,23 +60,40 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
                 f"library is worth naming, and {CHANCE_SENTENCE}")  # fmt: skip
     return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
-            f"accounts for it. {repeating_text(result)}")  # fmt: skip
+            f"accounts for it. {repeating_text(result.remainder, result.problem.plant)}")  # fmt: skip
 
 
-def repeating_text(result: Diagnosis) -> str:
+def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
     """The part of what is left to chance that repeats, and the signals that predict it, in a sentence."""
-    repeating = [f for f in result.remainder.repeating if f.repeats] if result.remainder else []
+    if left is None:
+        return ""
+    ports = plant.couplings
+    repeating, slow, rings = ([f for f in kind if f.repeats] for kind in (left.repeating, left.slow, left.resonances))
+    if slow and not repeating:
+        return slow_text(slow[0], ports)
     if not repeating:
-        rings = [r for r in result.remainder.resonances if r.repeats] if result.remainder else []
         return f"It rings at {digits_text(rings[0].frequency_hz, 3)} Hz." if rings else ""
-    first, ports = repeating[0], result.problem.plant.couplings
+    first = repeating[0]
     what = f"A function of {' and '.join(first.depends_on)}" if first.depends_on else "A constant"
     if first.is_in_reading:
         return (f"{what}, as an offset of the reading {first.row}, predicts a part of it on stretches that it was "
                 "not made from: look at that sensor first.")  # fmt: skip
-    place = ports[first.row].place if first.row in ports else f"on the {first.row} row"
-    return (f"{what}, as a force {place}, predicts {share_text(first.share)} of it on stretches that it was not made "
-            "from.")  # fmt: skip
+    return (f"{what}, as a force {force_place_text(first.row, ports)}, predicts {share_text(first.share)} of it on "
+            "stretches that it was not made from.")  # fmt: skip
+
+
+def slow_text(source: SlowSource, ports: Mapping[str, PortSpec]) -> str:
+    """A random force or error of a sensor that is likelier the slower it may be, in a sentence."""
+    force = f"The force left to chance {force_place_text(source.place, ports)}"
+    what = force if source.is_force else f"The error of {source.place} that is left to chance"
+    where = "" if source.is_force else ": look at that sensor first"
+    return (f"{what} is likelier the slower it may be ({time_text(source.correlation_time_s)} and more): no chance, "
+            f"but an offset, a drift or a slow law that is missing{where}.")  # fmt: skip
+
+
+def force_place_text(place: str, ports: Mapping[str, PortSpec]) -> str:
+    """Where a force acts: between two parts, or on a row of the model."""
+    return ports[place].place if place in ports else f"on the {place} row"
 
 
 def closing_sentence(result: Ladder) -> str:
@@ -79,7 +101,8 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {CHANCE_SENTENCE}"
-        return f"{CLOSING_SENTENCES[result.verdict]} {repeating_text(result.last)}".strip()
+        rest = repeating_text(result.last.remainder, result.problem.plant)
+        return f"{CLOSING_SENTENCES[result.verdict]} {rest}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
 
