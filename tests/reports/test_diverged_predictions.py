@@ -46,5 +46,5 @@ def test_equations_that_leave_more_than_the_input_are_said_not_to_describe_the_l
 def test_a_fall_from_a_prediction_that_diverged_has_no_percentage():
     assert relative_fall_text(4.0, 1.0) == "the held-out error falls by 75 %"
     assert relative_fall_text(float("inf"), 1.0) == "the held-out prediction no longer diverges: its error is 1"
-    assert fall_text(4.0, float("inf")) == "the held-out error falls from 4 to diverged"
+    assert fall_text(4.0, float("inf")) == "the held-out error rises from 4 to diverged"
     assert fall_text(85.9, 89.2) == "the held-out error rises from 85.9 to 89.2"

@@ -9,6 +9,7 @@ ladder, `Comparison`. Question: what is missing, how sure is that, and how much 
 - `events`: effects that happen once, and when.
 - `backlash_start`: a start for backlash, whose contacts make and break.
 - `refit`: refits of the model with one effect more.
+- `physical`: whether an effect's parameters are possible.
 - `evidence`: Wald and encompassing tests, agreement of blocks, validation error.
 - `ranking`: the order of the refitted effects.
 - `candidates`: which effects are refitted, how far, and which are validated.

@@ -9,8 +9,10 @@ Question: what is left that repeats, on a machine that feels more than any libra
 - `refits`: the model with one effect more, or less, the random force free.
 - `held_out`: how likely data are that no fit has seen, in blocks.
 - `judgement`: the evidence for an effect, and the order of several.
+- `meaning`: whether effects mean what they are called, as they were fitted.
 - `pairs`: two effects of which neither is worth a step alone.
 - `filter_response`: what a known force would change in the innovations.
 - `repeatability`: whether what is left to chance is a smooth function of known signals.
 - `resonance`: whether what the filter misses rings at a frequency of its own.
+- `slow_sources`: whether what is left to chance is slower than chance may be.
 """

@@ -112,7 +112,8 @@ def partial_explanation_text(result: Diagnosis) -> str:
         return ""
     best = result.named[0]
     error = prediction_error_text(best.error_after)
-    return (f" {best.effect} explains most: with it the held-out error falls to {error}. It "
+    direction = direction_text(result.error, best.error_after)
+    return (f" {best.effect} explains most: with it the held-out error {direction} to {error}. It "
             "may be a part of what is missing, or only resemble it.")  # fmt: skip
 
 
@@ -146,8 +147,8 @@ def fall_text(before: float, after: float) -> str:
 
 
 def direction_text(before: float, after: float) -> str:
-    """Whether an error falls or rises, as it may beside a random force by chance."""
-    return "rises" if is_number(after) and is_number(before) and after > before else "falls"
+    """Whether an error falls or rises, as it may beside a random force by chance; one that diverges rises."""
+    return "rises" if is_number(before) and not (is_number(after) and after <= before) else "falls"
 
 
 def relative_fall_text(before: float, after: float) -> str:
