@@ -48,4 +48,7 @@ def test_a_closed_loop_is_played_in_one_place():
     called = [
         p.relative_to(PACKAGE).as_posix() for p in PACKAGE.rglob("*.py") if ".closed_loop(" in p.read_text("utf-8")
     ]
-    assert sorted(called) == ["model/precompile.py", "simulation/closed_loop.py"]  # the one compiles, the other plays
+    assert sorted(called) == [
+        "kernels/every_kernel.py",
+        "simulation/closed_loop.py",
+    ]  # the one compiles, the other plays

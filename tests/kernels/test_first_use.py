@@ -1,15 +1,21 @@
 """What is compiled on first use is compiled once per machine, and is announced."""
 
 import sys
+from functools import partial
 
 import pytest
+from numba import float64
 from numba.core.dispatcher import Dispatcher
 
 from tests.support import simulated
 from wheelpend import Model, compare, identify
+from wheelpend.kernels import compilers
 from wheelpend.kernels import load as kernels
+from wheelpend.kernels.compile_worker import CompileRequest
+from wheelpend.kernels.every_kernel import call_every_kernel
 from wheelpend.kernels.first_use import COMPILING_NOTICE
-from wheelpend.model.precompile import call_every_kernel, compile_modules
+from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX
+from wheelpend.model.precompile import compile_modules
 
 KERNEL = """from numba import njit
 
@@ -30,8 +36,7 @@ def machine(tmp_path, monkeypatch):
 
     def begin():
         kernels.first_use_notice().printed.clear()
-        kernels.first_use_notice().compiled.clear()
-        for name in [n for n in sys.modules if n.startswith(f"{kernels.KERNEL_MODULE_PREFIX}tiny")]:
+        for name in [n for n in sys.modules if n.startswith(f"{KERNEL_MODULE_PREFIX}tiny")]:
             monkeypatch.delitem(sys.modules, name)
         return kernels.load_module.__wrapped__(KERNEL, "tiny")  # what this process remembers a new one does not
 
@@ -53,10 +58,67 @@ def test_later_runs_find_them_compiled_and_say_nothing(machine, capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_warm_knows_what_it_compiled_and_what_was_there(machine, monkeypatch):
-    monkeypatch.setattr("wheelpend.model.precompile.call_every_kernel", lambda module: module.twice(1.0))
-    assert compile_modules({"tiny": machine}, lambda text: None) == ["tiny"]
-    assert compile_modules({"tiny": machine}, lambda text: None) == []
+@pytest.fixture()
+def fresh_compiler():
+    """No process that compiles, before a test and after it."""
+    compilers.end_compiler()
+    yield
+    compilers.end_compiler()
+
+
+def test_this_process_loads_what_another_compiled(machine, fresh_compiler):
+    module = machine()
+    assert (module.twice(1.0), module.thrice(1.0)) == (2.0, 3.0)
+    for kernel in (module.twice, module.thrice):
+        assert sum(kernel.stats.cache_hits.values()) == 1 and not kernel.stats.cache_misses
+
+
+@pytest.mark.parametrize("serve", ["raise SystemExit(3)", "print(3, flush=True)"])
+def test_where_no_other_process_can_it_compiles_itself(machine, fresh_compiler, monkeypatch, serve):
+    monkeypatch.setattr(compilers, "SERVING_CODE", serve)
+    module = machine()
+    assert module.twice(1.0) == 2.0 and sum(module.twice.stats.cache_misses.values()) == 1
+
+
+def test_an_interrupted_process_that_compiles_is_ended(machine, fresh_compiler, monkeypatch):
+    def interrupted(compiler):
+        raise KeyboardInterrupt
+
+    module, process = machine(), compilers._compiler()._process
+    monkeypatch.setattr(compilers.Compiler, "answer", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        module.twice(1.0)
+    assert process.poll() is not None
+
+
+def test_the_process_that_compiles_ends_with_the_one_that_asks():
+    compiler = compilers.Compiler()
+    compiler._process.stdin.close()
+    assert compiler._process.wait(timeout=20) == 0
+    compiler.end()
+
+
+def test_several_kernels_are_compiled_at_once_and_it_is_known_which_were_there(machine, monkeypatch):
+    module = machine()
+    signature = (float64,)
+    twice, thrice, none = (
+        CompileRequest(module.__name__, module.__file__, n, signature) for n in ("twice", "thrice", "x")
+    )
+    assert list(compilers.compile_at_once([twice])) == [(twice, True)]
+    assert dict(compilers.compile_at_once([twice, thrice, none])) == {twice: False, thrice: True, none: None}
+    machine().thrice(1.0)
+    monkeypatch.setattr(compilers, "SERVING_CODE", "raise SystemExit(3)")
+    assert dict(compilers.compile_at_once([twice, thrice])) == {twice: None, thrice: None}
+
+
+@pytest.mark.slow
+def test_warm_knows_what_it_compiled_and_what_was_there(tmp_path, monkeypatch):
+    monkeypatch.setenv("WHEELPEND_CACHE", str(tmp_path))
+    plain, dry = (partial(kernels.model_module, "slide", {}, effects) for effects in ((), ("coulomb_drive",)))
+    told = []
+    assert compile_modules({"plain": plain}, told.append) == ["plain"]
+    assert compile_modules({"plain": plain, "dry": dry}, told.append) == ["dry"]
+    assert [text.rpartition("(")[2] for text in told] == ["1 of 1)", "1 of 2)", "2 of 2)"]
 
 
 def test_warm_compiles_everything_that_fitting_and_comparing_call(library):

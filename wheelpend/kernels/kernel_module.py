@@ -11,6 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
+KERNEL_MODULE_PREFIX = "wheelpend_kernels_"  # of the names of generated modules that the tool loads
+
 Weights = tuple[float, ...]
 Array = np.ndarray
 Times = np.ndarray  # (N,) s, strictly increasing
@@ -28,6 +30,7 @@ class ModelConstants(Protocol):
     """Names, sizes and relations of a model."""
 
     __name__: str
+    __file__: str | None
 
     # -- sizes
     NQ: int  # coordinates

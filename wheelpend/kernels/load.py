@@ -15,17 +15,14 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import derive
 from wheelpend.kernels.cache import cache_folder, cached_text
-from wheelpend.kernels.kernel_module import KernelModule
+from wheelpend.kernels.first_use import first_use_notice
+from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX, KernelModule
 from wheelpend.kernels.numba_start import import_numba
 
-if TYPE_CHECKING:
-    from wheelpend.kernels.first_use import FirstUseNotice
-
-KERNEL_MODULE_PREFIX = "wheelpend_kernels_"  # of the names of modules
 DERIVING_NOTICE = "Deriving the equations with every effect, once per machine; later runs find them derived."
 
 
@@ -109,7 +106,6 @@ def load_module(text: str, name: str) -> KernelModule:
     sys.modules[module_name] = module
     spec.loader.exec_module(module)
     install_fast_load_cache(module)
-    first_use_notice()
     return cast(KernelModule, module)
 
 
@@ -121,12 +117,3 @@ def _module_file(module_name: str, text: str) -> Path:
     if not os.path.exists(importlib.util.cache_from_source(str(path))):
         py_compile.compile(str(path))  # whatever Python is told to write: this folder is ours
     return path
-
-
-@lru_cache
-def first_use_notice() -> FirstUseNotice:
-    """The process's one notice of what is derived or compiled for later runs to find."""
-    import_numba()
-    from wheelpend.kernels.first_use import FirstUseNotice  # imported late: numba is slow to load
-
-    return FirstUseNotice(KERNEL_MODULE_PREFIX)
