@@ -1691,10 +1691,15 @@ def filter_error(
                 steps = max(1, int(math.ceil((until - now_t) / max_step - 1e-6)))
                 h = (until - now_t) / steps
                 begin = now_t
+                rests = 0  # that part the step under way: each surface once, else what is hardly known to slip would part it without end
                 while begin < until:
                     length = until - begin if until - begin < 1.5 * h else h
-                    if rubs:
-                        length = _until_rest(begin, length, now, voltage[acting], force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter)
+                    if rubs and rests < SURFACES:
+                        whole = length
+                        length = _until_rest(begin, whole, now, voltage[acting], force, mixing, forces, rubbing, parameters, new_state, dry, stages, by_parameter)
+                        rests = rests + 1 if length < whole else 0
+                    else:
+                        rests = 0
                     end = begin + length if length < until - begin else until
                     if lagging:
                         before[:], sens_before[:] = now, sens[:, first:]

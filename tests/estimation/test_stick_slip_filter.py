@@ -28,7 +28,7 @@ MACHINES = {  # friction, correlation time of the force, amplitude of the drive,
     "a_stop_in_the_tail": (0.6, 0.1, 0.9, 3),  # a force of 3 standard deviations just where the axis stops
 }
 NATS_SHORT = dict.fromkeys(MACHINES, 1.0) | {
-    "a_stop_in_the_tail": 8.0
+    "a_stop_in_the_tail": 10.0
 }  # at most, per 1000 samples: five parts have short tails
 ROBOT_SIGMA = np.array([2 * math.pi / 60000 / math.sqrt(12.0), 0.5 * math.pi / 180, 0.5 * math.pi / 180])
 SLIDE = f'plant = "slide"\neffects = []\n[sensors.noise]\nx = {NOISE}\n'
