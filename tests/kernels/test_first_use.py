@@ -1,5 +1,6 @@
 """What is compiled on first use is compiled once per machine, and is announced."""
 
+import os
 import sys
 from functools import partial
 
@@ -61,9 +62,14 @@ def test_later_runs_find_them_compiled_and_say_nothing(machine, capsys):
 @pytest.fixture()
 def fresh_compiler():
     """No process that compiles, before a test and after it."""
-    compilers.end_compiler()
-    yield
-    compilers.end_compiler()
+
+    def forget():
+        compilers.one_compiler().end()
+        compilers.one_compiler.cache_clear()
+
+    forget()
+    yield compilers.one_compiler
+    forget()
 
 
 def test_this_process_loads_what_another_compiled(machine, fresh_compiler):
@@ -73,29 +79,53 @@ def test_this_process_loads_what_another_compiled(machine, fresh_compiler):
         assert sum(kernel.stats.cache_hits.values()) == 1 and not kernel.stats.cache_misses
 
 
-@pytest.mark.parametrize("serve", ["raise SystemExit(3)", "print(3, flush=True)"])
+@pytest.mark.parametrize("serve", ["raise SystemExit(3)", "print('Info: loaded', flush=True)"])
 def test_where_no_other_process_can_it_compiles_itself(machine, fresh_compiler, monkeypatch, serve):
     monkeypatch.setattr(compilers, "SERVING_CODE", serve)
     module = machine()
     assert module.twice(1.0) == 2.0 and sum(module.twice.stats.cache_misses.values()) == 1
+    assert module.thrice(1.0) == 3.0 and fresh_compiler().current is None
+
+
+@pytest.mark.parametrize("program", ["", "/usr/bin/blender"])
+def test_a_program_that_is_no_python_is_not_started_again(machine, fresh_compiler, monkeypatch, program):
+    monkeypatch.setattr(compilers.sys, "executable", program)
+    module = machine()
+    assert module.twice(1.0) == 2.0 and not fresh_compiler().is_usable
+    request = CompileRequest(module.__name__, module.__file__, "thrice", (float64,))
+    assert list(compilers.compile_at_once([request])) == [(request, None)]
 
 
 def test_an_interrupted_process_that_compiles_is_ended(machine, fresh_compiler, monkeypatch):
     def interrupted(compiler):
         raise KeyboardInterrupt
 
-    module, process = machine(), compilers._compiler()._process
+    module = machine()
+    module.thrice(1.0)
+    process = fresh_compiler().current._process
     monkeypatch.setattr(compilers.Compiler, "answer", interrupted)
     with pytest.raises(KeyboardInterrupt):
         module.twice(1.0)
     assert process.poll() is not None
 
 
-def test_the_process_that_compiles_ends_with_the_one_that_asks():
+@pytest.mark.parametrize("sent", [b"", b"\x80\x05\x95"])
+def test_the_process_that_compiles_ends_with_the_one_that_asks(sent):
     compiler = compilers.Compiler()
-    compiler._process.stdin.close()
-    assert compiler._process.wait(timeout=20) == 0
-    compiler.end()
+    try:
+        compiler._process.stdin.write(sent)  # killed in the midst of a request
+        compiler._process.stdin.close()
+        assert compiler._process.wait(timeout=20) == 0
+    finally:
+        compiler.end()
+
+
+def test_a_forked_process_has_a_compiler_of_its_own(fresh_compiler):
+    own = fresh_compiler()
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if fresh_compiler() is not own else 1)
+    assert os.waitpid(child, 0)[1] == 0 and fresh_compiler() is own
 
 
 def test_several_kernels_are_compiled_at_once_and_it_is_known_which_were_there(machine, monkeypatch):

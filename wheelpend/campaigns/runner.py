@@ -121,7 +121,7 @@ def compile_and_try_first(
     """Compile once what every process will want; raises Failure where nothing can be simulated."""
     modules = precompile.module_loaders(model)
     if setting.do in ("identify", "compare"):
-        modules = {name: load for name, load in modules.items() if name in ("library", "model")}
+        modules = {name: load for name, load in modules.items() if name in precompile.FIT_MODULES}
     precompile.compile_modules(modules, progress)
     if setting.played is not None:
         progress("simulating the first log")

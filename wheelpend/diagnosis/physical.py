@@ -26,8 +26,8 @@ def is_physical(effect: Effect, coefficients: Mapping[str, float], sigma: Mappin
 def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
     """True but of a difference between directions larger than the friction that differs, up to two standard errors.
 
-    One way it would drive the machine. Not judged where the plant's own parameters contain that friction: they contain
-    more than it.
+    One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters contain
+    that friction: they contain more than it.
     """
     if not effect.varies:
         return True

@@ -47,7 +47,7 @@ def _wait_for_requests(stream: BinaryIO, waiting: SimpleQueue[CompileRequest]) -
     try:
         while True:
             waiting.put(pickle.load(stream))
-    except (EOFError, OSError):
+    finally:  # also where it was killed in the midst of a request
         os._exit(0)
 
 

@@ -20,9 +20,14 @@ from selectors import EVENT_READ, DefaultSelector
 from threading import Lock
 
 from wheelpend.kernels.compile_worker import CompileRequest
-from wheelpend.parallel import threads
+from wheelpend.parallel import threads, without_interruption
 
-SERVING_CODE = "import sys; sys.path.insert(0, {root!r}); from wheelpend.kernels.compile_worker import serve; serve()"
+SERVING_CODE = """import sys
+places = [k for k, folder in enumerate(sys.path) if folder.endswith("-packages")]
+sys.path.insert(min(places, default=len(sys.path)), {root!r})  # behind the standard library
+from wheelpend.kernels.compile_worker import serve
+serve()
+"""
 PACKAGE_ROOT = Path(__file__).parents[2]
 
 
@@ -31,7 +36,13 @@ class Compiler:
 
     def __init__(self) -> None:
         command = [sys.executable, "-P", "-c", SERVING_CODE.format(root=str(PACKAGE_ROOT))]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=os.sep)
+        environment = dict(os.environ)
+        if folder := environment.get("NUMBA_CACHE_DIR"):
+            environment["NUMBA_CACHE_DIR"] = os.path.abspath(folder)  # of this process's current folder
+        with without_interruption():  # Ctrl-C ends it, but by this process
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=os.sep, env=environment
+            )
 
     def begin(self, request: CompileRequest) -> None:
         """Ask for something; raises OSError where the process has ended."""
@@ -49,8 +60,13 @@ class Compiler:
         assert self._process.stdout, "it was started with a pipe"
         try:
             return pickle.load(self._process.stdout)
-        except (EOFError, pickle.UnpicklingError):
+        except Exception:  # it has ended, or something else was printed there
             return None
+
+    @property
+    def is_running(self) -> bool:
+        """True until the process has ended."""
+        return self._process.poll() is None
 
     def end(self) -> None:
         """End the process at once."""
@@ -61,38 +77,60 @@ class Compiler:
                 stream.close()
 
 
-_lock = Lock()
+class _OneCompiler:
+    """The process that compiles single kernels for this one, started when the first is wanted."""
+
+    def __init__(self) -> None:
+        self.lock = Lock()
+        self.current: Compiler | None = None
+        self.is_usable = can_start()
+
+    def compile(self, request: CompileRequest) -> bool:
+        """Have a kernel compiled; False where that is not possible, and from then on. An interrupted one is ended."""
+        with self.lock:
+            if not self.is_usable:
+                return False
+            try:
+                self.current = self.current or Compiler()
+                self.current.begin(request)
+                done = self.current.answer() is not None
+            except Exception:  # it could not be started, or has ended
+                done = self.is_usable = False
+            except BaseException:
+                self.end()
+                raise
+            if not done:
+                self.is_usable = self.is_usable and self.current is not None and self.current.is_running
+                self.end()
+            return done
+
+    def end(self) -> None:
+        """End the process, if there is one."""
+        if self.current:
+            self.current.end()
+        self.current = None
+
+
+def can_start() -> bool:
+    """True where this is a Python that can be started again, not a program that has one in it."""
+    return Path(sys.executable or "").name.lower().startswith(("python", "pypy"))
 
 
 @lru_cache
-def _compiler() -> Compiler:
-    atexit.register(end_compiler)
-    return Compiler()
+def one_compiler() -> _OneCompiler:
+    """This process's own; a forked one has another."""
+    found = _OneCompiler()
+    atexit.register(found.end)
+    return found
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=one_compiler.cache_clear)
 
 
 def compile_elsewhere(request: CompileRequest) -> bool:
-    """Have a kernel compiled by another process; False where that is not possible. An interrupted one is ended."""
-    if not sys.executable:
-        return False
-    with _lock:
-        try:
-            _compiler().begin(request)
-            done = _compiler().answer() is not None
-        except OSError:  # it could not be started, or has ended
-            done = False
-        except BaseException:
-            end_compiler()
-            raise
-        if not done:
-            end_compiler()
-        return done
-
-
-def end_compiler() -> None:
-    """End the process that compiles single kernels, if there is one; the next kernel starts another."""
-    if _compiler.cache_info().currsize:
-        _compiler().end()
-        _compiler.cache_clear()
+    """Have a kernel compiled by another process; False where that is not possible."""
+    return one_compiler().compile(request)
 
 
 def compile_at_once(requests: Iterable[CompileRequest]) -> Iterator[tuple[CompileRequest, bool | None]]:
@@ -102,32 +140,46 @@ def compile_at_once(requests: Iterable[CompileRequest]) -> Iterator[tuple[Compil
     free for it. Where this is interrupted the processes are ended.
     """
     idle: list[Compiler] = []
-    selector, started = DefaultSelector(), 0
+    busy: dict[Compiler, CompileRequest] = {}
     try:
         for request in requests:
-            if not idle and started < threads():
-                idle.append(Compiler())
-                started += 1
-            while not idle:
-                yield from _answered(selector, idle)
-            compiler = idle.pop()
-            with suppress(OSError):  # it has ended: its answer will be that nothing was compiled
+            while len(busy) >= threads():
+                yield from _answered(busy, idle)
+            try:
+                compiler = idle.pop() if idle else _started()
+                busy[compiler] = request
                 compiler.begin(request)
-            selector.register(compiler, EVENT_READ, (compiler, request))
-        while selector.get_map():
-            yield from _answered(selector, idle)
+            except OSError:  # it cannot be started, or has ended
+                if (failed := next((c for c, r in busy.items() if r is request), None)) is not None:
+                    del busy[failed]
+                    failed.end()
+                yield request, None
+        while busy:
+            yield from _answered(busy, idle)
     finally:
-        for compiler in (*idle, *(key.data[0] for key in list(selector.get_map().values()))):
+        for compiler in (*idle, *busy):
             compiler.end()
-        selector.close()
 
 
-def _answered(selector: DefaultSelector, idle: list[Compiler]) -> list[tuple[CompileRequest, bool | None]]:
-    """Wait for answers; returns them with their requests, and adds the compilers that gave them to the idle ones."""
+def _started() -> Compiler:
+    """A compiler; raises OSError where none can be started."""
+    if not can_start():
+        raise OSError(f"{sys.executable} is not known to be a Python")
+    return Compiler()
+
+
+def _answered(busy: dict[Compiler, CompileRequest], idle: list[Compiler]) -> list[tuple[CompileRequest, bool | None]]:
+    """Wait for answers; returns them with their requests. Compilers that gave one are idle, those that failed ended."""
     done = []
-    for key, _ in selector.select():
-        compiler, request = key.data
-        selector.unregister(compiler)
-        done.append((request, compiler.answer()))
-        idle.append(compiler)
+    with DefaultSelector() as selector:
+        for compiler in busy:
+            selector.register(compiler, EVENT_READ, compiler)
+        ready = [key.data for key, _ in selector.select()]
+    for compiler in ready:
+        answer = compiler.answer()
+        done.append((busy.pop(compiler), answer))
+        if answer is None:
+            compiler.end()
+        else:
+            idle.append(compiler)
     return done

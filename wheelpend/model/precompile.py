@@ -14,6 +14,8 @@ from wheelpend.kernels.load import free_force_module, model_module
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
+FIT_MODULES = ("library", "plain plant with unknown forces", "model", "model with unknown forces")  # of a fit alone
+
 
 def compile_all(model: Model, progress: Callable[[str], None]) -> list[str]:
     """Compile the model's own kernels and the library's, also those with an internal coordinate released.
@@ -34,6 +36,7 @@ def module_loaders(model: Model) -> dict[str, Callable[[], KernelModule]]:
         "plain plant": partial(model_module, model.plant, model.assumptions, ()),
         "plain plant with unknown forces": partial(free_force_module, model.plant, model.assumptions, ()),
         "model": partial(model_module, model.plant, model.assumptions, model.effects),
+        "model with unknown forces": partial(free_force_module, model.plant, model.assumptions, model.effects),
     }
 
 
@@ -42,18 +45,20 @@ def compile_modules(modules: Mapping[str, Callable[[], KernelModule]], progress:
 
     Raises what their kernels raise where they cannot be compiled or called.
     """
-    loaded: dict[str, KernelModule] = {}  # by name
+    loaded: dict[str, KernelModule] = {}  # by what they hold; a model without effects is the plain plant
 
     def requests() -> Iterator[CompileRequest]:
+        asked: set[str] = set()
         for name, load in modules.items():
-            loaded[name] = load()
-            path = loaded[name].__file__
-            assert path, "a generated module is a file"
+            loaded[name] = module = load()
+            assert module.__file__, "a generated module is a file"
             progress(f"compiling the kernels of the {name}, once per machine ({len(loaded)} of {len(modules)})")
-            yield CompileRequest(loaded[name].__name__, path)
+            if module.__name__ not in asked:
+                asked.add(module.__name__)
+                yield CompileRequest(module.__name__, module.__file__)
 
     answers = {request.module: answer for request, answer in compile_at_once(requests())}
-    for module in loaded.values():
+    for module in {m.__name__: m for m in loaded.values()}.values():
         if answers[module.__name__] is None:
             call_every_kernel(module)
     return [name for name, module in loaded.items() if answers[module.__name__] is not False]

@@ -124,7 +124,8 @@ class FoldedDrifts:
         prior = np.r_[np.zeros(self.own), np.full(len(columns), ridge)]
         information, score = self.information[:, chosen][:, :, chosen], self.score[:, chosen]
         total, pull = information.sum(axis=0) + np.diag(prior), score.sum(axis=0)
-        change = solve_damped(total - information, (pull - score)[..., None], FLAT_DAMPING)[..., 0]
+        rest = total - information + FLAT_DAMPING * np.diag(np.diag(total))  # what one block alone tells stays as it is
+        change = solve_damped(rest, (pull - score)[..., None])[..., 0]
         change[:, : self.own] -= self.without
         right = score - np.einsum("bij,bj->bi", information[:, :, : self.own], self.without)
         along = np.einsum("bi,bi->b", change, right)
@@ -132,7 +133,7 @@ class FoldedDrifts:
         gains = along - 0.5 * power
         if self.lead is not None:  # another filter: what the model's own parameters gain behind it counts too
             gains += self.own_gains
-        size = solve_damped(total[None], pull[None, :, None], FLAT_DAMPING)[0, self.own :, 0]
+        size = solve_damped(total, pull[:, None], FLAT_DAMPING)[self.own :, 0]
         lead = 0.0 if self.lead is None else self.lead
         return DriftGain(gains / self.unit + lead, along / self.unit, power / self.unit, size, self.lead is None)
 
@@ -140,8 +141,9 @@ class FoldedDrifts:
     def without(self) -> np.ndarray:
         """Own parameters (blocks, own), fitted to the other blocks without any drift."""
         information, score = self.information[:, : self.own, : self.own], self.score[:, : self.own]
-        rest = (score.sum(axis=0) - score)[..., None]
-        return solve_damped(information.sum(axis=0) - information, rest, FLAT_DAMPING)[..., 0]
+        total = information.sum(axis=0)
+        rest = total - information + FLAT_DAMPING * np.diag(np.diag(total))
+        return solve_damped(rest, (score.sum(axis=0) - score)[..., None])[..., 0]
 
     @cached_property
     def own_gains(self) -> np.ndarray:
@@ -271,24 +273,31 @@ def folded_drifts(
 def _strongest(
     place: Place, folded: FoldedDrifts, basis: SmoothBasis, responses: Sequence[DriftResponse], tests: int
 ) -> RepeatingFunction:
-    """The function of at most two variables that predicts most of what the others leave: a constant, if that is all."""
+    """The function of at most two variables that predicts most of what the others leave: a constant, if that is all.
+
+    Every pair is tried where no variable says anything alone.
+    """
     ridge = RIDGE_PER_VARIANCE / max(place.squared, 1e-300)
     nothing, constant = folded.predicted((), ridge), folded.predicted(basis.names(()), ridge)
-    functions = [v for count in range(1, MAX_VARIABLES + 1) for v in combinations(basis.variables, count)]
-    trials = {v: folded.predicted(basis.names(v), ridge) for v in functions}
-    tried = (1 + len(trials)) * tests
-    chosen: tuple[str, ...] = ()
-    best = constant
-    for count in range(1, MAX_VARIABLES + 1):
-        first = max((v for v in trials if len(v) == count), key=lambda v: trials[v].gains.sum(), default=())
-        if first and trials[first].gains.sum() - best.gains.sum() >= (count - len(chosen)) * MIN_ADDED_GAIN:
-            chosen, best = first, trials[first]
+    single: dict[tuple[str, ...], DriftGain] = {
+        (v,): folded.predicted(basis.names([v]), ridge) for v in basis.variables
+    }
+    first: tuple[str, ...] = max(single, key=lambda v: single[v].gains.sum(), default=())
+    found = bool(first) and single[first].gains.sum() - constant.gains.sum() >= MIN_ADDED_GAIN
+    chosen, best = (first, single[first]) if found else ((), constant)
+    beside = [v for v in basis.variables if v not in chosen]
+    pairs: list[tuple[str, ...]] = [(*chosen, v) for v in beside] if found else [*combinations(beside, MAX_VARIABLES)]
+    both = {v: folded.predicted(basis.names(v), ridge) for v in pairs}
+    last = max(both, key=lambda v: both[v].gains.sum(), default=())
+    if last and both[last].gains.sum() - best.gains.sum() >= (MAX_VARIABLES - len(chosen)) * MIN_ADDED_GAIN:
+        chosen, best = last, both[last]
+    tried = (1 + len(single) + len(both)) * tests
     if best.gains.sum() - nothing.gains.sum() < MIN_ADDED_GAIN:
         return RepeatingFunction(place.kind, place.name, (), 0.0, 0.0, 1.0, tried)
     p_value = min(1.0, best.p_value * tried)
     function = np.concatenate([basis.matrix(r.motion, basis.names(chosen)) @ best.size for r in responses])
     share = float(np.clip(np.mean(function**2) / max(place.squared, 1e-300), 0.0, 1.0))
-    leading = tuple(sorted(chosen, key=lambda v: -trials[(v,)].gains.sum()))
+    leading = tuple(sorted(chosen, key=lambda v: -single[v,].gains.sum()))
     return RepeatingFunction(place.kind, place.name, leading, share, float(best.gains.sum()), p_value, tried)
 
 
