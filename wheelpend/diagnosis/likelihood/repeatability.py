@@ -283,7 +283,8 @@ def _strongest(
         (v,): folded.predicted(basis.names([v]), ridge) for v in basis.variables
     }
     first: tuple[str, ...] = max(single, key=lambda v: single[v].gains.sum(), default=())
-    found = bool(first) and single[first].gains.sum() - constant.gains.sum() >= MIN_ADDED_GAIN
+    least = max(nothing.gains.sum(), constant.gains.sum()) + MIN_ADDED_GAIN  # where a constant does harm, over nothing
+    found = bool(first) and single[first].gains.sum() >= least
     chosen, best = (first, single[first]) if found else ((), constant)
     beside = [v for v in basis.variables if v not in chosen]
     pairs: list[tuple[str, ...]] = [(*chosen, v) for v in beside] if found else [*combinations(beside, MAX_VARIABLES)]
