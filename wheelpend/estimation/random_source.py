@@ -101,3 +101,14 @@ def with_forces(sources: Sequence[Sources], share: float, slowness: float, short
         return source.with_noise(source.rms * share, time) if source.is_force else source
 
     return tuple(tuple(map(changed, own)) for own in sources)
+
+
+def with_one_changed(
+    sources: Sequence[Sources], number: int, *, share: float = 1.0, slowness: float = 1.0
+) -> tuple[Sources, ...]:
+    """Each log's sources with the so-manieth alone a share as large, and that much slower."""
+
+    def changed(source: RandomSource) -> RandomSource:
+        return source.with_noise(share * source.rms, slowness * source.correlation_time)
+
+    return tuple(tuple(changed(s) if k == number else s for k, s in enumerate(own)) for own in sources)

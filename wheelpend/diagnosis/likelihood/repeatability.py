@@ -25,7 +25,7 @@ from wheelpend.diagnosis.likelihood.filter_response import DriftResponse, drift_
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, moved_to
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 from wheelpend.diagnosis.missing_force.smooth_basis import SmoothBasis
-from wheelpend.estimation.random_source import Sources, scaled_sources
+from wheelpend.estimation.random_source import Sources, scaled_sources, with_one_changed
 from wheelpend.estimation.scaled_inverse import solve_damped
 
 FOLD_COUNT = 20  # blocks of which each is predicted by a drift that was fitted to the others
@@ -176,14 +176,7 @@ def with_smaller_sources(model: FilteredModel) -> list[tuple[Sources, ...]]:
     sources = model.point.sources
     found = [scaled_sources(sources, share) for share in FORCE_SHARES] if model.force_squared else []
     alone = range(len(model.point.kinds)) if len(model.point.kinds) > 1 else ()
-    return [*found, *(tuple(_with_smaller(own, k) for own in sources) for k in alone)]
-
-
-def _with_smaller(sources: Sources, number: int) -> Sources:
-    """Sources of one log with one of them far smaller."""
-    return tuple(
-        s.with_noise(SOURCE_SHARE * s.rms, s.correlation_time) if k == number else s for k, s in enumerate(sources)
-    )
+    return [*found, *(with_one_changed(sources, k, share=SOURCE_SHARE) for k in alone)]
 
 
 def _places(model: FilteredModel, responses: Sequence[DriftResponse]) -> list[Place]:

@@ -7,7 +7,6 @@ scatter between blocks: chance of some time says nothing of the stretches that a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +15,7 @@ import numpy as np
 from wheelpend.diagnosis.likelihood.filtered_model import SETTLED_EFFORT, FilteredModel
 from wheelpend.diagnosis.likelihood.held_out import one_sided_p_value
 from wheelpend.estimation.filter_fit import SLOWER_FACTOR, FilterEstimator, FilterPoint
-from wheelpend.estimation.random_source import RandomSource
+from wheelpend.estimation.random_source import with_one_changed
 
 SIGNIFICANCE_LEVEL = 1e-3  # of all slow sources together
 
@@ -62,7 +61,8 @@ def _slow_source(estimator: FilterEstimator, point: FilterPoint, place: int, tes
     """What a point's source of this number gains where it may be slower."""
     source = point.kinds[place]
     freed = replace(estimator, slow_kinds=(source.kind,))
-    slower = freed.fit(point.theta, [_slowed(own, place) for own in point.sources], SETTLED_EFFORT)
+    begun = with_one_changed(point.sources, place, slowness=float(np.sqrt(SLOWER_FACTOR)))
+    slower = freed.fit(point.theta, begun, SETTLED_EFFORT)
     rises = slower.rises_over(point)
     return SlowSource(
         place=source.place,
@@ -71,9 +71,3 @@ def _slow_source(estimator: FilterEstimator, point: FilterPoint, place: int, tes
         gain=float(rises.sum()),
         p_value=min(1.0, tests * one_sided_p_value(rises)),
     )
-
-
-def _slowed(sources: Sequence[RandomSource], place: int) -> tuple[RandomSource, ...]:
-    """Sources, one of them several times slower, where the fit of its time begins."""
-    factor = float(np.sqrt(SLOWER_FACTOR))
-    return tuple(s.with_noise(s.rms, factor * s.correlation_time) if k == place else s for k, s in enumerate(sources))
