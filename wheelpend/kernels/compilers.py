@@ -145,15 +145,10 @@ def compile_at_once(requests: Iterable[CompileRequest]) -> Iterator[tuple[Compil
         for request in requests:
             while len(busy) >= threads():
                 yield from _answered(busy, idle)
-            try:
-                compiler = idle.pop() if idle else _started()
-                busy[compiler] = request
-                compiler.begin(request)
-            except OSError:  # it cannot be started, or has ended
-                if (failed := next((c for c, r in busy.items() if r is request), None)) is not None:
-                    del busy[failed]
-                    failed.end()
+            if (compiler := _asked(request, idle)) is None:
                 yield request, None
+            else:
+                busy[compiler] = request
         while busy:
             yield from _answered(busy, idle)
     finally:
@@ -161,11 +156,20 @@ def compile_at_once(requests: Iterable[CompileRequest]) -> Iterator[tuple[Compil
             compiler.end()
 
 
-def _started() -> Compiler:
-    """A compiler; raises OSError where none can be started."""
-    if not can_start():
-        raise OSError(f"{sys.executable} is not known to be a Python")
-    return Compiler()
+def _asked(request: CompileRequest, idle: list[Compiler]) -> Compiler | None:
+    """An idle compiler or a new one, asked for something; None where none can be started, or it has ended."""
+    if not idle and not can_start():
+        return None
+    try:
+        compiler = idle.pop() if idle else Compiler()
+    except OSError:
+        return None
+    try:
+        compiler.begin(request)
+    except OSError:
+        compiler.end()
+        return None
+    return compiler
 
 
 def _answered(busy: dict[Compiler, CompileRequest], idle: list[Compiler]) -> list[tuple[CompileRequest, bool | None]]:
