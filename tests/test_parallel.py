@@ -5,11 +5,15 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from tests.support import ROOT
-from wheelpend.parallel import cores, results_as_completed
+from wheelpend import Failure, Model, add, compare, diagnose, explain, identify, simulate
+from wheelpend.parallel import cores, results_as_completed, with_one_blas_thread
 
 ENDLESS = """
 import os, time
@@ -24,6 +28,11 @@ def job(folder, number):
 if __name__ == "__main__":
     list(results_as_completed([partial(job, {folder!r}, k) for k in range(4)]))
 """
+
+
+def blas_threads() -> set[int]:
+    """Numbers of threads that the libraries for linear algebra may use."""
+    return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 
 
 def alive(process: int) -> bool:
@@ -88,3 +97,30 @@ def test_one_process_is_this_one_and_two_are_others():
 @pytest.mark.parametrize("processes", [1, 2])
 def test_no_job_is_started_when_there_is_no_time(processes):
     assert list(results_as_completed([os.getpid] * 3, 0.0, processes)) == []
+
+
+def test_linear_algebra_has_one_thread_while_a_function_runs_and_the_caller_s_number_after_it():
+    @with_one_blas_thread
+    def failing(seen: list[set[int]]) -> None:
+        seen.append(blas_threads())
+        raise Failure("as some do")
+
+    seen: list[set[int]] = []
+    with threadpool_limits(2, "blas"):
+        with pytest.raises(Failure):
+            failing(seen)
+        assert (seen, blas_threads()) == ([{1}], {2})
+
+
+@pytest.mark.parametrize("work", [identify, compare, diagnose, explain, partial(add, effect="coulomb_drive")])
+def test_whatever_estimates_does_so_with_one_thread_for_linear_algebra(work: Callable[..., object]):
+    seen: list[set[int]] = []
+
+    def stop(text: str) -> None:
+        seen.append(blas_threads())
+        raise Failure(text)
+
+    log = simulate(Model.default(), duration=3.0)
+    with threadpool_limits(2, "blas"), pytest.raises(Failure):
+        work(Model.default(), logs=[log], progress=stop)
+    assert seen == [{1}]

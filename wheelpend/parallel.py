@@ -8,14 +8,16 @@ import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from functools import wraps
 from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
 from pathlib import Path
 from threading import Lock, Thread, current_thread, main_thread
 from time import monotonic
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
 T = TypeVar("T")
+P = ParamSpec("P")
 BLAS_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 SINGLE_THREAD_VARIABLE = "WHEELPEND_THREADS"  # 1 where this process may start no threads
 
@@ -188,3 +190,21 @@ def single_threaded() -> Iterator[None]:
             os.environ.pop(name)
             if value is not None:
                 os.environ[name] = value
+
+
+def with_one_blas_thread(work: Callable[P, T]) -> Callable[P, T]:
+    """A function during which linear algebra has one thread, whatever the caller's other work may use.
+
+    Its matrices are small. A library's second thread gains nothing there, and waits busily for the first: where
+    another process is at work as well, a diagnosis takes four times as long. The command line sets the environment
+    instead, before NumPy is loaded.
+    """
+
+    @wraps(work)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> T:
+        from threadpoolctl import threadpool_limits  # imported late: 0.02 s
+
+        with threadpool_limits(1, "blas"):
+            return work(*args, **kwargs)
+
+    return limited

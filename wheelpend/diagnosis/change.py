@@ -26,6 +26,7 @@ from wheelpend.identification.remainder_at import refitted_remainder, remainder_
 from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.parallel import with_one_blas_thread
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,7 @@ class Change:
         }
 
 
+@with_one_blas_thread
 def add(
     model: Model,
     effect: str,

@@ -35,6 +35,7 @@ from wheelpend.identification.remainder_at import remainder_at, remainder_or_war
 from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.parallel import with_one_blas_thread
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,7 @@ class ComparedModel(NamedTuple):
         return replace(self.problem, data=self.problem.data.with_estimation(self.log_segments))
 
 
+@with_one_blas_thread
 def compare(
     model: Model,
     logs: Sequence[str | Path | Log],

@@ -37,6 +37,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.parallel import with_one_blas_thread
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -125,6 +126,7 @@ class Ladder:
         }
 
 
+@with_one_blas_thread
 def explain(
     model: Model,
     logs: Sequence[str | Path | Log],

@@ -30,6 +30,7 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.parallel import with_one_blas_thread
 
 MAX_ADDED_EFFECTS = 4  # added one after the other before the search ends
 MAX_REMAINING_ERROR_RATIO = 0.9  # of the error, that a further effect may leave for the search to go on behind a first
@@ -37,6 +38,7 @@ MAX_REMAINING_ERROR_RATIO = 0.9  # of the error, that a further effect may leave
 Rounds = list[Diagnosis]
 
 
+@with_one_blas_thread
 def diagnose(
     model: Model,
     logs: Sequence[str | Path | Log],

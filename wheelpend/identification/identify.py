@@ -52,6 +52,7 @@ from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model, check_finite
+from wheelpend.parallel import with_one_blas_thread
 
 Progress = Callable[[str], None]
 MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmoved start promises: it is no optimum
@@ -128,6 +129,7 @@ class Identification:
             check_finite(name, found.value)
 
 
+@with_one_blas_thread
 def identify(
     model: Model,
     logs: Sequence[str | Path | Log],
