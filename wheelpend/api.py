@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from wheelpend.diagnosis.criteria import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.explain import explain as error_ladder
-from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.stepwise import diagnose as diagnose_stepwise
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.experiments.advice import with_advice

@@ -13,7 +13,7 @@ import numpy as np
 
 import derive
 from derive.effects import Effect
-from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.criteria import MAX_ADDED_EFFECTS, MIN_RELATIVE_ERROR_DECREASE
 from wheelpend.diagnosis.evidence import CandidateFit, Comparisons, ValidatedFit, evaluate_candidate
 from wheelpend.diagnosis.ranking import is_clearly_better, nested_effects, rank_candidates, with_contained
 from wheelpend.diagnosis.refit import (
@@ -62,12 +62,11 @@ class CandidateSelection:
     """Refits of the candidates of every score test with each other: on short segments, then the best on full ones.
 
     An effect that releases an internal coordinate takes long to refit: it is refitted only where no other effect
-    leaves only noise, and where the sum of squares is expected to fall by at least a given share.
+    leaves only noise, and where it may be the largest of as many effects as would be added to get there.
     """
 
-    def __init__(self, screened: ScreenedModel, progress: Progress, min_internal_gain_share: float = 0.0) -> None:
+    def __init__(self, screened: ScreenedModel, progress: Progress) -> None:
         self.screened, self.problem, self.progress = screened, screened.problem, progress
-        self.min_internal_gain_share = min_internal_gain_share
         self.candidates = {c.effect.name: c for c in screened.full_score_test.candidates}
         self.leader = next(iter(self.candidates), "")  # of the score test of full segments
 
@@ -80,7 +79,7 @@ class CandidateSelection:
             refits = self.refine_leading(short_fits, pool)
             if not self.is_search_done(refits):
                 lowest = short_fits[0][1].error if short_fits else np.inf
-                refits += self.refine_internal(self.promising(slow), lowest, pool)
+                refits += self.refine_internal([n for n in slow if self.may_lead(n)], lowest, pool)
             selected = self.select_for_evaluation(refits)
             evaluated = pool.map(self.evaluate, selected, repeat(len(selected)))
             candidates = [c for c in evaluated if c is not None]
@@ -89,12 +88,20 @@ class CandidateSelection:
         candidates = self.with_nested_fits(self.with_fresh_leader(candidates, len(selected)), len(selected))
         return rank_candidates(self.problem, candidates)
 
-    def promising(self, names: Sequence[str]) -> list[str]:
-        """Those effects that are expected to take away enough; all where no share is asked for."""
-        if not self.min_internal_gain_share:
-            return list(names)
-        enough = self.min_internal_gain_share * self.screened.base.fit.count
-        return [n for n in names if self.candidates[n].gain >= enough]
+    def may_lead(self, name: str) -> bool:
+        """Expected, by a score test, to take away a leading effect's part of what is above the noise.
+
+        So many effects at most are added that the largest of them has at least that share. What cannot be simulated at
+        the size that a score test tries is not judged by it.
+        """
+        screened = self.screened
+        tests = ((screened.base.fit, screened.full_score_test), (screened.short_base, screened.short_score_tests[0][1]))
+        for fitted, found in tests:
+            excess = max(1.0 - (self.problem.floor / fitted.error) ** 2, 0.0) * fitted.count
+            gain = next((c.gain for c in found.candidates if c.effect.name == name), -np.inf)
+            if not np.isfinite(gain) or gain >= excess / MAX_ADDED_EFFECTS:
+                return True
+        return False
 
     def refine_leading(self, short_fits: Sequence[PartialRefit], pool: KernelPool) -> list[PartialRefit]:
         """Short fits, the best first, taken further: the leading ones, then the others that can still win."""

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from wheelpend.diagnosis.criteria import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
-from wheelpend.diagnosis.stepwise import MAX_ADDED_EFFECTS, Rounds, stepwise
+from wheelpend.diagnosis.stepwise import Rounds, stepwise
 from wheelpend.diagnosis.structures import Structure, probability_of
 from wheelpend.diagnosis.verdict import (
     Diagnosis,

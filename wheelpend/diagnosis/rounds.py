@@ -102,13 +102,12 @@ def diagnose_problem(
 ) -> Diagnosis:
     """Diagnose a problem by lasting effects.
 
-    Nothing is refitted unless an effect is expected to take away the share ``min_gain_share`` of the sum of squares;
-    no internal coordinate is released unless that one is expected to.
+    Nothing is refitted unless an effect is expected to take away the share ``min_gain_share`` of the sum of squares.
     """
     screened = screen(problem, start, progress)
     base, leading = screened.base, screened.full_score_test.candidates
     promising = not min_gain_share or leading[0].gain >= min_gain_share * base.fit.count
-    candidates = CandidateSelection(screened, progress, min_gain_share).run() if promising else []
+    candidates = CandidateSelection(screened, progress).run() if promising else []
     return conclude(problem, base, candidates, screened.full_score_test)
 
 

@@ -7,7 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from wheelpend.diagnosis.alternatives import with_backlash
-from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS, MIDDLE_HORIZON_SHARE, MIN_RELATIVE_ERROR_DECREASE
+from wheelpend.diagnosis.criteria import (
+    MAX_ADDED_EFFECTS,
+    MAX_BACKWARD_STEPS,
+    MIDDLE_HORIZON_SHARE,
+    MIN_RELATIVE_ERROR_DECREASE,
+)
 from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
@@ -32,7 +37,6 @@ from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
-MAX_ADDED_EFFECTS = 4  # added one after the other before the search ends
 MAX_REMAINING_ERROR_RATIO = 0.9  # of the error, that a further effect may leave for the search to go on behind a first
 
 Rounds = list[Diagnosis]
