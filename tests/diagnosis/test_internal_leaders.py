@@ -23,7 +23,7 @@ def screened():
 
 
 def with_gains(screened, full: float, short: float) -> CandidateSelection:
-    """The selection where the compliance takes away these shares of what is above the noise, in full and short tests."""
+    """The selection where the compliance takes away these shares of what is above the noise."""
 
     def changed(found: ScoreTest, fitted, share: float) -> ScoreTest:
         gain = share * (1.0 - (screened.problem.floor / fitted.error) ** 2) * fitted.count
