@@ -75,8 +75,12 @@ def fitting_rows() -> tuple[Row, ...]:
 
 def process_rows() -> tuple[Row, ...]:
     """New processes from their start to their end."""
+    again = "the second"
     return (
         Row("second-run", "second run of `wheelpend identify`", "first run", MAX_SECONDS(0.6), processes.second_run),
+        Row("demo", "first `wheelpend demo`, nothing compiled", again, MAX_SECONDS(120), processes.first_demo),
+        Row("assumption", "first `identify`, another assumption", again, MAX_SECONDS(20), processes.other_assumption),
+        Row("encoder", "first `identify`, relative encoder", again, MAX_SECONDS(20), processes.other_encoder),
         Row("derivation", "derivation with 15 effects", "importing sympy", MAX_SECONDS(1.0), processes.derivation),
     )
 
