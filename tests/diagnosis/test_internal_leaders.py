@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support import simulated
-from wheelpend import Model
+from wheelpend import Model, diagnose
 from wheelpend.diagnosis.candidates import CandidateSelection
 from wheelpend.diagnosis.rounds import RoundStart, screen
 from wheelpend.diagnosis.score_test import ScoreTest
@@ -57,3 +57,15 @@ def test_a_quarter_of_what_is_above_the_noise_is_asked_of_either_score_test(scre
 def test_what_no_score_can_be_simulated_of_is_tried(screened):
     assert with_gains(screened, -np.inf, 0.0).may_lead("drive_compliance")
     assert with_gains(screened, 0.0, -np.inf).may_lead("drive_compliance")
+
+
+@pytest.mark.slow
+def test_sloshing_that_shows_on_full_segments_only_is_found_where_others_leave_noise_on_shorter_ones():
+    log = simulated(
+        command="simple", seed=19,
+        slosh__mass_ratio=0.139414, slosh__height=0.5, slosh__frequency=8.0, slosh__damping=0.3,
+    )  # fmt: skip
+    found = diagnose(Model.default(), [log])
+    assert [c.effect for c in found.named] == ["slosh"]
+    size = found.named[0].estimates["mass_ratio"]
+    assert abs(size.value - 0.14) < 3.0 * size.sigma < 0.1

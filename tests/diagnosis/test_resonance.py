@@ -46,6 +46,16 @@ def test_noise_of_a_broad_colour_has_none(colour):
     assert sum(f is not None for f in found) <= 1
 
 
+@pytest.mark.parametrize("seed", [12, 23, 29])
+def test_a_line_far_above_the_noise_is_fitted_without_leaving_the_range_of_numbers(seed):
+    time = np.arange(SAMPLES) * INTERVAL
+    loud = 1e5 * np.exp(-time) * np.sin(2.0 * np.pi * 40.0 * time)
+    steady = 1e6 * np.sin(2.0 * np.pi * 17.0 * time)
+    for signal in (loud, steady):  # a warning of overflow is an error here
+        found = resonance_of([np.random.default_rng(seed).standard_normal(SAMPLES) + signal], INTERVAL, "x", 3)
+        assert found is None or 10.0 < found.frequency_hz < 50.0
+
+
 def test_a_gap_parts_what_is_looked_at_and_few_or_missing_samples_tell_nothing():
     signal = white(1) + ringing(97.0, 0.05, 2, 0.7)
     found = resonance_of([signal[:8000], signal[9000:]], INTERVAL, "x")

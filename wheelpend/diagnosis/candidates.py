@@ -77,16 +77,21 @@ class CandidateSelection:
         with KernelPool() as pool:
             short_fits = sorted(pool.map(self.short_fit, [n for n in names if n not in slow]), key=_cost)
             refits = self.refine_leading(short_fits, pool)
-            if not self.is_search_done(refits):
+            candidates = self.judged(refits, pool) if self.is_search_done([f for _, f in refits]) else []
+            if not self.is_search_done([c.fit for c in candidates]):  # what is slow shows on full segments only
                 lowest = short_fits[0][1].error if short_fits else np.inf
-                refits += self.refine_internal([n for n in slow if self.may_lead(n)], lowest, pool)
-            selected = self.select_for_evaluation(refits)
-            evaluated = pool.map(self.evaluate, selected, repeat(len(selected)))
-            candidates = [c for c in evaluated if c is not None]
+                internal = self.refine_internal([n for n in slow if self.may_lead(n)], lowest, pool)
+                candidates = self.judged([*refits, *internal], pool) if internal or not candidates else candidates
         if not candidates:
             return []
-        candidates = self.with_nested_fits(self.with_fresh_leader(candidates, len(selected)), len(selected))
+        validated = len(candidates)
+        candidates = self.with_nested_fits(self.with_fresh_leader(candidates, validated), validated)
         return rank_candidates(self.problem, candidates)
+
+    def judged(self, refits: Sequence[PartialRefit], pool: KernelPool) -> list[CandidateFit]:
+        """The best of some refits, on full segments and validation data."""
+        selected = self.select_for_evaluation(refits)
+        return [c for c in pool.map(self.evaluate, selected, repeat(len(selected))) if c is not None]
 
     def may_lead(self, name: str) -> bool:
         """Expected, by a score test, to take away a leading effect's part of what is above the noise.
@@ -107,7 +112,7 @@ class CandidateSelection:
         """Short fits, the best first, taken further: the leading ones, then the others that can still win."""
         refits = [*pool.map(self.refine, short_fits[:LEADING_CANDIDATE_COUNT])]
         others = short_fits[LEADING_CANDIDATE_COUNT:]
-        if self.is_search_done(refits):
+        if self.is_search_done([f for _, f in refits]):
             bound = MAX_RIVAL_ERROR_RATIO * min(f.error for _, f in refits)
             others = [p for p, f in zip(others, pool.map(self.probe, others), strict=True) if f.error < bound]
         return [*refits, *pool.map(self.refine, others)]
@@ -145,9 +150,9 @@ class CandidateSelection:
             fits.append(fit_from_full_score_test(self.problem, self.screened.base.fit, self.candidates[name]))
         return name, min(fits, key=lambda f: f.cost)
 
-    def is_search_done(self, refits: Sequence[PartialRefit]) -> bool:
-        """One of some refits leaves only noise."""
-        return any(f.error < MAX_SOLVED_ERROR_RATIO * self.problem.floor for _, f in refits)
+    def is_search_done(self, fits: Sequence[Fit]) -> bool:
+        """One of some fits leaves only noise."""
+        return any(f.error < MAX_SOLVED_ERROR_RATIO * self.problem.floor for f in fits)
 
     def select_for_evaluation(self, refits: Sequence[PartialRefit]) -> list[PartialRefit]:
         """The best refits, unless the first of them has settled the matter."""

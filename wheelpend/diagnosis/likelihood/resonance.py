@@ -114,7 +114,12 @@ def _fitted_peak(height: np.ndarray, peak: int) -> tuple[float, float, np.ndarra
         return float(np.sum(height[near] / mean + np.log(mean)))
 
     start = np.array([0.0, np.log(1.5), np.log(height[peak] - 1.0), 0.0, 0.0])
-    best = minimize(cost, start, method="Nelder-Mead", options={"maxiter": 5000, "maxfev": 5000}).x
+    extent, scatter = np.log(len(height)), np.log(height[near].max() / max(height[near].min(), 1e-12))
+    bounds = [  # the peak within its neighbourhood, no wider than the spectrum; the background within what is there
+        (-reach, reach), (np.log(0.1 * MIN_HALF_WIDTH), extent), (0.0, start[2] + scatter),
+        (-scatter, scatter), (-scatter, scatter),
+    ]  # fmt: skip
+    best = minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"maxiter": 5000, "maxfev": 5000}).x
     half_width = float(np.exp(best[1]))
     return (
         float(np.clip(peak + best[0], 1.0, len(height) - 1.0)),
