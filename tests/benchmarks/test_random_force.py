@@ -266,3 +266,20 @@ def test_the_tables_stand_between_their_marks_and_name_what_failed(tmp_path):
     assert section_text(answers) in text and text.count("`slope`") == 1
     assert "complete 2: no log" in text and "filtered shots" in text and "not tried" not in text
     assert section_text([]).count("not tried") == 3
+
+
+def test_a_study_that_was_not_tried_again_keeps_its_tables(tmp_path):
+    page, lawful = tmp_path / "page.md", Case("lawful", 1, "first_order", "wheel", "slope", 0.2)
+    write(page, [answer(Case("complete", 1)), answer(Case("forces", 1, "shots", "drive")), answer(lawful)])
+    before = page.read_text(encoding="utf-8")
+    write(page, [])
+    assert page.read_text(encoding="utf-8") == before
+    write(page, [answer(Case("forces", 1, "band_limited", "wheel"))])
+    text = page.read_text(encoding="utf-8")
+    assert "0.5 to 5 Hz" in text and "filtered shots" not in text
+
+    def part_of(page_text: str, heading: str) -> str:
+        return page_text.partition(heading)[2].partition("### ")[0].partition("<!--")[0].strip()
+
+    for heading in ("Complete models", "What is slow"):
+        assert part_of(text, heading) == part_of(before, heading) != ""

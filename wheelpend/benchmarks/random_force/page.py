@@ -30,22 +30,30 @@ from wheelpend.reports.numbers import fixed_number_text, percent_range_text, per
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.random_force -->", "<!-- end of random force -->"
 COMMAND_LINE = "python -m wheelpend.benchmarks.random_force"
+HEADING = "### "
 
 
-def section_text(answers: Sequence[Answer]) -> str:
-    """The three studies in Markdown, each with its command."""
-    parts = [*complete_part(answers), *force_part(answers), *lawful_part(answers)]
+def section_text(answers: Sequence[Answer], known: str = "") -> str:
+    """The three studies in Markdown, each with its command; one without answers as a section has it that is known."""
+    earlier, parts = parts_of(known), []
+    for study, (heading, part_of) in STUDY_PARTS.items():
+        not_tried = earlier.get(heading, f"`{COMMAND_LINE} --only {study}`: {NOT_TRIED}.")
+        parts += [f"{HEADING}{heading}", "\n\n".join(part_of(answers)) or not_tried]
     if failed := failures(answers):
-        parts += ["### Logs that could not be used", "\n".join(f"- {sentence}" for sentence in failed)]
+        parts += [f"{HEADING}Logs that could not be used", "\n".join(f"- {sentence}" for sentence in failed)]
     return "\n\n".join(parts)
 
 
+def parts_of(section: str) -> dict[str, str]:
+    """The text under each heading of a section."""
+    parts = (part.partition("\n") for part in f"\n{section}".split(f"\n{HEADING}")[1:])
+    return {heading: text.strip() for heading, _, text in parts}
+
+
 def complete_part(answers: Sequence[Answer]) -> Iterator[str]:
-    """Precision, coverage and false forces on complete models."""
-    yield "### Complete models: precision and intervals"
+    """Precision, coverage and false forces on complete models; nothing where none was tried."""
     found = complete_summary(answers)
     if found is None:
-        yield f"`{COMMAND_LINE} --only complete`: {NOT_TRIED}."
         return
     logs = len(usable(answers, "complete"))
     yield (
@@ -85,11 +93,9 @@ def complete_rows(found: CompleteSummary) -> list[tuple[str, str, str]]:
 
 
 def force_part(answers: Sequence[Answer]) -> Iterator[str]:
-    """Random forces that an independent engine plays."""
-    yield "### A random force: its size, its correlation time, and the parameters beside it"
+    """Random forces that an independent engine plays; nothing where none was tried."""
     found = force_summaries(answers)
     if not found:
-        yield f"`{COMMAND_LINE} --only forces`: {NOT_TRIED}."
         return
     yield (
         f"`{COMMAND_LINE} --only forces`, logs of MuJoCo: the same command and noise, and a random force whose rms is "
@@ -119,11 +125,9 @@ def force_row(found: ForceSummary) -> tuple[str, ...]:
 
 
 def lawful_part(answers: Sequence[Answer]) -> Iterator[str]:
-    """What is slow and lawful beside a random force."""
-    yield "### What is slow and lawful is not swallowed"
+    """What is slow and lawful beside a random force; nothing where none was tried."""
     found = lawful_summaries(answers)
     if not found:
-        yield f"`{COMMAND_LINE} --only lawful`: {NOT_TRIED}."
         return
     yield (
         f"`{COMMAND_LINE} --only lawful`, logs of MuJoCo with a force of first order on the wheel's row as above and "
@@ -147,6 +151,13 @@ def lawful_row(found: LawfulSummary) -> tuple[str, ...]:
     )
 
 
+STUDY_PARTS = {
+    "complete": ("Complete models: precision and intervals", complete_part),
+    "forces": ("A random force: its size, its correlation time, and the parameters beside it", force_part),
+    "lawful": ("What is slow and lawful is not swallowed", lawful_part),
+}
+
+
 def scaled_percent(percent: float) -> str:
     """A small number that is in percent already, with three digits."""
     return f"{percent:.3g} %"
@@ -166,8 +177,12 @@ def coverage_text(found: Coverage) -> str:
 
 
 def write(path: Path, answers: Sequence[Answer]) -> None:
-    """Write the section between its marks in a page; raises Failure where the page has no such place."""
+    """Write the section between its marks in a page, where studies without answers keep what they have.
+
+    Raises Failure where the page has no such place.
+    """
     before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN_MARK}\n{END_MARK}\n"
     if BEGIN_MARK not in before or END_MARK not in before:
         raise Failure(f"{path} must have the lines '{BEGIN_MARK}' and '{END_MARK}' where the tables go. Add them.")
-    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{section_text(answers)}\n\n"))
+    known = before.partition(BEGIN_MARK)[2].partition(END_MARK)[0]
+    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{section_text(answers, known)}\n\n"))
