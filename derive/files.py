@@ -36,15 +36,9 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     """Paths of partial files, to be written in the block and renamed onto ``paths`` when it ends without an error.
 
     A partial file lies beside the file that it replaces, the one that a symbolic link stands for, and is removed where
-    anything fails. Raises OSError, before the block, where a path is a folder, a device or a pipe: root could replace
-    these by a file.
+    anything fails. Raises OSError, before the block, where a path is no file to be replaced.
     """
-    targets = [Path(os.path.realpath(path)) for path in paths]
-    for path in targets:
-        if path.is_dir():
-            raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(path))
-        if path.exists() and not path.is_file():
-            raise OSError(EINVAL, "a device, pipe or socket is no file to be replaced", str(path))
+    targets = list(map(replaceable, paths))
     partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
     try:
         yield partial
@@ -53,3 +47,16 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     finally:
         for path in partial:
             path.unlink(missing_ok=True)
+
+
+def replaceable(path: Path) -> Path:
+    """The file that a path stands for, which need not exist.
+
+    Raises OSError where it is a folder, a device or a pipe: root could replace these by a file.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(target))
+    if target.exists() and not target.is_file():
+        raise OSError(EINVAL, "a device, pipe or socket is no file to be replaced", str(target))
+    return target

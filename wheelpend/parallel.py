@@ -17,7 +17,7 @@ from time import monotonic
 from typing import ParamSpec, TypeVar
 
 T = TypeVar("T")
-P = ParamSpec("P")
+Arguments = ParamSpec("Arguments")
 BLAS_THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 SINGLE_THREAD_VARIABLE = "WHEELPEND_THREADS"  # 1 where this process may start no threads
 
@@ -192,7 +192,7 @@ def single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
-def with_one_blas_thread(work: Callable[P, T]) -> Callable[P, T]:
+def with_one_blas_thread(work: Callable[Arguments, T]) -> Callable[Arguments, T]:
     """A function during which linear algebra has one thread, whatever the caller's other work may use.
 
     Its matrices are small. A library's second thread gains nothing there, and waits busily for the first: where
@@ -201,7 +201,7 @@ def with_one_blas_thread(work: Callable[P, T]) -> Callable[P, T]:
     """
 
     @wraps(work)
-    def limited(*args: P.args, **kwargs: P.kwargs) -> T:
+    def limited(*args: Arguments.args, **kwargs: Arguments.kwargs) -> T:
         from threadpoolctl import threadpool_limits  # imported late: 0.02 s
 
         with threadpool_limits(1, "blas"):

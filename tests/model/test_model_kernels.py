@@ -22,5 +22,5 @@ def test_a_workspaces_edited_code_is_never_executed(tmp_path):
     code.write_text("raise SystemExit('executed')\n")
     with pytest.raises(Failure, match="wheelpend generate"):
         model_kernels.load_kernels(tmp_path)
-    workspace.write_generated_code(tmp_path / "generated", model)
+    workspace.generate(model)
     assert model_kernels.load_kernels(tmp_path).ROWS == ("wheel", "body")

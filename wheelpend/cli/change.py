@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import derive
@@ -25,14 +26,14 @@ def change(
     effect: str,
     data: Sequence[Path],
     holdout: Sequence[Path],
-    open_model: Callable[[], Model],
+    to_change: AbstractContextManager[Model],
     json: str | None,
     *,
     remove: bool,
 ) -> None:
     """Add or remove an effect, refit where data are given, save the workspace and show what it did."""
-    with exit_on_failure(json):
-        model = checked_model(open_model(), effect, remove)
+    with exit_on_failure(json), to_change as opened:
+        model = checked_model(opened, effect, remove)
         if not data:
             if holdout:
                 raise Failure("--holdout judges a refit, so it needs --data as well.")
@@ -40,7 +41,7 @@ def change(
             return
         with progress("reading") as update:
             changed = add(model, effect, data, holdout, remove=remove, progress=update)
-            workspace.save(changed.model, [history_entry(effect, remove, changed, data)])
+            workspace.save(changed.model, [history_entry(effect, remove, changed, data)], opened=model)
         print_warnings(changed.warnings)
         print_result(changed, json, lambda: print_change(changed, effect, remove))
 
@@ -48,7 +49,7 @@ def change(
 def change_without_refit(model: Model, effect: str, json: str | None, *, remove: bool) -> None:
     """Add or remove an effect and save the workspace with the parameter values as they are."""
     effects = [e for e in model.effects if e != effect] if remove else extended_effects(model, effect)
-    workspace.save(model.with_effects(effects), [history_entry(effect, remove, None, ())])
+    workspace.save(model.with_effects(effects), [history_entry(effect, remove, None, ())], opened=model)
     result = {"schema": 1, "effect": effect, "effects": effects, "error_before": None, "error_after": None}
     sentence = (
         f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
@@ -98,10 +99,10 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
     print_line(SAVED_SENTENCE.format(changed.model.path))
 
 
-def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path]) -> None:
-    """Save an explanation's model and put its steps into the history."""
+def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path], opened: Model) -> None:
+    """Save an explanation's model, where it still is as opened, and put its steps into the history."""
     model = result.model
     names = tuple(map(str, (*logs, *holdout)))
     entries = [HistoryEntry(f"add {s.effect}", s.error_before, s.error_after, names) for s in result.steps]
-    workspace.save(model, entries)
+    workspace.save(model, entries, opened=opened)
     print_line(SAVED_SENTENCE.format(model.path))

@@ -25,6 +25,7 @@ from wheelpend.cli.options import (
     TauMap,
     Without,
     open_model,
+    opened_to_change,
     parse_tau,
     print_log_findings,
 )
@@ -57,14 +58,14 @@ def identify(
     """Identify the parameters, with standard errors."""
     # imported late, as in every command: the list of commands needs neither NumPy nor Numba
     from wheelpend.identification.identify import identify as run
+    from wheelpend.model.workspace import save_values
     from wheelpend.reports.text.identification import identification_text
 
-    with exit_on_failure(json):
+    with exit_on_failure(json), opened_to_change(model, plant, save) as opened:
         options: dict[str, Any] = {
             "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
         }  # fmt: skip
         with progress("reading") as update:
-            opened = open_model(model, plant)
             try:
                 result = run(opened, logs, progress=update, **options)
             except Failure:
@@ -78,7 +79,7 @@ def identify(
 
             save_error_maps(result.guide, tau_map)
         if save:
-            result.model.save()
+            save_values(opened, result.model)
 
 
 @app.command()
@@ -119,8 +120,7 @@ def diagnose(
     from wheelpend.reports.text.diagnosis import diagnosis_text
     from wheelpend.reports.text.unexplained import LawRequest
 
-    with exit_on_failure(json):
-        opened = open_model(model, plant)
+    with exit_on_failure(json), opened_to_change(model, plant, accept is not None) as opened:
         check_law_name(opened, accept)
         said = print_log_findings(logs, opened)
         with progress("reading") as update:
@@ -144,7 +144,7 @@ def add(
     """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
     from wheelpend.cli.change import change
 
-    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=False)
+    change(effect, data or [], holdout or [], opened_to_change(model, plant), json, remove=False)
 
 
 @app.command()
@@ -159,7 +159,7 @@ def remove(
     """Remove an effect from the model; the opposite of add."""
     from wheelpend.cli.change import change
 
-    change(effect, data or [], holdout or [], lambda: open_model(model, plant), json, remove=True)
+    change(effect, data or [], holdout or [], opened_to_change(model, plant), json, remove=True)
 
 
 @app.command()
@@ -182,8 +182,7 @@ def explain(
     from wheelpend.reports.text.explanation import explanation_text
     from wheelpend.reports.text.unexplained import LawRequest
 
-    with exit_on_failure(json):
-        opened = open_model(model, plant)
+    with exit_on_failure(json), opened_to_change(model, plant, save or accept is not None) as opened:
         check_law_name(opened, accept)
         said = print_log_findings(logs, opened)
         with progress("reading") as update:
@@ -194,7 +193,7 @@ def explain(
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(explanation_text(result, asked)))
         if save:
-            save_explanation(result, logs, holdout or [])
+            save_explanation(result, logs, holdout or [], opened)
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -73,6 +75,18 @@ def open_model(path: Path, plant: Path | None = None) -> Model:
 
         load_plant(plant)
     return Model.open(path)
+
+
+@contextmanager
+def opened_to_change(path: Path, plant: Path | None = None, changes: bool = True) -> Iterator[Model]:
+    """The model named on the command line, which no other command may change before the block has ended.
+
+    That is so only where this command ``changes`` it.
+    """
+    from wheelpend.model.transaction import held
+
+    with held(path if path.is_dir() else path.parent) if changes else nullcontext():
+        yield open_model(path, plant)
 
 
 def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...] | Literal["auto"] | None:

@@ -9,7 +9,7 @@ import typer
 
 from derive import plants
 from wheelpend.cli.app import app
-from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, opened_to_change
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, progress
 
@@ -83,11 +83,9 @@ def generate(
     """Derive the model and write generated/."""
     from wheelpend.model import workspace
 
-    with exit_on_failure(), progress("deriving the model"):
-        opened = open_model(model, plant)
+    with exit_on_failure(), progress("deriving the model"), opened_to_change(model, plant, not check) as opened:
         if not check:
-            workspace.write_generated_code(opened.workspace / "generated", opened)
-            print_line(f"Wrote {opened.workspace / 'generated'}.")
+            print_line(f"Wrote {workspace.generate(opened)}.")
             return
         difference = workspace.generated_code_diff(opened)
         if difference:

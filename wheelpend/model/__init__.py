@@ -16,5 +16,6 @@ this machine?
 - equations: the derived equations as text, and what differs between two models
 - model_kernels: kernels and generated files of a model
 - precompile: all kernels compiled ahead of time
+- transaction: files of a workspace changed together, by one process at a time
 - workspace: a folder with model, generated code and history
 """

@@ -26,6 +26,7 @@ from wheelpend.model.entries import Controller, ModelFile, ParameterValue, Rando
 from wheelpend.model.name_checks import resolve_names
 from wheelpend.model.toml_checks import call_look_up
 from wheelpend.model.toml_file import MODEL_FILE, parse_model_file
+from wheelpend.model.transaction import finish_change
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class Model:
         """Read a model from its file or its workspace; raises Failure when it is not there or not valid."""
         path = Path(path)
         path = path / MODEL_FILE if path.is_dir() else path
+        finish_change(path.parent)
         try:
             text = path.read_bytes().decode("utf-8-sig")
         except FileNotFoundError:

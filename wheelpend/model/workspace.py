@@ -9,13 +9,14 @@ from typing import Any, NamedTuple
 
 import derive
 from wheelpend.errors import Failure
-from wheelpend.files import write_text
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
+from wheelpend.model.transaction import held, replace_together
 from wheelpend.serialise import plain_data
 
 HISTORY_FILE = "history.json"
+GENERATED_FOLDER = "generated"
 
 
 class HistoryEntry(NamedTuple):
@@ -39,34 +40,64 @@ class HistoryEntry(NamedTuple):
 def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT, text: str = "") -> Model:
     """Start a workspace with a first model of a plant, or that of a text; raises Failure where there is one already."""
     path = folder / MODEL_FILE
-    if path.exists():
-        raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
     model = Model.parse(text) if text else Model.default(plant)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_generated_code(folder / "generated", model)
-    return model.save(path)
+    with held(folder):
+        if path.exists():
+            raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
+        replace_together(folder, {**generated_code(model), MODEL_FILE: model.text.encode()})
+    return Model.open(path)
 
 
-def write_generated_code(folder: Path, model: Model) -> None:
-    """Derive the model and write its generated code."""
-    derive.write(folder, model_kernels.derived_files(model))
+def generated_code(model: Model) -> dict[str, bytes]:
+    """The model's generated code by its place in a workspace."""
+    return {f"{GENERATED_FOLDER}/{name}": text.encode() for name, text in model_kernels.derived_files(model).items()}
+
+
+def generate(model: Model) -> Path:
+    """Derive the model and write its generated code; returns the folder."""
+    replace_together(model.workspace, generated_code(model))
+    return model.workspace / GENERATED_FOLDER
 
 
 def generated_code_diff(model: Model) -> str:
     """Unified diff from the workspace's generated code to what its model derives to; empty where they agree."""
     files = model_kernels.derived_files(model)
-    return derive.differences(model.workspace / "generated", files)
+    return derive.differences(model.workspace / GENERATED_FOLDER, files)
 
 
-def save(model: Model, entries: Sequence[HistoryEntry] = ()) -> None:
-    """Save generated code, model and history, in this order: what was interrupted is not in the history."""
-    folder = model.workspace
-    model_kernels.derived_files(model)  # a model that does not derive changes nothing
-    changes = [*history(folder), *map(plain_data, entries)]  # read first: one that cannot be read changes nothing
-    write_generated_code(folder / "generated", model)
-    model.save()
-    if entries:
-        write_text(folder / HISTORY_FILE, json.dumps(changes, indent=1))
+def save(model: Model, entries: Sequence[HistoryEntry] = (), *, opened: Model | None = None) -> None:
+    """Save generated code, model and history together.
+
+    Raises Failure, and changes nothing, where one of them cannot be read or written, and where the model file is no
+    longer as it was ``opened``.
+    """
+    folder, path = model.workspace, model.path
+    if path is None:
+        raise Failure("A model needs a path to be saved at; this one has none yet.")
+    files = {**generated_code(model), path.name: model.text.encode()}
+    with held(folder):
+        if opened is not None:
+            require_unchanged(opened)
+        if entries:
+            changes = [*history(folder), *map(plain_data, entries)]
+            files[HISTORY_FILE] = json.dumps(changes, indent=1).encode()
+        replace_together(folder, files)
+
+
+def save_values(opened: Model, model: Model) -> None:
+    """Save a model whose values are new; raises Failure where its file is no longer as it was opened."""
+    with held(opened.workspace):
+        require_unchanged(opened)
+        model.save()
+
+
+def require_unchanged(opened: Model) -> None:
+    """Raise Failure where a model's file has changed since it was opened: what was found is of another model."""
+    if opened.path is not None and Model.open(opened.path).text != opened.text:
+        raise Failure(
+            f"{opened.path} must stay as it is until a command has ended that saves it, but it was changed meanwhile. "
+            "Nothing was saved; run the command again."
+        )
 
 
 def history(folder: Path) -> list[dict]:
@@ -78,4 +109,8 @@ def history(folder: Path) -> list[dict]:
         entries = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise Failure(f"{path} must be JSON, but it is not ({error}). Move it away to start a new history.") from None
-    return entries if isinstance(entries, list) else []
+    except OSError as error:
+        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
+    if not (isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)):
+        raise Failure(f"{path} must be a list of changes, but it is not. Move it away to start a new history.")
+    return entries

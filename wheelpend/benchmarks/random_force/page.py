@@ -30,7 +30,7 @@ from wheelpend.reports.numbers import fixed_number_text, percent_range_text, per
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.random_force -->", "<!-- end of random force -->"
 COMMAND_LINE = "python -m wheelpend.benchmarks.random_force"
-HEADING = "### "
+PART_HEADING = "### "
 
 
 def section_text(answers: Sequence[Answer], known: str = "") -> str:
@@ -38,15 +38,15 @@ def section_text(answers: Sequence[Answer], known: str = "") -> str:
     earlier, parts = parts_of(known), []
     for study, (heading, part_of) in STUDY_PARTS.items():
         not_tried = earlier.get(heading, f"`{COMMAND_LINE} --only {study}`: {NOT_TRIED}.")
-        parts += [f"{HEADING}{heading}", "\n\n".join(part_of(answers)) or not_tried]
+        parts += [f"{PART_HEADING}{heading}", "\n\n".join(part_of(answers)) or not_tried]
     if failed := failures(answers):
-        parts += [f"{HEADING}Logs that could not be used", "\n".join(f"- {sentence}" for sentence in failed)]
+        parts += [f"{PART_HEADING}Logs that could not be used", "\n".join(f"- {sentence}" for sentence in failed)]
     return "\n\n".join(parts)
 
 
 def parts_of(section: str) -> dict[str, str]:
     """The text under each heading of a section."""
-    parts = (part.partition("\n") for part in f"\n{section}".split(f"\n{HEADING}")[1:])
+    parts = (part.partition("\n") for part in f"\n{section}".split(f"\n{PART_HEADING}")[1:])
     return {heading: text.strip() for heading, _, text in parts}
 
 
