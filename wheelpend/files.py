@@ -6,11 +6,38 @@ stands for.
 
 from __future__ import annotations
 
+import os
+import stat
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from errno import EACCES, ENOENT
 from pathlib import Path
 
 from wheelpend.errors import Failure
+
+SPECIAL_FILES = {stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket", stat.S_ISCHR: "a device", stat.S_ISBLK: "a device"}
+
+
+def refuse_special_file(path: Path) -> None:
+    """Raise Failure for a pipe, a socket or a device, since reading one may never end; a path without a file passes."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return
+    if kind := next((words for is_kind, words in SPECIAL_FILES.items() if is_kind(mode)), ""):
+        raise Failure(f"{path} must be a file, but it is {kind}. Save what it gives to a file first.")
+
+
+def check_writable(path: Path) -> None:
+    """Raise Failure where a file cannot be written, as far as can be told before it is."""
+    from derive.files import replaceable  # imported late: the command line starts without the derivation
+
+    with write_errors(str(path)):
+        folder = replaceable(path).parent
+        if not folder.is_dir():
+            raise FileNotFoundError(ENOENT, os.strerror(ENOENT), str(folder))
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(EACCES, os.strerror(EACCES), str(folder))
 
 
 def write_text(path: Path, text: str) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.campaigns.runner import Campaign
+from wheelpend.files import refuse_special_file
 
 TABLE_PREFIXES = (b"log,failure", b"seed,failure")  # of the first line of a campaign's table
 VERDICT_COLUMNS = ("verdict", "named", "equivalent_to", "error", "error_after", "noise_floor")
@@ -57,6 +58,7 @@ def table_row(result: LogResult) -> dict[str, Any]:
 
 def is_campaign_table(path: Path) -> bool:
     """True where a file is the table of a campaign."""
+    refuse_special_file(path)
     try:
         with path.open("rb") as file:
             return file.read(20).startswith(TABLE_PREFIXES)

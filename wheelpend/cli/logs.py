@@ -49,7 +49,7 @@ def simulate(
     hide: Annotated[
         list[str] | None, typer.Option(help="NAME=VALUE or NAME=param:value,...; repeat for several.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the sensor noise.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of the sensor noise.", min=0)] = 0,
     noise: Annotated[bool, typer.Option("--noise/--no-noise", help="Ideal sensors without --noise.")] = True,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,

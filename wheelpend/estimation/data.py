@@ -17,7 +17,7 @@ from wheelpend.estimation.free_parameters import event_time_names, known_values
 from wheelpend.estimation.problem import EstimationProblem, carries_over, why_not_testable
 from wheelpend.estimation.segments import DataSplit, Segments, ValidationData, contiguous_ranges
 from wheelpend.kernels.load import model_module
-from wheelpend.logs.checks import check_motion
+from wheelpend.logs.checks import check_interval, check_motion
 from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
@@ -37,6 +37,7 @@ def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...
     """
     logs = tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
     for log in logs:
+        check_interval(log)
         check_motion(log, model.table)
     return tuple(without_outliers(log, outliers_of(log, model.table)) for log in logs)
 

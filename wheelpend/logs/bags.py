@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.files import refuse_special_file
 from wheelpend.logs.tables import Table
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
@@ -29,6 +30,7 @@ def is_bag(path: Path) -> bool:
     """True of a ROS 2 bag's folder and of an MCAP file."""
     if path.is_dir():
         return (path / "metadata.yaml").exists()
+    refuse_special_file(path)
     try:
         with path.open("rb") as file:
             return file.read(len(MCAP_MAGIC)) == MCAP_MAGIC

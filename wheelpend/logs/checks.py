@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.logs.columns import ColumnSource, ColumnTable
+from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnSource, ColumnTable
 from wheelpend.logs.commands import unknown_input_text
-from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.logs.log import GAP_INTERVAL_RATIO, MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
 from wheelpend.logs.white_noise import difference_noise
 
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
@@ -99,9 +99,38 @@ def time_warnings(log: Log) -> list[str]:
         k = int(gaps[np.argmax(interval[gaps])])
         count = "1 gap" if len(gaps) == 1 else f"{len(gaps)} gaps"
         found.append(f"{count} in the sampling, the longest {interval[k]:.3g} s after t = {log.t[k]:.6g} s.")
-    if dt > 0.5:  # nothing balances on so few samples
-        found.append(f'Samples are {dt:.3g} s apart; if t is in ms, map it: t = {{ column = "t", unit = "ms" }}.')
+    if sentence := interval_text(log):
+        found.append(sentence)
     return found
+
+
+def check_interval(log: Log) -> None:
+    """Raise Failure where samples are so far apart, or so close, that their times must be in another unit."""
+    if sentence := interval_text(log):
+        raise Failure(f"{log.name}: {sentence}")
+
+
+def interval_text(log: Log) -> str:
+    """The sentence that samples are too far apart or too close for their times to be in s; nothing where they are not.
+
+    Nothing balances on two samples a second, and no sensor is read a million times a second.
+    """
+    if MIN_SAMPLE_INTERVAL_S <= log.dt <= MAX_SAMPLE_INTERVAL_S:
+        return ""
+    if not log.dt > MAX_SAMPLE_INTERVAL_S:
+        least = f"at least {MIN_SAMPLE_INTERVAL_S:g} s apart"
+        return f"Samples must be {least}, but they are {log.dt:.3g} s. Check the unit of t."
+    unit = unit_of_interval(log.dt)
+    said = f"Samples must be at most {MAX_SAMPLE_INTERVAL_S:g} s apart, but they are {log.dt:.6g} s."
+    if not unit:
+        return f"{said} Check the unit of t."
+    return f'{said} If t is in {unit}, say so under [columns] of model.toml: t = {{ column = "t", unit = "{unit}" }}.'
+
+
+def unit_of_interval(interval: float) -> str:
+    """The largest unit of time in which samples of this interval are near enough to each other; empty without one."""
+    near = (u for u in ("s", "ms", "us", "ns") if interval * UNIT_CONVERSIONS[u][1] <= MAX_SAMPLE_INTERVAL_S)
+    return next(near, "")
 
 
 def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSource]) -> list[str]:

@@ -23,7 +23,7 @@ EXCERPT_SAMPLES, EXCERPT_PARTS = (
     400_000,
     8,
 )  # samples, and pieces, that represent a long log in noise and interval
-MAX_SAMPLE_INTERVAL_S = 0.5  # s, beyond which samples are too far apart to be those of a log
+MIN_SAMPLE_INTERVAL_S, MAX_SAMPLE_INTERVAL_S = 1e-6, 0.5  # s, beyond which times must be in another unit
 GAP_INTERVAL_RATIO = 5.0  # an interval this many times the median one is a gap
 COMMAND_HISTORY_S = 0.5  # of earlier commands, that a part of a log keeps
 REST_DURATION_S, REST_SHARE = 0.05, 0.01  # s; share of a signal's range within which it rests

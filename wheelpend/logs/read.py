@@ -16,10 +16,10 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
-from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings
-from wheelpend.logs.columns import DEFAULT_TABLE, UNIT_CONVERSIONS, ColumnMap, ColumnSource, ColumnTable, find_sources
+from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings, unit_of_interval
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
-from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, Log, stack_inputs
+from wheelpend.logs.log import Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
@@ -150,8 +150,5 @@ def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap
         steps = np.diff(values)
         if len(steps) and np.isfinite(values).all() and (steps > 0).all():
             interval = float(np.median(steps))
-            unit = next(
-                (u for u in ("s", "ms", "us", "ns") if interval * UNIT_CONVERSIONS[u][1] < MAX_SAMPLE_INTERVAL_S), "ns"
-            )
-            return ColumnMap(name, unit)
+            return ColumnMap(name, unit_of_interval(interval) or "ns")
     return None

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.files import refuse_special_file
 from wheelpend.logs.csv_text import SNIFFED_BYTES, CsvLayout, csv_layout, find_encoding, first_line
 
 MIN_LOG_SAMPLES = 20  # rows
@@ -51,6 +52,7 @@ def open_table(path: Path) -> Table:
 
 def read_file_head(path: Path) -> bytes:
     """The first bytes of a file; raises Failure when there are none."""
+    refuse_special_file(path)
     try:
         with path.open("rb") as file:
             head = file.read(SNIFFED_BYTES)

@@ -19,7 +19,7 @@ from derive import plants
 from derive.parameter_name import full_name
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.files import write_text
+from wheelpend.files import refuse_special_file, write_text
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.model.entries import Controller, ModelFile, ParameterValue, RandomForce, SensorNoise, Sensors
@@ -56,6 +56,7 @@ class Model:
         path = Path(path)
         path = path / MODEL_FILE if path.is_dir() else path
         finish_change(path.parent)
+        refuse_special_file(path)
         try:
             text = path.read_bytes().decode("utf-8-sig")
         except FileNotFoundError:

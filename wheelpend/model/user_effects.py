@@ -17,7 +17,7 @@ from derive.effects.user_laws import entry_from_text
 from derive.grammar import GrammarError
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.files import write_text
+from wheelpend.files import refuse_special_file, write_text
 from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
 from wheelpend.model.toml_file import USER_EFFECTS_FILE
 
@@ -74,6 +74,7 @@ EFFECT_CHECK = table(
 def read_user_effects(workspace: Path, plant: PlantSignature) -> tuple[Effect, ...]:
     """Effects of a workspace's effects.toml, none without one; raises Failure saying what in it is wrong."""
     path = workspace / USER_EFFECTS_FILE
+    refuse_special_file(path)
     try:
         text = path.read_bytes().decode("utf-8-sig")
     except FileNotFoundError:

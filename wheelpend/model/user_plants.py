@@ -17,6 +17,7 @@ from derive import plants
 from derive.lazy import sp
 from derive.records import Plant
 from wheelpend.errors import Failure
+from wheelpend.files import refuse_special_file
 
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
 PARAMETER_PATTERN = re.compile(r"X\d+")
@@ -34,6 +35,7 @@ def load_plant(path: Path) -> str:
 
     Raises Failure saying what is wrong with the file, with the line where its code fails.
     """
+    refuse_special_file(path)
     try:
         text = path.read_bytes()
     except OSError as error:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import derive
 from wheelpend.errors import Failure
+from wheelpend.files import refuse_special_file
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
@@ -105,6 +106,7 @@ def history(folder: Path) -> list[dict]:
     path = folder / HISTORY_FILE
     if not path.exists():
         return []
+    refuse_special_file(path)
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))
     except ValueError as error:

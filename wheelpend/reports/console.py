@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.table import Table
 
 from wheelpend.errors import Failure
-from wheelpend.files import write_text
+from wheelpend.files import check_writable, write_text
 from wheelpend.reports.text.table import Table as TextTable
 
 out = Console(highlight=False, soft_wrap=True)
@@ -23,14 +23,35 @@ err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 @contextmanager
 def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
-    """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1."""
+    """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1.
+
+    That JSON cannot be written is said before anything is done for it.
+    """
     try:
+        if json_file and json_file != "-":
+            check_writable(Path(json_file))
         yield
-    except Failure as failure:
-        err.print(f"[bold red]Failure:[/] {_without_markup(str(failure))}")
+    except (Failure, OSError, MemoryError) as error:
+        said = [_failure_text(error)]
         if json_file:
-            emit_json({"schema": 1, "failure": str(failure)}, json_file)
+            try:
+                emit_json({"schema": 1, "failure": said[0]}, json_file)
+            except (Failure, OSError) as unwritten:
+                said.append(str(unwritten))
+        for text in dict.fromkeys(said):
+            err.print(f"[bold red]Failure:[/] {_without_markup(text)}")
         raise typer.Exit(1) from None
+
+
+def _failure_text(error: Failure | OSError | MemoryError) -> str:
+    """What went wrong, where the system says so too: a file that cannot be used, or too little memory."""
+    if isinstance(error, MemoryError):
+        return f"This needs more memory than there is ({error or 'none is left'}). Take a shorter log, or part of it."
+    if isinstance(error, OSError):
+        return (
+            f"{error.filename or 'A file'} cannot be used: {error.strerror or error}. Name another, or make it usable."
+        )
+    return str(error)
 
 
 def _without_markup(text: str) -> str:

@@ -21,6 +21,7 @@ from wheelpend.simulation.references import command_duration, reference
 
 DEFAULT_NOISE_SIGMA = {"rad": 1e-3, "rad/s": 1e-2, "m": 1e-5, "m/s": 1e-3}  # by unit, of sensors without a description
 SAMPLE_INTERVAL_S = 0.001  # s (paper, section 4)
+MAX_DURATION_S = 86_400.0  # s; at the usual interval a day's log takes 7 GB
 
 
 def simulate(
@@ -80,10 +81,10 @@ def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModu
 
 
 def _checked_duration(model: Model, command: str, duration: float | None) -> float:
-    """Duration of a simulation [s]: the command's where none is given; raises Failure unless positive and finite."""
+    """Duration of a simulation [s], the command's where none is given; raises Failure unless positive, within a day."""
     duration = command_duration(command, model.table) if duration is None else duration
-    if not (duration > 0 and np.isfinite(duration)):
-        raise Failure(f"The duration must be a positive time in s, not {duration}.")
+    if not 0.0 < duration <= MAX_DURATION_S:
+        raise Failure(f"The duration must be a positive time in s, a day ({MAX_DURATION_S:g}) at most, not {duration}.")
     return duration
 
 

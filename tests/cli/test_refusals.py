@@ -1,0 +1,104 @@
+"""What cannot be used is refused at once, in words: no traceback, no waiting for what never ends."""
+
+import json
+import os
+import socket
+
+import numpy as np
+import pytest
+
+from tests.support import run, simulated
+from wheelpend import Failure, Log, Model, identify, save_log
+from wheelpend.model import workspace
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A folder with a workspace and a log, the current one."""
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path)
+    save_log(tmp_path / "log.csv", simulated(duration=2.0))
+    return tmp_path
+
+
+def said(*command, code=1):
+    """What a command that fails says, in one line."""
+    result = run(*command, code=code)
+    assert "Traceback" not in result.output
+    return " ".join(result.output.split())
+
+
+@pytest.mark.parametrize("command", ["identify", "compare", "diagnose", "explain", "inspect"])
+def test_a_pipe_a_socket_and_a_device_are_no_logs(here, command):
+    os.mkfifo("pipe.csv")
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind("socket.csv")
+        for name, words in (("pipe.csv", "a pipe"), ("socket.csv", "a socket"), ("/dev/zero", "a device")):
+            assert f"{name} must be a file, but it is {words}. Save what it gives" in said(command, name)
+
+
+@pytest.mark.parametrize("name", ["model.toml", "effects.toml", "history.json"])
+def test_a_pipe_in_the_place_of_a_workspaces_file_is_refused(here, name):
+    (here / name).unlink(missing_ok=True)
+    os.mkfifo(name)
+    assert f"{name} must be a file, but it is a pipe" in said("add", "slope")
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1e3, "ms"), (1e6, "us"), (1e9, "ns")])
+def test_times_in_another_unit_are_refused_with_that_unit(here, factor, unit):
+    log = simulated(duration=2.0)
+    rows = np.column_stack([log.t * factor, log.voltage, log.measured])
+    np.savetxt("other.csv", rows, delimiter=",", header=",".join(["t", "v_in", *log.channels]), comments="")
+    for command in ("identify", "compare", "diagnose", "explain"):
+        text = said(command, "other.csv")
+        assert "Samples must be at most 0.5 s apart" in text and f't = {{ column = "t", unit = "{unit}" }}' in text
+    assert f'unit = "{unit}"' in " ".join(run("inspect", "other.csv").output.split())
+    with pytest.raises(Failure, match=r"at most 0.5 s apart"):
+        identify(Model.default(), [Log(log.name, log.t * factor, log.voltage, log.measured, log.channels)])
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e-12, "at least 1e-06 s apart"), (1e300, "Check the unit of t")])
+def test_times_that_no_unit_explains_are_refused(here, factor, words):
+    log = simulated(duration=2.0)
+    with pytest.raises(Failure, match=words):
+        identify(Model.default(), [Log(log.name, log.t * factor, log.voltage, log.measured, log.channels)])
+
+
+def test_a_simulation_lasts_a_day_at_most_and_seeds_count_from_zero(here):
+    for duration in ("1e9", "nan", "0", "-1", "inf"):
+        assert "must be a positive time in s, a day (86400) at most" in said(
+            "simulate", "-o", "x.csv", "--duration", duration
+        )
+    assert "-1 is not in the range x>=0" in said("simulate", "-o", "x.csv", "--seed", "-1", code=2)
+
+
+@pytest.mark.parametrize("log", ["log.csv", "no_log.csv"])
+@pytest.mark.parametrize("place", ["nowhere/result.json", ".", "/dev/full"])
+def test_json_that_cannot_be_written_is_a_failure_before_any_work(here, log, place):
+    text = said("identify", log, "--json", place)
+    assert f"{place} cannot be written" in text and "no_log" not in text
+
+
+def test_a_failure_whose_json_cannot_be_written_any_more_says_both(here, monkeypatch):
+    def full(data, json_file):
+        raise Failure("result.json cannot be written: No space left on device.")
+
+    monkeypatch.setattr("wheelpend.reports.console.emit_json", full)
+    text = said("identify", "no_log.csv", "--json", "result.json")
+    assert "there is none at no_log.csv" in text and "No space left on device" in text
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (MemoryError("Unable to allocate 7 TiB"), "needs more memory than there is (Unable to allocate 7 TiB)"),
+        (PermissionError(13, "Permission denied", "log.csv"), "log.csv cannot be used: Permission denied"),
+    ],
+)
+def test_what_the_system_refuses_is_said_in_words_and_in_json(here, monkeypatch, error, words):
+    def refused(*arguments, **options):
+        raise error
+
+    monkeypatch.setattr("wheelpend.identification.identify.identify", refused)
+    assert words in said("identify", "log.csv", "--json", "result.json")
+    assert words in json.loads((here / "result.json").read_text())["failure"]
