@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wheelpend.estimation.filter_fit import TRIAL, Effort, FilterEstimator, FilterPoint
+from wheelpend.estimation.filter_fit import THOROUGH, TRIAL, Effort, FilterEstimator, FilterPoint
 from wheelpend.estimation.random_source import RandomSource, Sources
 
 Progress = Callable[[str], None]
@@ -52,7 +52,22 @@ def likeliest_sources(
     while (trial := _with_another(part, found, possible)) and _is_worth(part, trial, found):
         found = _with_filters(part, without_needless(part, trial), errors)
     progress("fitting all samples")
-    return estimator.fit(found.theta, found.sources)
+    return _with_given_times(estimator, estimator.fit(found.theta, found.sources))
+
+
+def _with_given_times(estimator: FilterEstimator, point: FilterPoint) -> FilterPoint:
+    """The likelier of a fit, and one in which events begin and end near where they are given to.
+
+    What a start was fitted to without random forces may have carried them off, to where a force happened to jump.
+    """
+    times = [k for k, p in enumerate(estimator.problem.space.layout.elements) if p.role == "event time"]
+    if not times:
+        return point
+    theta = point.theta.copy()
+    theta[times] = estimator.problem.space.start()[times]
+    near = estimator.fit(theta, point.sources, THOROUGH._replace(holds_times=True))
+    near = estimator.fit(near.theta, near.sources)
+    return near if near.deviance < point.deviance else point
 
 
 def likeliest_from(
