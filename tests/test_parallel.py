@@ -6,7 +6,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from threading import Barrier, Event
 
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
@@ -110,6 +112,26 @@ def test_linear_algebra_has_one_thread_while_a_function_runs_and_the_caller_s_nu
         with pytest.raises(Failure):
             failing(seen)
         assert (seen, blas_threads()) == ([{1}], {2})
+
+
+def test_of_functions_side_by_side_the_last_takes_the_limit_away():
+    both_run, first_has_ended = Barrier(2), Event()
+
+    @with_one_blas_thread
+    def first() -> None:
+        both_run.wait(10.0)
+
+    @with_one_blas_thread
+    def second() -> set[int]:
+        both_run.wait(10.0)
+        assert first_has_ended.wait(10.0)
+        return blas_threads()
+
+    with threadpool_limits(2, "blas"), ThreadPoolExecutor(2) as pool:
+        done, seen = pool.submit(first), pool.submit(second)
+        done.result(10.0)
+        first_has_ended.set()
+        assert (seen.result(10.0), blas_threads()) == ({1}, {2})
 
 
 @pytest.mark.parametrize("work", [identify, compare, diagnose, explain, partial(add, effect="coulomb_drive")])

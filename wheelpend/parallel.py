@@ -7,7 +7,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import wraps
 from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
@@ -192,6 +192,33 @@ def single_threaded() -> Iterator[None]:
                 os.environ[name] = value
 
 
+class BlasLimit:
+    """One thread for linear algebra while any of several functions runs, side by side or one in another."""
+
+    def __init__(self) -> None:
+        self._running, self._lock, self._limits = 0, Lock(), ExitStack()
+
+    @contextmanager
+    def joined(self) -> Iterator[None]:
+        """Count as a running function while inside: the first sets the limit, the last takes it away."""
+        from threadpoolctl import threadpool_limits  # imported late: 0.02 s
+
+        with self._lock:
+            if not self._running:
+                self._limits.enter_context(threadpool_limits(1, "blas"))
+            self._running += 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._running -= 1
+                if not self._running:
+                    self._limits.close()
+
+
+blas_limit = BlasLimit()
+
+
 def with_one_blas_thread(work: Callable[Arguments, T]) -> Callable[Arguments, T]:
     """A function during which linear algebra has one thread, whatever the caller's other work may use.
 
@@ -202,9 +229,7 @@ def with_one_blas_thread(work: Callable[Arguments, T]) -> Callable[Arguments, T]
 
     @wraps(work)
     def limited(*args: Arguments.args, **kwargs: Arguments.kwargs) -> T:
-        from threadpoolctl import threadpool_limits  # imported late: 0.02 s
-
-        with threadpool_limits(1, "blas"):
+        with blas_limit.joined():
             return work(*args, **kwargs)
 
     return limited

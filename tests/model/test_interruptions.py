@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 import subprocess
 import sys
 from functools import partial
@@ -157,8 +158,66 @@ def test_a_change_that_somebody_else_left_reaches_nothing_outside_the_workspace(
     before = contents(home)
     for command in (["generate", "--check"], ["add", "slope"]):
         said = " ".join(run(*command, "--model", folder, code=1).output.split())
-        assert "links lead out of it" in said and "Remove that folder" in said
+        assert "some lead out of it" in said and "Remove that folder" in said
     assert contents(home) == before and not (folder / "stolen").exists()
+
+
+@pytest.mark.parametrize("name", [".git/hooks/pre-commit", ".envrc", "sub/file", "generated/.hidden"])
+def test_a_change_that_somebody_else_left_writes_nothing_but_what_changes_write(tmp_path, name):
+    folders.create(tmp_path)
+    (tmp_path / MADE_FOLDER / name).parent.mkdir(parents=True)
+    (tmp_path / MADE_FOLDER / name).write_text("theirs")
+    with pytest.raises(Failure, match="are none that a change writes"):
+        Model.open(tmp_path)
+    assert not (tmp_path / name).exists()
+
+
+def test_what_stands_in_for_a_change_being_written_is_removed_and_never_followed(tmp_path):
+    folder, home = tmp_path / "robot", tmp_path / "home"
+    folders.create(folder)
+    (home / "docs").mkdir(parents=True)
+    (home / "docs" / "thesis").write_text("mine")
+    (home / "key").write_text("mine too")
+    before = contents(home)
+    (folder / PREPARED_FOLDER).symlink_to(home)
+    folders.generate(Model.open(folder))
+    (folder / PREPARED_FOLDER).write_text("a file")
+    folders.generate(Model.open(folder))
+    (folder / PREPARED_FOLDER / "generated").mkdir(parents=True)
+    (folder / PREPARED_FOLDER / "generated" / "out").symlink_to(home)
+    folders.generate(Model.open(folder))
+    assert contents(home) == before and not (folder / "key").exists() and not (folder / PREPARED_FOLDER).exists()
+
+
+def test_what_a_killed_change_left_never_goes_with_another_change(tmp_path):
+    folders.create(tmp_path)
+    add_slope_as_killed = tmp_path / PREPARED_FOLDER
+    add_slope_as_killed.mkdir()
+    for name in ("model.toml", "history.json"):
+        (add_slope_as_killed / name).write_text("of a change that was never made")
+    before = contents(tmp_path)
+    folders.generate(Model.open(tmp_path))
+    kept = {name: data for name, data in before.items() if not name.startswith(PREPARED_FOLDER)}
+    assert contents(tmp_path) == kept
+
+
+def test_a_change_that_cannot_be_whole_is_not_begun(tmp_path):
+    folders.create(tmp_path)
+    shutil.rmtree(tmp_path / "generated")
+    (tmp_path / "generated").write_text("a file")
+    before = contents(tmp_path)
+    with pytest.raises(Failure, match="cannot be written"):
+        add_slope(tmp_path)
+    assert contents(tmp_path) == before and Model.open(tmp_path).effects == ()
+
+
+def test_links_in_a_circle_are_failures(tmp_path):
+    (tmp_path / "loop").symlink_to("loop")
+    assert "cannot be" in run("generate", "--model", tmp_path / "loop" / "model.toml", code=1).output
+    folders.create(tmp_path / "robot")
+    shutil.rmtree(tmp_path / "robot" / "generated")
+    (tmp_path / "robot" / "generated").symlink_to("generated")
+    assert "cannot be" in run("add", "slope", "--model", tmp_path / "robot", code=1).output
 
 
 HOLDER = """
@@ -243,7 +302,7 @@ def test_a_command_says_nothing_of_a_change_that_did_not_happen(tmp_path, monkey
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("wheelpend.model.transaction._write_durably", interrupted)
+        patch.setattr("wheelpend.model.transaction._write_anew", interrupted)
         with pytest.raises(BaseException):  # noqa: B017
             run("add", "slope")
     assert Model.open().effects == () and folders.history(tmp_path) == []

@@ -99,10 +99,10 @@ def print_change(changed: Change, effect: str, remove: bool) -> None:
     print_line(SAVED_SENTENCE.format(changed.model.path))
 
 
-def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path], opened: Model) -> None:
-    """Save an explanation's model, where it still is as opened, and put its steps into the history."""
+def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Path], opened: Model) -> str:
+    """Save an explanation's model, where it still is as opened, with its steps in the history; says what was saved."""
     model = result.model
     names = tuple(map(str, (*logs, *holdout)))
     entries = [HistoryEntry(f"add {s.effect}", s.error_before, s.error_after, names) for s in result.steps]
     workspace.save(model, entries, opened=opened)
-    print_line(SAVED_SENTENCE.format(model.path))
+    return SAVED_SENTENCE.format(model.path)

@@ -51,7 +51,7 @@ def run_demo(folder: Path) -> None:
 
     print_line("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
     print_text(explanation_text(result))
-    save_explanation(result, [log], [holdout], model)
+    print_line(save_explanation(result, [log], [holdout], model))
     page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo")
     draw_ladder(result, folder / "error_ladder.svg")
     print_line(f"\nThe report is {page}. Open it in a browser.")

@@ -72,14 +72,14 @@ def identify(
                 print_log_findings(logs, opened)  # of which one may be why
                 raise
         said = [] if result.is_explained else print_log_findings(logs, opened)
+        if save:  # before anything is printed: where that fails, the failure is all that is said
+            save_values(opened, result.model)
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(identification_text(result)))
         if tau_map and result.guide:
             from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
 
             save_error_maps(result.guide, tau_map)
-        if save:
-            save_values(opened, result.model)
 
 
 @app.command()
@@ -190,10 +190,11 @@ def explain(
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
             )
+        saved = save_explanation(result, logs, holdout or [], opened) if save else ""
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(explanation_text(result, asked)))
-        if save:
-            save_explanation(result, logs, holdout or [], opened)
+        if saved:
+            print_line(saved)
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
 

@@ -77,20 +77,22 @@ class CandidateSelection:
         with KernelPool() as pool:
             short_fits = sorted(pool.map(self.short_fit, [n for n in names if n not in slow]), key=_cost)
             refits = self.refine_leading(short_fits, pool)
-            candidates = self.judged(refits, pool) if self.is_search_done([f for _, f in refits]) else []
+            selected = self.select_for_evaluation(refits)
+            candidates = self.judged(selected, pool) if self.is_search_done([f for _, f in refits]) else []
             if not self.is_search_done([c.fit for c in candidates]):  # what is slow shows on full segments only
                 lowest = short_fits[0][1].error if short_fits else np.inf
                 internal = self.refine_internal([n for n in slow if self.may_lead(n)], lowest, pool)
-                candidates = self.judged([*refits, *internal], pool) if internal or not candidates else candidates
+                if internal or not candidates:
+                    selected = self.select_for_evaluation([*refits, *internal])
+                    candidates = self.judged(selected, pool)
         if not candidates:
             return []
-        validated = len(candidates)
+        validated = len(selected)
         candidates = self.with_nested_fits(self.with_fresh_leader(candidates, validated), validated)
         return rank_candidates(self.problem, candidates)
 
-    def judged(self, refits: Sequence[PartialRefit], pool: KernelPool) -> list[CandidateFit]:
-        """The best of some refits, on full segments and validation data."""
-        selected = self.select_for_evaluation(refits)
+    def judged(self, selected: Sequence[PartialRefit], pool: KernelPool) -> list[CandidateFit]:
+        """Selected refits on full segments and validation data, without those that cannot be simulated there."""
         return [c for c in pool.map(self.evaluate, selected, repeat(len(selected))) if c is not None]
 
     def may_lead(self, name: str) -> bool:

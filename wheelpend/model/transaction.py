@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from errno import EXDEV
+from errno import EACCES, EXDEV
 from pathlib import Path
 
 from derive.files import replaceable
@@ -19,15 +20,13 @@ from wheelpend.errors import Failure
 from wheelpend.files import replacing, write_errors
 from wheelpend.parallel import without_interruption
 
-PREPARED_FOLDER, MADE_FOLDER = (
-    ".wheelpend-prepared",
-    ".wheelpend-made",
-)  # folders: of a change that is being written, and of one made
+PREPARED_FOLDER, MADE_FOLDER = ".wheelpend-prepared", ".wheelpend-made"  # of a change that is being written, is made
+GENERATED_FOLDER = "generated"  # the only folder of a workspace that changes
 LOCKS_FILE = Path("/proc/locks")  # where Linux tells who holds a lock
 WAIT_FOR_MOVES_S = 10.0  # s that whoever opens a workspace waits for another process to move its files into place
 POLL_INTERVAL_S = 0.05
 
-_held: set[Path] = set()  # folders that this process holds
+_held: set[tuple[str, int]] = set()  # folders that this process holds, each with the thread that does
 
 
 def replace_together(folder: Path, files: Mapping[str, bytes]) -> None:
@@ -36,52 +35,43 @@ def replace_together(folder: Path, files: Mapping[str, bytes]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with held(folder):
             finish_change(folder)
+            for name in files:
+                _require_place(folder / name)
             try:
-                for name, data in files.items():
-                    replaceable(folder / name)
-                    _write_durably(folder / PREPARED_FOLDER / name, data)
+                _write_anew(folder / PREPARED_FOLDER, files)
                 with without_interruption():
                     (folder / PREPARED_FOLDER).rename(folder / MADE_FOLDER)
-                    _move_all(folder, _files_below(folder / MADE_FOLDER))
+                    _move_all(folder, list(files))
             finally:
-                shutil.rmtree(folder / PREPARED_FOLDER, ignore_errors=True)
+                _clear(folder / PREPARED_FOLDER)
 
 
 def finish_change(folder: Path) -> None:
     """Move the files of a change into place that a process made and did not live to finish; without one do nothing.
 
-    Whoever made the workspace may have made that change too, so it reaches nothing but the workspace. Raises Failure
-    where its files cannot be moved, or where the process is still at it after some seconds.
+    Whoever made the workspace may have made that change too: it reaches nothing but what a change consists of, in the
+    workspace itself. Raises Failure where its files cannot be moved, or where the process is still at it after some
+    seconds.
     """
-    if not _is_folder(folder / MADE_FOLDER):
+    made = folder / MADE_FOLDER
+    if not _is_folder(made):
         return
-    with held(folder, WAIT_FOR_MOVES_S), write_errors(f"A change of {folder} that was interrupted"):
-        if not _is_folder(folder / MADE_FOLDER):
+    with held(folder, WAIT_FOR_MOVES_S):
+        if not _is_folder(made):
             return
-        files, inside = _files_below(folder / MADE_FOLDER), folder.resolve()
-        if any(not (folder / file).resolve().is_relative_to(inside) for file in files):
+        names = _names_below(made)
+        if not all(_belongs(folder, name) for name in names):
             raise Failure(
-                f"{folder / MADE_FOLDER} must hold files of this workspace, but links lead out of it. Remove that "
-                "folder, and repeat the command that was interrupted."
+                f"{made} must hold files of this workspace, but some lead out of it, or are none that a change writes. "
+                "Remove that folder, run `wheelpend generate`, and repeat the command that was interrupted."
             )
-        _move_all(folder, files)
-
-
-def _move_all(folder: Path, files: list[Path]) -> None:
-    for file in files:
-        _move(folder / MADE_FOLDER / file, folder / file)
-    shutil.rmtree(folder / MADE_FOLDER, ignore_errors=True)
-
-
-def _is_folder(path: Path) -> bool:
-    """True for a folder that is no link to one."""
-    return path.is_dir() and not path.is_symlink()
-
-
-def _files_below(folder: Path) -> list[Path]:
-    """Files in a folder and those below it, relative to it; nothing that a link stands for."""
-    paths = (Path(place, name) for place, _, names in os.walk(folder) for name in sorted(names))
-    return [path.relative_to(folder) for path in paths if path.is_file() and not path.is_symlink()]
+        try:
+            _move_all(folder, names)
+        except OSError as error:
+            raise Failure(
+                f"{made} holds a change that was interrupted, which cannot be finished: {error.strerror or error}. "
+                "Make the workspace writable, or remove that folder and run `wheelpend generate`."
+            ) from error
 
 
 @contextmanager
@@ -91,17 +81,18 @@ def held(folder: Path, wait: float = 0.0) -> Iterator[None]:
     The operating system lets go where this process ends, however it does. Without a folder, or on a file system without
     locks, nothing is held.
     """
-    folder = folder.resolve()
-    if folder in _held or not folder.is_dir():
+    place = os.path.realpath(folder)
+    key = place, threading.get_ident()
+    if key in _held or not os.path.isdir(place):
         yield
         return
-    descriptor = os.open(folder, os.O_RDONLY)
+    descriptor = os.open(place, os.O_RDONLY)
     try:
         _lock(folder, descriptor, time.monotonic() + wait)
-        _held.add(folder)
+        _held.add(key)
         yield
     finally:
-        _held.discard(folder)
+        _held.discard(key)
         os.close(descriptor)
 
 
@@ -134,18 +125,47 @@ def _holder(descriptor: int) -> str:
     return f"process {number} ({command})"
 
 
-def _write_durably(path: Path, data: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
+def _require_place(path: Path) -> None:
+    """Make the folder of a file; raises OSError where a file cannot be put there."""
+    target = replaceable(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(target.parent, os.W_OK | os.X_OK):
+        raise PermissionError(EACCES, os.strerror(EACCES), str(target.parent))
+
+
+def _write_anew(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write a folder with these files and nothing else, to last through a loss of power."""
+    _clear(folder)
+    folder.mkdir()
+    for name, data in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def _clear(path: Path) -> None:
+    """Remove a folder, a file or a link, whatever is there; not what a link stands for."""
+    if _is_folder(path):
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _move_all(folder: Path, names: Sequence[str]) -> None:
+    """Move the files of a made change to their places, those first that links lead elsewhere."""
+    for name in sorted(names, key=lambda name: _is_inside(folder, name)):
+        _move(folder / MADE_FOLDER / name, folder / name)
+    shutil.rmtree(folder / MADE_FOLDER, ignore_errors=True)
 
 
 def _move(source: Path, target: Path) -> None:
-    """Move a file onto the one that another stands for, in a folder that may be a link to another file system."""
+    """Move a file onto the one that another stands for, which may be on another file system."""
     place = Path(os.path.realpath(target))
     place.parent.mkdir(parents=True, exist_ok=True)
+    source.chmod(source.stat().st_mode & 0o666)
     try:
         os.replace(source, place)
     except OSError as error:
@@ -154,3 +174,26 @@ def _move(source: Path, target: Path) -> None:
         with replacing(place) as partial:
             shutil.copyfile(source, partial)
         source.unlink()
+
+
+def _belongs(folder: Path, name: str) -> bool:
+    """True of a name that a change may write, of a place in the workspace itself."""
+    parts = Path(name).parts
+    known = len(parts) == 1 or (len(parts) == 2 and parts[0] == GENERATED_FOLDER)
+    return known and not parts[-1].startswith(".") and _is_inside(folder, name)
+
+
+def _is_inside(folder: Path, name: str) -> bool:
+    """True where a file of a folder is below it, whatever links there are."""
+    return Path(os.path.realpath(folder / name)).is_relative_to(os.path.realpath(folder))
+
+
+def _is_folder(path: Path) -> bool:
+    """True for a folder that is no link to one."""
+    return path.is_dir() and not path.is_symlink()
+
+
+def _names_below(folder: Path) -> list[str]:
+    """Files in a folder and those below it, relative to it; nothing that a link stands for."""
+    paths = (Path(place, name) for place, _, names in os.walk(folder) for name in sorted(names))
+    return [str(path.relative_to(folder)) for path in paths if path.is_file() and not path.is_symlink()]

@@ -9,15 +9,14 @@ from typing import Any, NamedTuple
 
 import derive
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file
+from wheelpend.files import refuse_special_file, write_errors
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
-from wheelpend.model.transaction import held, replace_together
+from wheelpend.model.transaction import GENERATED_FOLDER, finish_change, held, replace_together
 from wheelpend.serialise import plain_data
 
 HISTORY_FILE = "history.json"
-GENERATED_FOLDER = "generated"
 
 
 class HistoryEntry(NamedTuple):
@@ -42,10 +41,14 @@ def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT, text: str = "
     """Start a workspace with a first model of a plant, or that of a text; raises Failure where there is one already."""
     path = folder / MODEL_FILE
     model = Model.parse(text) if text else Model.default(plant)
+    files = {**generated_code(model), MODEL_FILE: model.text.encode()}
+    with write_errors(str(folder)):
+        folder.mkdir(parents=True, exist_ok=True)
     with held(folder):
+        finish_change(folder)
         if path.exists():
             raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
-        replace_together(folder, {**generated_code(model), MODEL_FILE: model.text.encode()})
+        replace_together(folder, files)
     return Model.open(path)
 
 

@@ -31,13 +31,15 @@ def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
         if json_file and json_file != "-":
             check_writable(Path(json_file))
         yield
+    except BrokenPipeError:
+        raise  # whoever read the output has ended, which is no failure
     except (Failure, OSError, MemoryError) as error:
         said = [_failure_text(error)]
         if json_file:
             try:
                 emit_json({"schema": 1, "failure": said[0]}, json_file)
             except (Failure, OSError) as unwritten:
-                said.append(str(unwritten))
+                said.append(_failure_text(unwritten))
         for text in dict.fromkeys(said):
             err.print(f"[bold red]Failure:[/] {_without_markup(text)}")
         raise typer.Exit(1) from None

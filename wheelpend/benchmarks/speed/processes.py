@@ -65,7 +65,7 @@ def _first_after(s: Setting, line: str, other: str) -> Times:
     """The first and the second identify of a 20 s log with a line of the model file changed, beside the usual model."""
     text = model_file_text(s.model.plant)
     if line not in text:
-        raise Failure(f"The model file that `init` writes must have the line {line}.")
+        raise Failure(f"The model file that `new` writes must have the line {line}.")
     with tempfile.TemporaryDirectory() as folder:
         log, model, cache = Path(folder) / "log.csv", Path(folder) / "model.toml", str(Path(folder) / "cache")
         command = ["-m", "wheelpend", "identify", str(log), "--model", str(model)]
