@@ -200,8 +200,11 @@ class BlasLimit:
 
     @contextmanager
     def joined(self) -> Iterator[None]:
-        """Count as a running function while inside: the first sets the limit, the last takes it away."""
-        from threadpoolctl import threadpool_limits  # imported late: 0.02 s
+        """Count as a running function while inside: the first sets the limit, the last takes it away.
+
+        OpenBLAS obeys the thread that limited it, unless that one is cleared.
+        """
+        from threadpoolctl import OpenBLASController, threadpool_limits  # imported late: 0.02 s
 
         with self._lock:
             if not self._running:
@@ -213,6 +216,7 @@ class BlasLimit:
             with self._lock:
                 self._running -= 1
                 if not self._running:
+                    OpenBLASController.clear_controlling_thread(force=True)
                     self._limits.close()
 
 
