@@ -270,13 +270,14 @@ def test_the_tables_stand_between_their_marks_and_name_what_failed(tmp_path):
 
 def test_a_study_that_was_not_tried_again_keeps_its_tables(tmp_path):
     page, lawful = tmp_path / "page.md", Case("lawful", 1, "first_order", "wheel", "slope", 0.2)
-    write(page, [answer(Case("complete", 1)), answer(Case("forces", 1, "shots", "drive")), answer(lawful)])
+    failed = Answer(Case("complete", 2), failure="no log")
+    write(page, [answer(Case("complete", 1)), answer(Case("forces", 1, "shots", "drive")), answer(lawful), failed])
     before = page.read_text(encoding="utf-8")
     write(page, [])
     assert page.read_text(encoding="utf-8") == before
     write(page, [answer(Case("forces", 1, "band_limited", "wheel"))])
     text = page.read_text(encoding="utf-8")
-    assert "0.5 to 5 Hz" in text and "filtered shots" not in text
+    assert "0.5 to 5 Hz" in text and "filtered shots" not in text and text.count("complete 2: no log") == 1
 
     def part_of(page_text: str, heading: str) -> str:
         return page_text.partition(heading)[2].partition("### ")[0].partition("<!--")[0].strip()

@@ -57,6 +57,16 @@ def test_times_in_another_unit_are_refused_with_that_unit(here, factor, unit):
         identify(Model.default(), [Log(log.name, log.t * factor, log.voltage, log.measured, log.channels)])
 
 
+def test_times_that_are_mapped_to_a_wrong_unit_are_refused_with_the_right_one(here):
+    log = simulated(duration=2.0)
+    rows = np.column_stack([log.t * 1e6, log.voltage, log.measured])
+    np.savetxt("other.csv", rows, delimiter=",", header=",".join(["time", "v_in", *log.channels]), comments="")
+    text = (here / "model.toml").read_text(encoding="utf-8")
+    mapped = f'{text}\n[columns]\nt = {{ column = "time", unit = "ms" }}\n'
+    (here / "model.toml").write_text(mapped, encoding="utf-8")
+    assert "If t is in us, say so" in said("identify", "other.csv")
+
+
 @pytest.mark.parametrize(("factor", "words"), [(1e-12, "at least 1e-06 s apart"), (1e300, "Check the unit of t")])
 def test_times_that_no_unit_explains_are_refused(here, factor, words):
     log = simulated(duration=2.0)
@@ -74,7 +84,11 @@ def test_a_simulation_lasts_a_day_at_most_and_seeds_count_from_zero(here):
 
 @pytest.mark.parametrize("log", ["log.csv", "no_log.csv"])
 @pytest.mark.parametrize("place", ["nowhere/result.json", ".", "/dev/full"])
-def test_json_that_cannot_be_written_is_a_failure_before_any_work(here, log, place):
+def test_json_that_cannot_be_written_is_a_failure_before_any_work(here, log, place, monkeypatch):
+    def worked(*arguments, **options):
+        raise AssertionError("work was done")
+
+    monkeypatch.setattr("wheelpend.identification.identify.identify", worked)
     text = said("identify", log, "--json", place)
     assert f"{place} cannot be written" in text and "no_log" not in text
 

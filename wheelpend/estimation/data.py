@@ -36,8 +36,9 @@ def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...
     Raises Failure for one in which nothing moves.
     """
     logs = tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
-    for log in logs:
-        check_interval(log)
+    stated = model.columns["t"].unit if "t" in model.columns else ""
+    for path, log in zip(paths, logs, strict=True):
+        check_interval(log, "" if isinstance(path, Log) else stated)
         check_motion(log, model.table)
     return tuple(without_outliers(log, outliers_of(log, model.table)) for log in logs)
 

@@ -104,13 +104,13 @@ def time_warnings(log: Log) -> list[str]:
     return found
 
 
-def check_interval(log: Log) -> None:
-    """Raise Failure where samples are so far apart, or so close, that their times must be in another unit."""
-    if sentence := interval_text(log):
+def check_interval(log: Log, unit: str = "") -> None:
+    """Raise Failure where samples are so far apart, or so close, that their times must be in another ``unit``."""
+    if sentence := interval_text(log, unit or "s"):
         raise Failure(f"{log.name}: {sentence}")
 
 
-def interval_text(log: Log) -> str:
+def interval_text(log: Log, read_in: str = "s") -> str:
     """The sentence that samples are too far apart or too close for their times to be in s; nothing where they are not.
 
     Nothing balances on two samples a second, and no sensor is read a million times a second.
@@ -120,9 +120,9 @@ def interval_text(log: Log) -> str:
     if not log.dt > MAX_SAMPLE_INTERVAL_S:
         least = f"at least {MIN_SAMPLE_INTERVAL_S:g} s apart"
         return f"Samples must be {least}, but they are {log.dt:.3g} s. Check the unit of t."
-    unit = unit_of_interval(log.dt)
+    unit = unit_of_interval(log.dt / UNIT_CONVERSIONS[read_in][1])
     said = f"Samples must be at most {MAX_SAMPLE_INTERVAL_S:g} s apart, but they are {log.dt:.6g} s."
-    if not unit:
+    if not unit or unit == read_in:
         return f"{said} Check the unit of t."
     return f'{said} If t is in {unit}, say so under [columns] of model.toml: t = {{ column = "t", unit = "{unit}" }}.'
 

@@ -30,17 +30,21 @@ from wheelpend.reports.numbers import fixed_number_text, percent_range_text, per
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.random_force -->", "<!-- end of random force -->"
 COMMAND_LINE = "python -m wheelpend.benchmarks.random_force"
-PART_HEADING = "### "
+PART_HEADING, FAILURES_HEADING = "### ", "Logs that could not be used"
 
 
 def section_text(answers: Sequence[Answer], known: str = "") -> str:
     """The three studies in Markdown, each with its command; one without answers as a section has it that is known."""
-    earlier, parts = parts_of(known), []
+    earlier, tried = parts_of(known), {answer.case.study for answer in answers}
+    parts = []
     for study, (heading, part_of) in STUDY_PARTS.items():
-        not_tried = earlier.get(heading, f"`{COMMAND_LINE} --only {study}`: {NOT_TRIED}.")
-        parts += [f"{PART_HEADING}{heading}", "\n\n".join(part_of(answers)) or not_tried]
-    if failed := failures(answers):
-        parts += [f"{PART_HEADING}Logs that could not be used", "\n".join(f"- {sentence}" for sentence in failed)]
+        nothing = f"`{COMMAND_LINE} --only {study}`: {NOT_TRIED}."
+        text = "\n\n".join(part_of(answers)) if study in tried else earlier.get(heading, "")
+        parts += [f"{PART_HEADING}{heading}", text or nothing]
+    failed = [f"- {sentence}" for sentence in failures(answers)]
+    kept = [line for line in earlier.get(FAILURES_HEADING, "").splitlines() if line.split()[1] not in tried]
+    if lines := [*kept, *failed]:
+        parts += [f"{PART_HEADING}{FAILURES_HEADING}", "\n".join(lines)]
     return "\n\n".join(parts)
 
 
