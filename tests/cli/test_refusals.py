@@ -62,8 +62,8 @@ def test_times_that_are_mapped_to_a_wrong_unit_are_refused_with_the_right_one(he
     rows = np.column_stack([log.t * 1e6, log.voltage, log.measured])
     np.savetxt("other.csv", rows, delimiter=",", header=",".join(["time", "v_in", *log.channels]), comments="")
     text = (here / "model.toml").read_text(encoding="utf-8")
-    mapped = f'{text}\n[columns]\nt = {{ column = "time", unit = "ms" }}\n'
-    (here / "model.toml").write_text(mapped, encoding="utf-8")
+    text = text.replace("# theta_p = {", 't = { column = "time", unit = "ms" }\n# theta_p = {', 1)
+    (here / "model.toml").write_text(text, encoding="utf-8")
     assert "If t is in us, say so" in said("identify", "other.csv")
 
 
