@@ -132,10 +132,22 @@ def test_an_interrupted_write_leaves_the_old_workspace_whole(workspace, monkeypa
     def interrupted(*arguments):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("os.replace", interrupted)
+    monkeypatch.setattr("os.fsync", interrupted)
     with pytest.raises(BaseException):  # noqa: B017
         run("add", "slope")
     assert before == {p: p.read_bytes() for p in workspace.rglob("*") if p.is_file()}
+
+
+def test_a_change_whose_files_were_not_all_moved_is_finished_by_the_next_command(workspace, monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", interrupted)
+        with pytest.raises(BaseException):  # noqa: B017
+            run("add", "slope")
+    run("generate", "--check")
+    assert Model.open().effects == ("slope",) and not [p for p in workspace.iterdir() if p.name.startswith(".wheel")]
 
 
 def test_hidden_effects_are_read_as_name_value_or_parameters(workspace):

@@ -105,11 +105,13 @@ def test_identify_keeps_nothing_without_being_asked_to(workspace):
 
 
 def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, capsys):
-    model = Model.open().with_effects(["slope", "coulomb_drive"])
+    opened = Model.open()
+    model = opened.with_effects(["slope", "coulomb_drive"])
     steps = [SimpleNamespace(effect=e, error_before=b, error_after=a)
              for e, b, a in (("slope", 9.0, 3.0), ("coulomb_drive", 3.0, 1.0))]  # fmt: skip
     result = SimpleNamespace(model=model, steps=steps)
-    change.save_explanation(result, [Path("log0.csv")], [Path("log1.csv")])
+    said = change.save_explanation(result, [Path("log0.csv")], [Path("log1.csv")], opened)
+    assert said == "Saved model.toml and regenerated its kernels."
     assert folders.history(workspace) == [
         {"change": "add slope", "error_before": 9.0, "error_after": 3.0, "logs": ["log0.csv", "log1.csv"]},
         {"change": "add coulomb_drive", "error_before": 3.0, "error_after": 1.0, "logs": ["log0.csv", "log1.csv"]},
