@@ -36,7 +36,7 @@ def check_writable(path: Path) -> None:
         folder = replaceable(path).parent
         if not folder.is_dir():
             raise FileNotFoundError(ENOENT, os.strerror(ENOENT), str(folder))
-        if not os.access(folder, os.W_OK):
+        if not os.access(folder, os.W_OK | os.X_OK):
             raise PermissionError(EACCES, os.strerror(EACCES), str(folder))
 
 

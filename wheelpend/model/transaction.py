@@ -12,12 +12,12 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from errno import EACCES, EXDEV
+from errno import EXDEV
 from pathlib import Path
 
 from derive.files import replaceable
 from wheelpend.errors import Failure
-from wheelpend.files import replacing, write_errors
+from wheelpend.files import check_writable, replacing, write_errors
 from wheelpend.parallel import without_interruption
 
 PREPARED_FOLDER, MADE_FOLDER = ".wheelpend-prepared", ".wheelpend-made"  # of a change that is being written, is made
@@ -35,8 +35,9 @@ def replace_together(folder: Path, files: Mapping[str, bytes]) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with held(folder):
             finish_change(folder)
-            for name in files:
-                _require_place(folder / name)
+            for path in (folder / name for name in files):
+                replaceable(path).parent.mkdir(parents=True, exist_ok=True)
+                check_writable(path)
             try:
                 _write_anew(folder / PREPARED_FOLDER, files)
                 with without_interruption():
@@ -123,14 +124,6 @@ def _holder(descriptor: int) -> str:
     except (OSError, StopIteration, IndexError):
         return "another process"
     return f"process {number} ({command})"
-
-
-def _require_place(path: Path) -> None:
-    """Make the folder of a file; raises OSError where a file cannot be put there."""
-    target = replaceable(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise PermissionError(EACCES, os.strerror(EACCES), str(target.parent))
 
 
 def _write_anew(folder: Path, files: Mapping[str, bytes]) -> None:
