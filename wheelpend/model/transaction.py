@@ -89,7 +89,7 @@ def held(folder: Path, wait: float = 0.0) -> Iterator[None]:
         return
     descriptor = os.open(place, os.O_RDONLY)
     try:
-        _lock(folder, descriptor, time.monotonic() + wait)
+        _lock(place, descriptor, time.monotonic() + wait)
         _held.add(key)
         yield
     finally:
@@ -97,7 +97,7 @@ def held(folder: Path, wait: float = 0.0) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _lock(folder: Path, descriptor: int, deadline: float) -> None:
+def _lock(place: str, descriptor: int, deadline: float) -> None:
     import fcntl  # imported late: only writing needs it
 
     while True:
@@ -107,7 +107,7 @@ def _lock(folder: Path, descriptor: int, deadline: float) -> None:
         except BlockingIOError:
             if time.monotonic() >= deadline:
                 raise Failure(
-                    f"{folder} is being changed by {_holder(descriptor)}. Wait until that has ended, or end it."
+                    f"{place} is being changed by {_holder(descriptor)}. Wait until that has ended, or end it."
                 ) from None
             time.sleep(POLL_INTERVAL_S)
         except OSError:
