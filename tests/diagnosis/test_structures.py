@@ -9,6 +9,7 @@ from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_re
 from wheelpend.diagnosis.structures import (
     NONE_OF_THESE,
     PRIOR_OF_COUNT,
+    UNSEEN_SHARE,
     RoundEvidence,
     Structure,
     probability_of,
@@ -18,7 +19,7 @@ from wheelpend.diagnosis.structures import (
 from wheelpend.diagnosis.verdict import and_what_replaced
 from wheelpend.reports.text.structures import structures_text
 
-LIBRARY = 30
+LIBRARY = [*"abc", *(f"other_{k}" for k in range(27))]
 
 
 def even(nats, blocks=20):
@@ -26,16 +27,34 @@ def even(nats, blocks=20):
 
 
 def known(*rounds, p_rest=1.0):
-    """Probabilities by structure: of those that were tried if it is one of them, and of none of these."""
-    found = {s.effects: s.probability for s in structures([RoundEvidence(*r) for r in rounds], LIBRARY, p_rest)}
-    assert sum(found.values()) == pytest.approx(1.0, abs=1e-3)
-    other = found.pop((NONE_OF_THESE,))
-    return {n: p / (1.0 - other) for n, p in found.items()} | {(NONE_OF_THESE,): other}
+    """Probabilities by structure: of those that are seen if it is one of them, and of none of these."""
+    found = structures([RoundEvidence(*r) for r in rounds], LIBRARY, p_rest)
+    assert sum(s.probability for s in found) == pytest.approx(1.0, abs=1e-2)
+    seen = {s.effects: s.probability - s.unseen for s in found if s.probability > s.unseen}
+    other = seen.pop((NONE_OF_THESE,))
+    return {n: p / sum(seen.values()) for n, p in seen.items()} | {(NONE_OF_THESE,): other}
 
 
-def test_without_evidence_the_prior_stands():
+def test_without_evidence_the_prior_of_what_would_be_seen_stands():
     found = known(({"a": even(0.0)}, ""))
-    assert found["a",] / found[()] == pytest.approx(PRIOR_OF_COUNT[1] / LIBRARY / PRIOR_OF_COUNT[0])
+    prior = PRIOR_OF_COUNT[1] * (1.0 - UNSEEN_SHARE) / len(LIBRARY)
+    assert found["a",] / found[()] == pytest.approx(prior / PRIOR_OF_COUNT[0])
+
+
+def test_where_nothing_is_seen_each_effect_may_be_too_small():
+    found = {s.effects: s for s in structures([RoundEvidence({"a": even(-6.0)}, "")], LIBRARY, 1.0)}
+    odds = UNSEEN_SHARE * PRIOR_OF_COUNT[1] / len(LIBRARY) / PRIOR_OF_COUNT[0]
+    assert found["c",].probability / found[()].probability == pytest.approx(odds)
+    assert found["c",].unseen == found["c",].probability and found[()].unseen == 0.0
+    assert found["a",].unseen == pytest.approx(found["c",].unseen) and found["a",].probability > found["a",].unseen
+    assert 0.4 < found[()].probability < 0.6
+
+
+def test_beside_what_is_certain_another_may_be_too_small():
+    found = {s.effects: s for s in structures([RoundEvidence({"a": even(50.0)}, "a")], LIBRARY, 1.0)}
+    beside = sum(s.probability for n, s in found.items() if len(n) == 2)
+    assert 0.1 < beside / found["a",].probability < 0.5
+    assert probability_of(["a"], [*found.values()]) > 0.9
 
 
 def test_an_effect_needs_evidence_for_the_size_of_the_library_too():
@@ -81,7 +100,7 @@ def test_blocks_that_came_in_another_number_count_as_much():
 
 def test_what_diverges_is_no_candidate():
     worse = np.full(20, -np.inf)
-    assert known(({"a": worse, "b": np.full(20, np.nan)}, "")).keys() == {(), (NONE_OF_THESE,)}
+    assert known(({"a": worse, "b": np.full(20, np.nan)}, "")).keys() == {(), (NONE_OF_THESE,)}  # of what is seen
 
 
 def test_an_effects_probability_is_that_of_all_structures_with_it():
@@ -119,14 +138,17 @@ def test_sigma_itself_is_known_to_a_percent_only():
 
 def test_the_likeliest_are_said_in_percent():
     (sentence,) = structures_text(structures([RoundEvidence({"a": even(50.0), "b": even(49.0)}, "a")], LIBRARY, 1.0))
-    assert sentence.startswith("Probabilities: a 62 %, b 23 %") and "not among these 15 %" in sentence
+    assert sentence.startswith("Probabilities: a 48 %, b 18 %, something that is not among these 15 %")
+    assert sentence.endswith("a with another too small to be seen here 14 %.")
+    (empty,) = structures_text(structures([RoundEvidence({}, "")], LIBRARY, 1.0))
+    assert empty.startswith("Probabilities: nothing is missing 50 %, an effect too small to be seen here 35 %")
     assert not list(structures_text(()))
 
 
 def test_what_replaces_an_effect_is_not_beside_it():
     first = RoundEvidence({"a": even(50.0), "b": even(60.0)}, "a")
     second = RoundEvidence({"b": even(18.0), "c": even(1.0)}, "b", {"b": ("a",)})
-    found = {s.effects: s.probability for s in structures([first, second], LIBRARY, 1.0)}
+    found = known(first, second)
     assert ("a", "b") not in found and found[("b",)] > 0.8  # the better of the two refits that led to it
 
 

@@ -3,7 +3,9 @@
 A structure's weight is its prior times the exponential of its evidence: the log-likelihood of the estimation logs less
 what the freedom is worth by chance (Schwarz's approximation of a marginal likelihood), and that of held-out data given
 the estimation logs, together that of all data. A noise model is never exact, so the evidence is drawn anew from its
-blocks, and the weights averaged over the draws: a lead that a few moments decide is no certainty.
+blocks, and the weights averaged over the draws: a lead that a few moments decide is no certainty. That approximation
+is of sizes that the logs show. An effect may also be too small for them: then they say nothing about it, and beside
+every structure each further effect keeps that share of its prior.
 Source: Yao, Vehtari, Simpson and Gelman, Using stacking to average Bayesian predictive distributions, Bayesian Analysis
 13 (2018) 917, section 3.4 (weights with the Bayesian bootstrap); Sellke, Bayarri and Berger, Calibration of p values
 for testing precise null hypotheses, The American Statistician 55 (2001) 62 (p-values of what is there as a Beta(ξ, 1)).
@@ -12,6 +14,7 @@ for testing precise null hypotheses, The American Statistician 55 (2001) 62 (p-v
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -23,7 +26,7 @@ PRIOR_OF_COUNT = (0.25, 0.35, 0.1, 0.04, 0.01)  # that so many effects of the li
 PRIOR_OF_NONE_OF_THESE = 0.25
 PART_SHARE = 0.5  # of the effects that explain a part of something unknown: parts of it, not what resembles it
 MAX_PROBABILITY_OF_NONE = 0.999  # what was tried stays possible
-UNSEEN_SHARE = 0.5  # of what is not in the library: too small to be seen, or passed off by an effect that resembles it
+UNSEEN_SHARE = 0.5  # of what may be missing: too small to be seen, or passed off by an effect that resembles it
 P_VALUE_EXPONENT = 0.1  # ξ: half of the p-values of the rest lie below 1e-3, a tenth above 0.35
 DRAW_COUNT = 2000  # of the evidence from its blocks
 MAX_EVIDENCE = 1e9  # nats of a block: what diverges is as good as impossible
@@ -35,10 +38,11 @@ class Structure(NamedTuple):
 
     effects: tuple[str, ...]  # none: nothing is missing; ("none_of_these",): something that is not in the library
     probability: float
+    unseen: float = 0.0  # of this probability, that with one of them too small for these logs to show
 
     def to_json(self) -> dict[str, Any]:
         """The structure under the keys of JSON."""
-        return {"effects": self.effects, "probability": self.probability}
+        return {"effects": self.effects, "probability": self.probability, "unseen": self.unseen}
 
 
 class RoundEvidence(NamedTuple):
@@ -49,22 +53,48 @@ class RoundEvidence(NamedTuple):
     replaces: Mapping[str, tuple[str, ...]] = MappingProxyType({})  # effects of the model, by what replaces them
 
 
-def structures(rounds: Sequence[RoundEvidence], library: int, p_rest: float) -> tuple[Structure, ...]:
-    """Probabilities of every structure that a search among so many effects met, the likeliest first.
+def structures(rounds: Sequence[RoundEvidence], library: Collection[str], p_rest: float) -> tuple[Structure, ...]:
+    """Probabilities of every structure that a search among a library's effects met, the likeliest first.
 
-    ``p_rest`` is the p-value of nothing more being there behind its last model.
+    Each is also there with one effect more, which is too small to be seen. ``p_rest`` is the p-value of nothing more
+    being there behind its last model.
     """
     evidence = _evidence(rounds)
     names, blocks = list(evidence), np.stack(list(evidence.values()))
-    prior = np.log([PRIOR_OF_COUNT[min(len(n), len(PRIOR_OF_COUNT) - 1)] / math.comb(library, len(n)) for n in names])
+    prior = np.log([prior_of(len(n), len(library)) * (1.0 - UNSEEN_SHARE) ** len(n) for n in names])
     draws = np.random.default_rng(0).dirichlet(np.ones(blocks.shape[1]), DRAW_COUNT) * blocks.shape[1]
     exponents = prior + draws @ blocks.T  # (draws, structures)
     weights = np.exp(exponents - exponents.max(axis=1, keepdims=True))
     found = (weights / weights.sum(axis=1, keepdims=True)).mean(axis=0)
+    seen = dict(zip(names, found.tolist(), strict=True))
+    unseen = _with_one_unseen(seen, library)
     other = probability_of_none(p_rest)
-    named = [Structure(n, float((1.0 - other) * p)) for n, p in zip(names, found, strict=True)]
-    every = sorted([*named, Structure((NONE_OF_THESE,), other)], key=lambda s: -s.probability)
-    return tuple(s for s in every if s.probability > MIN_LISTED_PROBABILITY)
+    scale = (1.0 - other) / (sum(seen.values()) + sum(unseen.values()))
+    told = [
+        Structure(n, scale * (seen.get(n, 0.0) + unseen[n]), scale * unseen[n])
+        for n in sorted({*seen, *unseen}, key=len)
+    ]
+    told = sorted([*told, Structure((NONE_OF_THESE,), other)], key=lambda s: -s.probability)
+    return tuple(s for s in told if s.probability > MIN_LISTED_PROBABILITY)
+
+
+def prior_of(count: int, library: int) -> float:
+    """Prior probability of one set of so many effects out of a library of so many."""
+    return PRIOR_OF_COUNT[min(count, len(PRIOR_OF_COUNT) - 1)] / math.comb(library, count)
+
+
+def _with_one_unseen(seen: Mapping[tuple[str, ...], float], library: Collection[str]) -> Counter[tuple[str, ...]]:
+    """Weights of all structures with one effect of a library more than what was seen, which the logs do not show."""
+    found: Counter[tuple[str, ...]] = Counter()
+    for effects, weight in seen.items():
+        rest = sorted({*library}.difference(effects))
+        share = (
+            UNSEEN_SHARE * prior_of(len(effects) + 1, len(library)) / prior_of(len(effects), len(library))
+            if rest
+            else 0.0
+        )
+        found.update({tuple(sorted((*effects, e))): share * weight for e in rest})
+    return found
 
 
 def _evidence(rounds: Sequence[RoundEvidence]) -> dict[tuple[str, ...], np.ndarray]:
@@ -102,5 +132,6 @@ def probability_of_none(p_value: float) -> float:
 def probability_of(effects: Collection[str], known: Sequence[Structure]) -> float:
     """Probability that one of some effects is missing, alone, with others, or beside what is not in the library."""
     other = sum(s.probability for s in known if s.effects == (NONE_OF_THESE,))
-    among_tried = sum(s.probability for s in known if not {*effects}.isdisjoint(s.effects)) / (1.0 - other)
-    return float(among_tried * (1.0 - other + PART_SHARE * other))
+    tried = sum(s.probability for s in known if s.effects != (NONE_OF_THESE,))  # of those that are listed
+    share = sum(s.probability for s in known if not {*effects}.isdisjoint(s.effects)) / tried if tried else 0.0
+    return float(share * (1.0 - other + PART_SHARE * other))

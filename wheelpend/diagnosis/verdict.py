@@ -146,7 +146,7 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
         )
         for r in rounds
     ]
-    known = structures(evidence, len(rounds[0].problem.candidates()), rounds[-1].p_value_of_rest)
+    known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
 

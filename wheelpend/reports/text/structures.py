@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from wheelpend.diagnosis.structures import NONE_OF_THESE, Structure
@@ -14,9 +15,12 @@ CERTAIN_PROBABILITY = 0.995  # from here on a probability is given as more than 
 
 def structures_text(known: Sequence[Structure]) -> Iterator[str]:
     """The likeliest structures with their probabilities, in a sentence; none where there are none."""
-    named = [s for s in known[:MAX_NAMED_STRUCTURES] if s.probability >= MIN_NAMED_PROBABILITY]
-    if named:
-        yield f"Probabilities: {', '.join(f'{_name(s)} {_percent(s.probability)}' for s in named)}."
+    named = Counter({_name(one): one.probability - one.unseen for one in known})
+    for one in (s for s in known if s.unseen):
+        named[_with_unseen(one, known)] += one.unseen
+    told = [(n, p) for n, p in named.most_common(MAX_NAMED_STRUCTURES) if p >= MIN_NAMED_PROBABILITY]
+    if told:
+        yield f"Probabilities: {', '.join(f'{n} {_percent(p)}' for n, p in told)}."
 
 
 def _name(one: Structure) -> str:
@@ -25,6 +29,15 @@ def _name(one: Structure) -> str:
     if one.effects == (NONE_OF_THESE,):
         return "something that is not among these"
     return " with ".join(one.effects)
+
+
+def _with_unseen(one: Structure, known: Sequence[Structure]) -> str:
+    """What is seen of a structure, and that there is another effect."""
+    seen = [s for s in known if {*s.effects} < {*one.effects} and len(s.effects) == len(one.effects) - 1]
+    likeliest = max(seen, key=lambda s: s.probability - s.unseen, default=None)
+    if likeliest is None or not likeliest.effects:
+        return "an effect too small to be seen here"
+    return f"{_name(likeliest)} with another too small to be seen here"
 
 
 def _percent(probability: float) -> str:
