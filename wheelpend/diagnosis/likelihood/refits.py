@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,14 +37,35 @@ LAST_EFFORT = Effort(12, 0.5, False, holds_times=True)  # of the fit that ends i
 HELD_EFFORT = Effort(8, 1.0, False)  # of a fit at held sources
 
 
-def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize]) -> FilteredModel | None:
-    """The model with one effect more, the likeliest of refits from some sizes; None where none can be simulated.
+class BegunRefit(NamedTuple):
+    """A model refitted from fast and slow starts of the random forces, errors of sensors held: not yet to its end."""
 
-    Of long logs on a part.
-    """
+    models: tuple[FilteredModel, ...]  # from each start
+
+    @property
+    def deviance(self) -> float:
+        """The lowest so far."""
+        return min((m.deviance for m in self.models if np.isfinite(m.deviance)), default=np.inf)
+
+    def ended(self, goal: float = np.inf) -> FilteredModel | None:
+        """The likeliest of the refits taken to their end; None where none can be simulated.
+
+        Those that will hardly reach a deviance that is their goal are given up.
+        """
+        best: FilteredModel | None = None
+        for begun in self.models:
+            point, price = begun.point, begun.deviance - begun.point.deviance
+            point = begun.estimator.fit(point.theta, point.sources, LAST_EFFORT, goal=goal - price)
+            if np.isfinite(point.deviance) and (best is None or point.deviance < best.point.deviance):
+                best = moved_to(begun, point)
+        return best
+
+
+def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize]) -> BegunRefit:
+    """The model with one effect more, from the best of some sizes; of long logs on a part."""
     started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
-    return _likeliest_refit(replace(model, problem=problem), started)
+    return _begun_refit(replace(model, problem=problem), started)
 
 
 def with_both(model: FilteredModel, sizes: Mapping[str, EffectSize]) -> FilteredModel | None:
@@ -115,7 +137,12 @@ def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> F
 
     Of long logs on a part.
     """
-    best: FilteredModel | None = None
+    return _begun_refit(model, log_values).ended()
+
+
+def _begun_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> BegunRefit:
+    """The same, not yet to its end."""
+    found = []
     wholes = [estimator_of(model.problem, values) for values in log_values]
     estimators = [e.on_part(RANKING_SAMPLES) for e in wholes]
     for share, slowness in FORCE_STARTS:
@@ -123,10 +150,8 @@ def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> F
         begun = [e.fit(e.problem.space.start(), sources, FIRST_EFFORT, fixed_noise=True) for e in estimators]
         number = int(np.argmin([p.deviance for p in begun]))
         point = estimators[number].fit(begun[number].theta, sources, REFIT_EFFORT)
-        point = estimators[number].fit(point.theta, point.sources, LAST_EFFORT)
-        if np.isfinite(point.deviance) and (best is None or point.deviance < best.point.deviance):
-            best = FilteredModel(model.problem, estimators[number], point)
-    return best
+        found.append(FilteredModel(model.problem, estimators[number], point))
+    return BegunRefit(tuple(found))
 
 
 def refined(model: FilteredModel) -> FilteredModel:

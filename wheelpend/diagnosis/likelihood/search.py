@@ -8,6 +8,8 @@ from itertools import repeat
 from math import comb
 from typing import NamedTuple
 
+import numpy as np
+
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
 from wheelpend.diagnosis.likelihood.judgement import (
@@ -18,7 +20,15 @@ from wheelpend.diagnosis.likelihood.judgement import (
 )
 from wheelpend.diagnosis.likelihood.meaning import has_meaning_throughout
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
-from wheelpend.diagnosis.likelihood.refits import fitted_to_all, refined, refitted, settled, with_effect, without_effect
+from wheelpend.diagnosis.likelihood.refits import (
+    BegunRefit,
+    fitted_to_all,
+    refined,
+    refitted,
+    settled,
+    with_effect,
+    without_effect,
+)
 from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, what_repeats
 from wheelpend.diagnosis.likelihood.resonance import resonances
 from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
@@ -160,12 +170,14 @@ def _pair_tests(model: FilteredModel) -> int:
 def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Progress) -> dict[str, FilteredModel]:
     """The model refitted with each of some effects, by effect."""
 
-    def refit(one: ScoredEffect, of: FilteredModel) -> FilteredModel | None:
+    def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")
         return with_effect(of, one.effect.name, one.starts)
 
     with KernelPool() as pool:
-        found = [f for f in pool.map(refit, leaders, repeat(model)) if f is not None]
+        begun = sorted(pool.map(begin, leaders, repeat(model)), key=lambda r: r.deviance)
+        goal = begun[MAX_JUDGED - 1].deviance if len(begun) >= MAX_JUDGED else np.inf
+        found = [f for f in pool.map(lambda refit: refit.ended(goal), begun) if f is not None]
         leading = sorted(found, key=lambda f: f.deviance)[:MAX_JUDGED]
         return {f.problem.model.effects[-1]: f for f in pool.map(refined, leading)}
 
