@@ -89,7 +89,7 @@ def test_where_no_other_process_can_it_compiles_itself(machine, fresh_compiler, 
 
 @pytest.mark.parametrize("program", ["", "/usr/bin/blender"])
 def test_a_program_that_is_no_python_is_not_started_again(machine, fresh_compiler, monkeypatch, program):
-    monkeypatch.setattr(compilers.sys, "executable", program)
+    monkeypatch.setattr(sys, "executable", program)
     module = machine()
     assert module.twice(1.0) == 2.0 and not fresh_compiler().is_usable
     request = CompileRequest(module.__name__, module.__file__, "thrice", (float64,))

@@ -15,8 +15,8 @@ from threading import Thread
 from types import ModuleType
 from typing import Any, BinaryIO, NamedTuple
 
+from wheelpend.isolation import import_configured
 from wheelpend.kernels.every_kernel import call_every_kernel
-from wheelpend.kernels.numba_start import import_numba
 
 
 class CompileRequest(NamedTuple):
@@ -33,7 +33,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks, and that ends this one
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what is printed here is no answer
-    import_numba()
+    import_configured("numba")
     requests: BinaryIO = sys.stdin.buffer
     waiting: SimpleQueue[CompileRequest] = SimpleQueue()
     Thread(target=_wait_for_requests, args=(requests, waiting), daemon=True).start()
@@ -57,7 +57,7 @@ def answer_to(request: CompileRequest) -> bool | None:
     Returns whether anything had to be compiled; None where that failed: whoever calls the kernel then compiles it
     itself, and shows what is wrong.
     """
-    import_numba()
+    import_configured("numba")
     from numba.core.event import install_recorder  # imported late: numba is slow to load
 
     try:

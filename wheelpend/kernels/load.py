@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import cast
 
 import derive
+from wheelpend.isolation import import_configured
 from wheelpend.kernels.cache import cache_folder, cached_text
 from wheelpend.kernels.first_use import first_use_notice
 from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX, KernelModule
-from wheelpend.kernels.numba_start import import_numba
 
 DERIVING_NOTICE = "Deriving the equations with every effect, once per machine; later runs find them derived."
 
@@ -97,7 +97,7 @@ def load_module(text: str, name: str) -> KernelModule:
     if module_name in sys.modules:
         return cast(KernelModule, sys.modules[module_name])
     path = _module_file(module_name, text)
-    import_numba()
+    import_configured("numba")
     from wheelpend.kernels.machine_code import install_fast_load_cache  # imported late: numba is slow to load
 
     spec = importlib.util.spec_from_file_location(module_name, path)
