@@ -5,11 +5,11 @@ Requests come on its standard input, answers go to its standard output. It ends 
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import pickle
 import signal
 import sys
+from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 from types import ModuleType
@@ -17,6 +17,7 @@ from typing import Any, BinaryIO, NamedTuple
 
 from wheelpend.isolation import import_configured
 from wheelpend.kernels.every_kernel import call_every_kernel
+from wheelpend.kernels.generated_text import import_text
 
 
 class CompileRequest(NamedTuple):
@@ -75,9 +76,8 @@ def answer_to(request: CompileRequest) -> bool | None:
 def _module_of(request: CompileRequest) -> ModuleType:
     """A generated module, imported from its file under its name."""
     if request.module not in sys.modules:
-        spec = importlib.util.spec_from_file_location(request.module, request.path)
-        assert spec and spec.loader
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[request.module] = module
-        spec.loader.exec_module(module)
+        from wheelpend.kernels.kernel_files import SealedCache, install_cache  # imported late: as above
+
+        path = Path(request.path)
+        install_cache(import_text(request.module, path, path.read_bytes()), SealedCache)
     return sys.modules[request.module]
