@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from functools import wraps
 from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
-from pathlib import Path
 from threading import Lock, Thread, current_thread, main_thread
 from time import monotonic
 from typing import ParamSpec, TypeVar
+
+from wheelpend.isolation import starting_workers
 
 T = TypeVar("T")
 Arguments = ParamSpec("Arguments")
@@ -65,13 +65,13 @@ def results_as_completed(
 
 def process_pool(workers: int) -> ProcessPoolExecutor:
     """An executor whose processes are started afresh and end with this one."""
-    with without_current_folder():  # a process that tracks shared resources starts now
+    with starting_workers():  # a process that tracks shared resources starts now
         return ProcessPoolExecutor(workers, mp_context=get_context("spawn"), initializer=end_with_parent)
 
 
 def submit_jobs(pool: ProcessPoolExecutor, jobs: Iterable[tuple[int, Callable[[], T]]]) -> dict[Future[T], int]:
     """Submit numbered jobs. Workers that start meanwhile ignore Ctrl-C: the parent process terminates them."""
-    with without_current_folder(), without_interruption():
+    with starting_workers(), without_interruption():
         return {pool.submit(job): number for number, job in jobs}
 
 
@@ -86,30 +86,6 @@ def without_interruption() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, handler)
-
-
-@contextmanager
-def without_current_folder() -> Iterator[None]:
-    """Processes that start inside do not import from the current folder, which may be that of somebody else's logs.
-
-    Python puts it on the path of a process that runs `-c` or `-m`, as those of multiprocessing do, before their first
-    import; and they take over this process's path, where a run of `-m` has it too. What PYTHONPATH names stays, and the
-    folder that this package was loaded from.
-    """
-    stated = [p for p in os.environ.get("PYTHONPATH", "").split(os.pathsep) if p]
-    allowed = {os.path.realpath(p) for p in (*stated, str(Path(__file__).parents[1]))}
-    current, path = os.path.realpath(os.curdir), sys.path.copy()
-    safe_path = os.environ.get("PYTHONSAFEPATH")
-    os.environ["PYTHONSAFEPATH"] = "1"
-    sys.path[:] = [p for p in path if os.path.realpath(p or os.curdir) != current or current in allowed]
-    try:
-        yield
-    finally:
-        sys.path[:] = path
-        if safe_path is None:
-            os.environ.pop("PYTHONSAFEPATH")
-        else:
-            os.environ["PYTHONSAFEPATH"] = safe_path
 
 
 def end_with_parent() -> None:

@@ -1,8 +1,11 @@
 """What is compiled on first use is compiled once per machine, and is announced."""
 
 import os
+import py_compile
 import sys
 from functools import partial
+from importlib.util import cache_from_source
+from pathlib import Path
 
 import pytest
 from numba import float64
@@ -10,11 +13,11 @@ from numba.core.dispatcher import Dispatcher
 
 from tests.support import simulated
 from wheelpend import Model, compare, identify
-from wheelpend.kernels import compilers
+from wheelpend.kernels import cache, compilers
 from wheelpend.kernels import load as kernels
 from wheelpend.kernels.compile_worker import CompileRequest
 from wheelpend.kernels.every_kernel import call_every_kernel
-from wheelpend.kernels.first_use import COMPILING_NOTICE
+from wheelpend.kernels.first_use import COMPILING_NOTICE, first_use_notice
 from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX
 from wheelpend.model.precompile import compile_modules
 
@@ -59,6 +62,81 @@ def test_later_runs_find_them_compiled_and_say_nothing(machine, capsys):
     assert capsys.readouterr().err == ""
 
 
+def emptied(file: Path, other: Path) -> None:
+    file.write_bytes(b"")
+
+
+def halved(file: Path, other: Path) -> None:
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+
+
+def changed(file: Path, other: Path) -> None:
+    data = file.read_bytes()
+    file.write_bytes(data[:-1] + bytes([data[-1] ^ 1]))
+
+
+def exchanged(file: Path, other: Path) -> None:
+    file.write_bytes(other.read_bytes())
+
+
+def opened(file: Path, other: Path) -> None:
+    file.chmod(0o666)
+
+
+DAMAGES = (emptied, halved, changed, exchanged, opened)
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("kind", ["kernel", "bytecode"])
+def test_machine_code_and_bytecode_that_are_not_what_was_written_are_made_again(
+    machine, fresh_compiler, tmp_path, capsys, kind, damage
+):
+    module = machine()
+    module.twice(1.0), module.thrice(1.0)
+    first = next((tmp_path / "wheelpend").rglob(f"*.{kind}"))
+    damage(first, next(p for p in (tmp_path / "wheelpend").rglob("*.kernel") if p != first))
+    capsys.readouterr()
+    again = machine()
+    assert (again.twice(1.0), again.thrice(1.0)) == (2.0, 3.0)
+    said = [line for line in capsys.readouterr().err.splitlines() if line != COMPILING_NOTICE]
+    assert said == [f"Files in {first.parent} are not what was written there, and are made again."]
+    machine().twice(1.0), machine().thrice(1.0)
+    assert capsys.readouterr().err == ""  # they are whole again
+
+
+@pytest.mark.parametrize("damage", (emptied, halved, changed, exchanged))
+def test_the_text_of_a_module_that_is_not_what_was_derived_is_written_again(machine, tmp_path, capsys, damage):
+    text = Path(machine().__file__)
+    damage(text, Path(__file__))
+    capsys.readouterr()
+    assert machine().twice(1.0) == 2.0 and text.read_text() == KERNEL
+    assert capsys.readouterr().err.count("are made again") == 1
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_derived_text_that_is_not_what_was_written_is_derived_again(tmp_path, monkeypatch, capsys, damage):
+    monkeypatch.setenv("WHEELPEND_CACHE", str(tmp_path))
+
+    def kept(depends_on: str) -> str:
+        monkeypatch.setattr(cache, "_texts_in_memory", {})  # as in a new process
+        return cache.cached_text("derived", "slide", depends_on, lambda: f"text of {depends_on}")
+
+    assert [kept("one"), kept("two")] == ["text of one", "text of two"]
+    files = sorted((tmp_path / "wheelpend").glob("*.text"))
+    damage(*files)
+    first_use_notice().printed.clear()
+    assert [kept("one"), kept("two"), kept("one")] == ["text of one", "text of two", "text of one"]
+    assert capsys.readouterr().err.count("are made again") == 1
+
+
+def test_bytecode_next_to_a_modules_text_is_not_run(machine, tmp_path):
+    path, evil = Path(machine().__file__), tmp_path / "evil.py"
+    evil.write_text("raise SystemExit('ran')")
+    unchecked = py_compile.PycInvalidationMode.UNCHECKED_HASH
+    py_compile.compile(str(evil), cfile=cache_from_source(str(path)), invalidation_mode=unchecked)
+    assert machine().twice(1.0) == 2.0
+
+
 @pytest.fixture()
 def fresh_compiler():
     """No process that compiles, before a test and after it."""
@@ -89,7 +167,7 @@ def test_where_no_other_process_can_it_compiles_itself(machine, fresh_compiler, 
 
 @pytest.mark.parametrize("program", ["", "/usr/bin/blender"])
 def test_a_program_that_is_no_python_is_not_started_again(machine, fresh_compiler, monkeypatch, program):
-    monkeypatch.setattr(compilers.sys, "executable", program)
+    monkeypatch.setattr(sys, "executable", program)
     module = machine()
     assert module.twice(1.0) == 2.0 and not fresh_compiler().is_usable
     request = CompileRequest(module.__name__, module.__file__, "thrice", (float64,))

@@ -1,6 +1,8 @@
 """A plant of one's own: used only where its file is named, and refused with a reason."""
 
+import py_compile
 import textwrap
+from importlib.util import cache_from_source
 
 import pytest
 import sympy as sp
@@ -91,6 +93,15 @@ def test_a_file_that_is_no_plants_is_refused_with_a_reason(flywheel, old, new, r
     flywheel.write_text(FLYWHEEL.replace(old, new))
     with pytest.raises(Failure, match=reason):
         load_plant(flywheel)
+
+
+def test_only_the_text_of_a_named_file_is_run_not_bytecode_that_lies_beside_it(flywheel, tmp_path):
+    evil = tmp_path / "evil.py"
+    evil.write_text("raise SystemExit('ran')")
+    unchecked = py_compile.PycInvalidationMode.UNCHECKED_HASH
+    py_compile.compile(str(evil), cfile=cache_from_source(str(flywheel)), invalidation_mode=unchecked)
+    flywheel.write_text(f"{flywheel.read_text()}\n# a text that was not run before\n")
+    assert load_plant(flywheel) == "flywheel"
 
 
 def test_the_worked_example_of_the_docs_is_a_plant_of_at_most_forty_lines():

@@ -128,7 +128,7 @@ def warm(model: ModelFile = DEFAULT_MODEL_PATH, plant: PlantFile = None) -> None
     """Compile the kernels ahead of time."""
     from time import monotonic
 
-    from wheelpend.kernels.cache import cache_folder
+    from wheelpend.kernels.cache_folder import cache_folder
     from wheelpend.model.precompile import compile_all
 
     with exit_on_failure(), progress("compiling") as update:

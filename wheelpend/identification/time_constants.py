@@ -13,6 +13,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.files import write_bytes
 from wheelpend.identification.bootstrap import ParametricBootstrap
+from wheelpend.isolation import import_configured
 from wheelpend.logs.log import Log
 
 Tau = tuple[float, float]
@@ -140,7 +141,8 @@ def choice_text(rows: tuple[TimeConstantPair, ...], best: TimeConstantPair) -> s
 
 def save_error_maps(guide: TimeConstantChoice, path: Path) -> None:
     """Write a picture of total error, bias and spread over both time constants; raises Failure where it cannot be."""
-    from matplotlib.figure import Figure  # imported late: it takes long to load
+    import_configured("matplotlib")  # imported late: it takes long to load
+    from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13, 4.4), layout="constrained")
     axes = figure.subplots(1, 3, sharey=True)

@@ -2,55 +2,17 @@
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import os
-import shutil
-import stat
-import sys
-import tempfile
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 
 import derive
 from derive.files import DERIVE_FOLDER, TEMPLATE_FOLDER
+from wheelpend.kernels.cache_folder import cache_folder
+from wheelpend.kernels.sealed_files import read_sealed, write_sealed
 
 _texts_in_memory: dict[Path, str] = {}  # by file, those that this process has read or made
-
-
-def cache_folder() -> Path:
-    """Folder of texts and machine code: in $WHEELPEND_CACHE, else in the user's cache, else a temporary one.
-
-    What lies in it is executed. So it must belong to the user and be writable by nobody else, or another is taken.
-    """
-    root = os.environ.get("WHEELPEND_CACHE") or os.environ.get("XDG_CACHE_HOME")
-    return _folder(Path(root) / "wheelpend" if root else Path.home() / ".cache" / "wheelpend")
-
-
-@lru_cache
-def _folder(wanted: Path) -> Path:
-    for folder in (wanted, Path(tempfile.gettempdir()) / f"wheelpend-{os.getuid()}"):
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if not (reason := distrust(folder)):
-            return folder
-        print(f"{folder} is not used as a cache, because it {reason}.", file=sys.stderr, flush=True)
-    passing = Path(tempfile.mkdtemp(prefix="wheelpend-"))  # of this process alone
-    atexit.register(shutil.rmtree, passing, ignore_errors=True)
-    return passing
-
-
-def distrust(folder: Path) -> str:
-    """Why machine code in a folder may be somebody else's, with the cure; empty where it is the user's alone."""
-    status = folder.stat()
-    if status.st_uid != os.getuid():
-        return "belongs to another user; give one of your own in $WHEELPEND_CACHE"
-    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        return f"can be written by others; empty it and run: chmod go-w {folder}"
-    return ""
 
 
 @lru_cache
@@ -67,9 +29,11 @@ def derivation_fingerprint() -> str:
 def cached_text(kind: str, plant: str, depends_on: object, make: Callable[[], str]) -> str:
     """A text of a plant from the cache, made and kept where no text of these sources and ``depends_on`` is there."""
     key = repr((plant, derive.plants.fingerprint(plant), depends_on, derivation_fingerprint()))
-    path = cache_folder() / f"{kind}_{hashlib.sha256(key.encode()).hexdigest()[:24]}.txt"
+    path = cache_folder() / f"{kind}_{hashlib.sha256(key.encode()).hexdigest()[:24]}.text"
     if path not in _texts_in_memory:
-        if not path.exists():
-            derive.write(path.parent, {path.name: make()})
-        _texts_in_memory[path] = path.read_text(encoding="utf-8")
+        kept = read_sealed(path)
+        text = make() if kept is None else kept.decode()
+        if kept is None:
+            write_sealed(path, text.encode())
+        _texts_in_memory[path] = text
     return _texts_in_memory[path]

@@ -5,18 +5,19 @@ Requests come on its standard input, answers go to its standard output. It ends 
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import pickle
 import signal
 import sys
+from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 from types import ModuleType
 from typing import Any, BinaryIO, NamedTuple
 
+from wheelpend.isolation import import_configured
 from wheelpend.kernels.every_kernel import call_every_kernel
-from wheelpend.kernels.numba_start import import_numba
+from wheelpend.kernels.generated_text import import_text
 
 
 class CompileRequest(NamedTuple):
@@ -33,7 +34,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that asks, and that ends this one
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what is printed here is no answer
-    import_numba()
+    import_configured("numba")
     requests: BinaryIO = sys.stdin.buffer
     waiting: SimpleQueue[CompileRequest] = SimpleQueue()
     Thread(target=_wait_for_requests, args=(requests, waiting), daemon=True).start()
@@ -57,7 +58,7 @@ def answer_to(request: CompileRequest) -> bool | None:
     Returns whether anything had to be compiled; None where that failed: whoever calls the kernel then compiles it
     itself, and shows what is wrong.
     """
-    import_numba()
+    import_configured("numba")
     from numba.core.event import install_recorder  # imported late: numba is slow to load
 
     try:
@@ -75,9 +76,8 @@ def answer_to(request: CompileRequest) -> bool | None:
 def _module_of(request: CompileRequest) -> ModuleType:
     """A generated module, imported from its file under its name."""
     if request.module not in sys.modules:
-        spec = importlib.util.spec_from_file_location(request.module, request.path)
-        assert spec and spec.loader
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[request.module] = module
-        spec.loader.exec_module(module)
+        from wheelpend.kernels.kernel_files import SealedCache, install_cache  # imported late: as above
+
+        path = Path(request.path)
+        install_cache(import_text(request.module, path, path.read_bytes()), SealedCache)
     return sys.modules[request.module]

@@ -11,34 +11,28 @@ import atexit
 import os
 import pickle
 import subprocess
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from functools import lru_cache
-from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
 from threading import Lock
 
+from wheelpend.isolation import can_start_python, python_command, python_environment, trusted_path
 from wheelpend.kernels.compile_worker import CompileRequest
 from wheelpend.parallel import threads, without_interruption
 
 SERVING_CODE = """import sys
-places = [k for k, folder in enumerate(sys.path) if folder.endswith("-packages")]
-sys.path.insert(min(places, default=len(sys.path)), {root!r})  # behind the standard library
+sys.path[:] = {path!r}
 from wheelpend.kernels.compile_worker import serve
 serve()
 """
-PACKAGE_ROOT = Path(__file__).parents[2]
 
 
 class Compiler:
     """A process that compiles what it is asked for, one request after the other; it ends with this one."""
 
     def __init__(self) -> None:
-        command = [sys.executable, "-P", "-c", SERVING_CODE.format(root=str(PACKAGE_ROOT))]
-        environment = dict(os.environ)
-        if folder := environment.get("NUMBA_CACHE_DIR"):
-            environment["NUMBA_CACHE_DIR"] = os.path.abspath(folder)  # of this process's current folder
+        command, environment = python_command("-c", SERVING_CODE.format(path=trusted_path())), python_environment()
         with without_interruption():  # Ctrl-C ends it, but by this process
             self._process = subprocess.Popen(
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=os.sep, env=environment
@@ -83,7 +77,7 @@ class _OneCompiler:
     def __init__(self) -> None:
         self.lock = Lock()
         self.current: Compiler | None = None
-        self.is_usable = can_start()
+        self.is_usable = can_start_python()
 
     def compile(self, request: CompileRequest) -> bool:
         """Have a kernel compiled; False where that is not possible, and from then on. An interrupted one is ended."""
@@ -109,11 +103,6 @@ class _OneCompiler:
         if self.current:
             self.current.end()
         self.current = None
-
-
-def can_start() -> bool:
-    """True where this is a Python that can be started again, not a program that has one in it."""
-    return Path(sys.executable or "").name.lower().startswith(("python", "pypy"))
 
 
 @lru_cache
@@ -158,7 +147,7 @@ def compile_at_once(requests: Iterable[CompileRequest]) -> Iterator[tuple[Compil
 
 def _asked(request: CompileRequest, idle: list[Compiler]) -> Compiler | None:
     """An idle compiler or a new one, asked for something; None where none can be started, or it has ended."""
-    if not idle and not can_start():
+    if not idle and not can_start_python():
         return None
     try:
         compiler = idle.pop() if idle else Compiler()

@@ -7,21 +7,18 @@ somebody else's workspace runs nothing of theirs.
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
-import os
-import py_compile
 import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import cast
 
 import derive
-from wheelpend.kernels.cache import cache_folder, cached_text
+from wheelpend.isolation import import_configured
+from wheelpend.kernels.cache import cached_text
+from wheelpend.kernels.cache_folder import cache_folder
 from wheelpend.kernels.first_use import first_use_notice
-from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX, KernelModule
-from wheelpend.kernels.numba_start import import_numba
+from wheelpend.kernels.generated_text import generated_name, import_text, write_unless_there
+from wheelpend.kernels.kernel_module import KernelModule
 
 DERIVING_NOTICE = "Deriving the equations with every effect, once per machine; later runs find them derived."
 
@@ -92,28 +89,14 @@ def _cached_module_text(
 @lru_cache
 def load_module(text: str, name: str) -> KernelModule:
     """Import a derived text under a name with its hash; its machine code is cached beside it."""
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    module_name = f"{KERNEL_MODULE_PREFIX}{name}_{digest}"
-    if module_name in sys.modules:
-        return cast(KernelModule, sys.modules[module_name])
-    path = _module_file(module_name, text)
-    import_numba()
-    from wheelpend.kernels.machine_code import install_fast_load_cache  # imported late: numba is slow to load
+    data = text.encode()
+    module_name = generated_name(name, data)
+    if module_name not in sys.modules:
+        path = cache_folder() / f"{module_name}.py"
+        write_unless_there(path, data)
+        import_configured("numba")
+        from wheelpend.kernels.kernel_files import install_cache  # imported late: numba is slow to load
+        from wheelpend.kernels.machine_code import FastLoadCache
 
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    spec.loader.exec_module(module)
-    install_fast_load_cache(module)
-    return cast(KernelModule, module)
-
-
-def _module_file(module_name: str, text: str) -> Path:
-    """The file of a module in the cache folder, with its bytecode; written where it is not there or differs."""
-    path = cache_folder() / f"{module_name}.py"
-    if not path.exists() or path.read_text(encoding="utf-8") != text:
-        derive.write(path.parent, {path.name: text})
-    if not os.path.exists(importlib.util.cache_from_source(str(path))):
-        py_compile.compile(str(path))  # whatever Python is told to write: this folder is ours
-    return path
+        install_cache(import_text(module_name, path, data), FastLoadCache)
+    return cast(KernelModule, sys.modules[module_name])

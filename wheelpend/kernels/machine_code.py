@@ -7,21 +7,19 @@ first, and here, as usual, only where that fails.
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any
 
-from numba.core.caching import FunctionCache
-from numba.core.dispatcher import Dispatcher
 from numba.core.runtime import rtsys
 
 from wheelpend.kernels.compile_worker import CompileRequest
 from wheelpend.kernels.compilers import compile_elsewhere
 from wheelpend.kernels.first_use import COMPILING_NOTICE, first_use_notice
+from wheelpend.kernels.kernel_files import SealedCache
 from wheelpend.kernels.kernel_module import KERNEL_MODULE_PREFIX
 
 
-class _FastLoadCache(FunctionCache):
-    """numba's cache of a function's machine code, which is looked into before anything is prepared."""
+class FastLoadCache(SealedCache):
+    """A function's cached machine code, which is looked into before anything is prepared."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The function for a signature; None where it has to be compiled."""
@@ -43,11 +41,3 @@ class _FastLoadCache(FunctionCache):
         first_use_notice().print_once(COMPILING_NOTICE)
         path = function.__code__.co_filename
         return compile_elsewhere(CompileRequest(function.__module__, path, function.__name__, sig))
-
-
-def install_fast_load_cache(module: ModuleType) -> None:
-    """Replace the numba caches of a generated module's functions by `_FastLoadCache`."""
-    functions: list[Any] = [f for f in vars(module).values() if isinstance(f, Dispatcher)]
-    for function in functions:
-        if isinstance(getattr(function, "_cache", None), FunctionCache) and hasattr(FunctionCache, "_load_overload"):
-            function._cache = _FastLoadCache(function.py_func)

@@ -7,7 +7,6 @@ on the command line, or comes with an installed package that names it under the 
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import re
 import sys
 import traceback
@@ -18,6 +17,7 @@ from derive.lazy import sp
 from derive.records import Plant
 from wheelpend.errors import Failure
 from wheelpend.files import refuse_special_file
+from wheelpend.text_modules import compiled, new_module, run
 
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
 PARAMETER_PATTERN = re.compile(r"X\d+")
@@ -41,14 +41,14 @@ def load_plant(path: Path) -> str:
     except OSError as error:
         raise Failure(f"A plant's file must be there to be read, but {path}: {error.strerror or error}.") from None
     module_name = f"{PLANT_MODULE_PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
-    spec = importlib.util.spec_from_file_location(module_name, path.resolve())
-    if spec is None or spec.loader is None:
+    if path.suffix != ".py":
         raise Failure(f"A plant's file must be Python code with a name that ends in .py, not {path}.")
-    module = sys.modules.get(module_name) or importlib.util.module_from_spec(spec)
     try:
         if module_name not in sys.modules:
-            spec.loader.exec_module(module)
+            module = new_module(module_name, path.resolve(), compiled(text, path.resolve()))
+            run(module)
             sys.modules[module_name] = module
+        module = sys.modules[module_name]
         name = plants.register(module)
         check_plant(plants.build(name, plants.complete_assumptions(name, {})), name)
         return name

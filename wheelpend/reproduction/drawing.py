@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.isolation import import_configured
+
 INK_COLOUR, MEASURED_COLOUR, PAPER_COLOUR = "#262b33", "#9aa0a6", "#000000"
 FIGURE_DPI = 130
 FIGURE_STYLE: Any = {
@@ -31,6 +33,7 @@ def figure_png(
 ) -> bytes:
     """PNG of a grid of axes (rows, columns) of a size in inches, which a function fills."""
     # Late: a start of the command must not wait for matplotlib.
+    import_configured("matplotlib")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from wheelpend.isolation import import_configured
 from wheelpend.reproduction.charts import deviations_chart, errors_chart
 from wheelpend.reproduction.drawing import FIGURE_STYLE
 from wheelpend.reproduction.experiment import COMMAND_NAMES
@@ -18,7 +19,7 @@ __all__ = ["SHOWN_SEED", "draw"]
 
 def draw(result: Reproduction) -> dict[str, bytes]:
     """All pictures that belong to a result, as PNG by name."""
-    import matplotlib  # late: a start of the command must not wait for it
+    matplotlib = import_configured("matplotlib")  # late: a start of the command must not wait for it
 
     with matplotlib.rc_context(FIGURE_STYLE):
         return dict(_pictures(result))

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
 
 from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import read_logs
 from wheelpend.identification.inverse_dynamics import equations_with_values
+from wheelpend.isolation import import_configured
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -40,6 +38,9 @@ class Rung(NamedTuple):
 
 def new_figure(width: float, height: float, rows: int = 1):
     """Figure [inches] and its axes one above the other, in the project's colours."""
+    import_configured("matplotlib")  # late: what only computes does not need it
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(width, height), layout="constrained")
     axes = figure.subplots(rows, 1, squeeze=False, sharex=rows > 1)[:, 0]
     for ax in axes:
@@ -50,6 +51,7 @@ def new_figure(width: float, height: float, rows: int = 1):
 
 def save_svg(figure, path: Path) -> None:
     """Write an SVG that is the same for the same numbers."""
+    matplotlib = import_configured("matplotlib")
     with matplotlib.rc_context({"svg.hashsalt": path.name}):
         figure.savefig(path, metadata={"Date": None})
 
@@ -68,7 +70,7 @@ def draw_force_ladder(path: Path, rungs: Sequence[Rung]) -> None:
     ax.set_yticks(y, [r.label for r in rungs])
     ax.set_xscale("log")
     ax.set_xticks([3, 5, 10, 20, 50], ["3", "5", "10", "20", "50"])
-    ax.xaxis.set_minor_locator(NullLocator())
+    ax.xaxis.minorticks_off()
     ax.set_xlabel("force error [%]")
     ax.legend(frameon=False)
     save_svg(figure, path)

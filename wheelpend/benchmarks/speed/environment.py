@@ -15,6 +15,7 @@ import numpy as np
 
 from wheelpend.benchmarks.speed.record import NotMeasurableError
 from wheelpend.benchmarks.speed.timing import Contender
+from wheelpend.isolation import python_command
 
 PEERS_SCRIPT_PATH = Path(__file__).with_name("peers.py")
 OWN_ENVIRONMENT_PATH = Path(sys.prefix)  # the environment of this process, which has sympy
@@ -27,7 +28,7 @@ def peer(environment: Path, name: str, **problem: np.ndarray) -> Iterator[tuple[
         file = Path(folder) / "problem.npz"
         np.savez(file, **problem)  # type: ignore[arg-type]
         python = str(interpreter(environment))
-        command = [python, "-P", str(PEERS_SCRIPT_PATH), name, str(file)]  # -P: it must not import our modules
+        command = python_command(str(PEERS_SCRIPT_PATH), name, str(file), executable=python)  # without our modules
         with subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
         ) as process:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +12,7 @@ from wheelpend.benchmarks.speed.record import Times
 from wheelpend.benchmarks.speed.setting import EXPERIMENT_DURATION_S, Setting
 from wheelpend.benchmarks.speed.timing import Contender, best_in_turn, timed
 from wheelpend.errors import Failure
+from wheelpend.isolation import python_command, python_environment
 from wheelpend.logs.read import save_log
 from wheelpend.model.record import Model
 from wheelpend.model.template import model_file_text
@@ -85,12 +84,10 @@ def derivation(s: Setting) -> Times:
 
 def process(arguments: Sequence[str], cache: str | None = None) -> Contender:
     """Contender that starts this interpreter with arguments, on request with another folder of compiled kernels."""
-    environment = {**os.environ, **({"WHEELPEND_CACHE": cache} if cache else {})}
+    environment = python_environment() | ({"WHEELPEND_CACHE": cache} if cache else {})
 
     def run() -> None:
-        done = subprocess.run(
-            [sys.executable, *arguments], env=environment, capture_output=True, text=True, check=False
-        )
+        done = subprocess.run(python_command(*arguments), env=environment, capture_output=True, text=True, check=False)
         if done.returncode:
             raise Failure(f"{' '.join(arguments)} must run, but it said: {done.stderr.strip()}")
 

@@ -7,7 +7,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wheelpend.benchmarks.speed import reference
 from wheelpend.benchmarks.speed.environment import peer
@@ -15,6 +14,7 @@ from wheelpend.benchmarks.speed.record import NotMeasurableError, Times
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.benchmarks.speed.simulation import generated_closed_loop
 from wheelpend.benchmarks.speed.timing import best_in_turn, timed
+from wheelpend.isolation import import_configured
 from wheelpend.simulation.simulate import SAMPLE_INTERVAL_S
 
 LOG_SAMPLE_COUNT = 10_000_000
@@ -147,7 +147,7 @@ def recursion_against_padasip(s: Setting) -> Times:
 
 def recursion_of(s: Setting, rows: Rows) -> tuple[np.ndarray, Callable[[], object]]:
     """Estimate (n,), and the function that fills it: the generated update, called from a compiled loop."""
-    update = s.lean.recursive_update
+    njit, update = import_configured("numba").njit, s.lean.recursive_update
 
     @njit
     def over_rows(phi, tau, estimate, covariance):

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from numba import njit
-
 from wheelpend.benchmarks.speed import filtering, fitting, processes, regression, simulation
 from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.errors import Failure
+from wheelpend.isolation import import_configured
 
 MIN_SPEEDUP, MAX_TIME_RATIO, MAX_SECONDS = partial(Goal, "at least"), partial(Goal, "at most"), partial(Goal, "within")
 
@@ -87,6 +86,8 @@ def process_rows() -> tuple[Row, ...]:
 
 def wide_vectors() -> bool:
     """True if compiled loops use 512-bit vectors: asked of the compiler, which knows processor and settings."""
+
+    njit = import_configured("numba").njit
 
     @njit("void(float64[::1], float64[::1])")
     def add(x, y):

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
-import sys
 from pathlib import Path
 from time import perf_counter
 
 from wheelpend.benchmarks.speed.growth.curve import ScalingPoint
 from wheelpend.benchmarks.speed.growth.work import WORK_FACTORIES
+from wheelpend.isolation import python_command, python_environment
 from wheelpend.parallel import BLAS_THREAD_VARIABLES
 
 
 def measure_in_process(kind: str, size: int, folder: Path) -> ScalingPoint:
     """Measure in a new process; ends this one with that one's error where it fails."""
-    environment = {**os.environ, **dict.fromkeys(BLAS_THREAD_VARIABLES, "1")}
+    environment = python_environment() | dict.fromkeys(BLAS_THREAD_VARIABLES, "1")
     done = subprocess.run(
-        [sys.executable, "-m", "wheelpend.benchmarks.speed.growth", "--one", f"{kind}:{size}:{folder}"],
+        python_command("-m", "wheelpend.benchmarks.speed.growth", "--one", f"{kind}:{size}:{folder}"),
         env=environment, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:

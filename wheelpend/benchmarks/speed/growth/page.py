@@ -8,6 +8,7 @@ from pathlib import Path
 from wheelpend.benchmarks.markdown import replace_between
 from wheelpend.benchmarks.speed.growth.curve import ScalingCurve
 from wheelpend.files import write_text
+from wheelpend.isolation import import_configured
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.speed.growth -->", "<!-- end of growth -->"
 PICTURE_FILE_NAME = "performance_growth.svg"
@@ -40,7 +41,7 @@ def write(path: Path, found: Sequence[ScalingCurve]) -> None:
 
 def draw(path: Path, found: Sequence[ScalingCurve]) -> None:
     """Time and memory over size, in logarithms, one panel for each thing that grows."""
-    import matplotlib  # late: a process that measures one size does not need it
+    matplotlib = import_configured("matplotlib")  # late: a process that measures one size does not need it
     from matplotlib.figure import Figure
 
     kinds = list(dict.fromkeys(g.over for g in found))
