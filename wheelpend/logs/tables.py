@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file
+from wheelpend.files import read_errors, refuse_special_file
 from wheelpend.logs.csv_text import SNIFFED_BYTES, CsvLayout, csv_layout, find_encoding, first_line
 
 MIN_LOG_SAMPLES = 20  # rows
@@ -53,15 +53,13 @@ def open_table(path: Path) -> Table:
 def read_file_head(path: Path) -> bytes:
     """The first bytes of a file; raises Failure when there are none."""
     refuse_special_file(path)
+    if path.is_dir():
+        raise Failure(f"A measurement file is a {FILE_KINDS} file; {path} is a folder.")
     try:
-        with path.open("rb") as file:
+        with read_errors(str(path)), path.open("rb") as file:
             head = file.read(SNIFFED_BYTES)
     except FileNotFoundError:
         raise Failure(f"A measurement file must exist; there is none at {path}.") from None
-    except IsADirectoryError:
-        raise Failure(f"A measurement file is a {FILE_KINDS} file; {path} is a folder.") from None
-    except OSError as error:
-        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
     if not head.strip():
         raise Failure(f"{path.name}: the file is empty. It needs a header row and one row per sample.")
     return head
