@@ -105,7 +105,7 @@ def matlab_table(path: Path) -> Table:
     from scipy.io.matlab import MatReadError
 
     try:
-        found = loadmat(path, squeeze_me=True, struct_as_record=True, mat_dtype=True)
+        found = loadmat(path, squeeze_me=True, struct_as_record=True)
     except NotImplementedError:
         raise Failure(f"{path.name} is a MATLAB 7.3 file, which is HDF5. Save it with save(..., '-v7').") from None
     except (MatReadError, ValueError, OSError, TypeError, KeyError, IndexError, EOFError) as error:
@@ -117,7 +117,14 @@ def matlab_table(path: Path) -> Table:
     lengths = [v.size for v in vectors.values()]
     log_length = max(set(lengths), key=lambda n: (n * lengths.count(n), n))
     columns = {name: v for name, v in vectors.items() if v.size == log_length}
-    return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
+    return Table(list(columns), lambda wanted: {name: real_values(path.name, name, columns[name]) for name in wanted})
+
+
+def real_values(log: str, name: str, values: np.ndarray) -> np.ndarray:
+    """The values (N,) as real numbers; raises Failure where they have imaginary parts."""
+    if np.imag(values).any():
+        raise Failure(f"{log}: {name} must hold real numbers, but it is complex. Save its real part.")
+    return np.real(values).astype(float)
 
 
 def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
@@ -128,10 +135,10 @@ def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.nda
         if value.dtype.names and value.size == 1:
             yield from numeric_vectors({n: np.asarray(value[n].item() if value[n].dtype == object else value[n])
                                    for n in value.dtype.names}, f"{prefix}{name}.")  # fmt: skip
-        elif value.dtype.kind in "biuf" and value.ndim == 1 and value.size > 1:
-            yield f"{prefix}{name}", value.astype(float)
-        elif value.dtype.kind in "biuf" and value.ndim == 2:
-            matrix = np.asarray(value, dtype=float)
+        elif value.dtype.kind in "biufc" and value.ndim == 1 and value.size > 1:
+            yield f"{prefix}{name}", np.asarray(value)
+        elif value.dtype.kind in "biufc" and value.ndim == 2:
+            matrix = np.asarray(value)
             rows = matrix if matrix.shape[0] > matrix.shape[1] else matrix.T
             if rows.shape[1] <= MAX_MATRIX_COLUMNS < rows.shape[0]:
                 yield from ((f"{prefix}{name}[{k}]", rows[:, k - 1]) for k in range(1, rows.shape[1] + 1))
