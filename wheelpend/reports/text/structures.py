@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 
 from wheelpend.diagnosis.structures import NONE_OF_THESE, Structure
@@ -15,10 +15,11 @@ CERTAIN_PROBABILITY = 0.995  # from here on a probability is given as more than 
 
 def structures_text(known: Sequence[Structure]) -> Iterator[str]:
     """The likeliest structures with their probabilities, in a sentence; none where there are none."""
-    named = Counter({_name(one): one.probability - one.unseen for one in known})
+    named: dict[str, float] = defaultdict(float, {_name(one): one.probability - one.unseen for one in known})
     for one in (s for s in known if s.unseen):
         named[_with_unseen(one, known)] += one.unseen
-    told = [(n, p) for n, p in named.most_common(MAX_NAMED_STRUCTURES) if p >= MIN_NAMED_PROBABILITY]
+    likeliest = sorted(named.items(), key=lambda item: -item[1])[:MAX_NAMED_STRUCTURES]
+    told = [(n, p) for n, p in likeliest if p >= MIN_NAMED_PROBABILITY]
     if told:
         yield f"Probabilities: {', '.join(f'{n} {_percent(p)}' for n, p in told)}."
 
