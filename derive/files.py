@@ -10,6 +10,7 @@ from errno import EINVAL, EISDIR
 from pathlib import Path
 
 DERIVE_FOLDER = Path(__file__).resolve().parent
+temporary_paths: set[Path] = set()  # files and folders that must not stay where this process ends all of a sudden
 TEMPLATE_FOLDER = next(p for p in (DERIVE_FOLDER / "templates", DERIVE_FOLDER.parent / "templates") if p.is_dir())
 
 
@@ -18,7 +19,7 @@ def differences(folder: Path, files: dict[str, str]) -> str:
     found: list[str] = []
     for name, text in files.items():
         path = folder / name
-        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        old = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
         found += difflib.unified_diff(old.splitlines(True), text.splitlines(True), str(path), f"{path} (derived)")
     return "".join(found)
 
@@ -40,6 +41,7 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     """
     targets = list(map(replaceable, paths))
     partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
+    temporary_paths.update(partial)
     try:
         yield partial
         for written, path in zip(partial, targets, strict=True):
@@ -47,6 +49,7 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     finally:
         for path in partial:
             path.unlink(missing_ok=True)
+        temporary_paths.difference_update(partial)
 
 
 def replaceable(path: Path) -> Path:

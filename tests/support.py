@@ -11,7 +11,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from wheelpend import Log, Model, simulate
-from wheelpend.cli.main import app
+from wheelpend.cli.commands import app
 
 ROOT = Path(__file__).parent.parent  # of the repository
 DATA = Path(os.environ.get("WHEELPEND_DATA", ROOT.parent / "shared" / "data"))  # measured logs, not in the repository

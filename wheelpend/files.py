@@ -14,6 +14,7 @@ from errno import EACCES, ENOENT
 from pathlib import Path
 
 from wheelpend.errors import Failure
+from wheelpend.interruption import note_written
 
 SPECIAL_FILES = {stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket", stat.S_ISCHR: "a device", stat.S_ISBLK: "a device"}
 
@@ -26,6 +27,24 @@ def refuse_special_file(path: Path) -> None:
         return
     if kind := next((words for is_kind, words in SPECIAL_FILES.items() if is_kind(mode)), ""):
         raise Failure(f"{path} must be a file, but it is {kind}. Save what it gives to a file first.")
+
+
+def read_text(path: Path) -> str:
+    """The text of a UTF-8 file, without a byte-order mark; raises Failure where it is none or cannot be read.
+
+    Where there is no file FileNotFoundError is raised: what that means its reader says.
+    """
+    try:
+        return read_bytes(path).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise Failure(f"{path} must be UTF-8 text; byte {error.start} is not. Save it as UTF-8.") from error
+
+
+def read_bytes(path: Path) -> bytes:
+    """What a file holds; raises Failure where it cannot be read, FileNotFoundError where there is none."""
+    refuse_special_file(path)
+    with read_errors(str(path)):
+        return path.read_bytes()
 
 
 def check_writable(path: Path) -> None:
@@ -42,7 +61,7 @@ def check_writable(path: Path) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a file as UTF-8 with the line ends that the text has; raises Failure where it cannot be written."""
-    write_bytes(path, text.encode())
+    write_bytes(path, text.encode(errors="backslashreplace"))  # of a file's name that is no UTF-8
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -59,6 +78,8 @@ def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
     with write_errors(f"The files of {folder}"), generated_files.replacing(paths) as partial_paths:
         for partial, data in zip(partial_paths, files.values(), strict=True):
             partial.write_bytes(data)
+    for path in paths:
+        note_written(path)
 
 
 @contextmanager
@@ -68,6 +89,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     with write_errors(str(path)), generated_files.replacing([path]) as (partial,):
         yield partial
+    note_written(path)
 
 
 def rename(path: Path, name: str) -> Path:
@@ -75,6 +97,19 @@ def rename(path: Path, name: str) -> Path:
     target = path.with_name(name)
     with write_errors(str(target)):
         return path.replace(target)
+
+
+@contextmanager
+def read_errors(what: str) -> Iterator[None]:
+    """Turn an OSError of the block into a Failure that says what could not be read, but for FileNotFoundError."""
+    try:
+        yield
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise Failure(
+            f"{what} cannot be read: {error.strerror or error}. It must be a file that may be read; name another."
+        ) from error
 
 
 @contextmanager

@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any, Protocol
 
 import numpy as np
+
+SURROGATE_PATTERN = re.compile("[\ud800-\udfff]")  # in their place Python reads such bytes
 
 
 class Result(Protocol):
@@ -25,8 +28,9 @@ def to_json(result: Result) -> dict[str, Any]:
 
 
 def dumps(data: dict) -> str:
-    """Strict JSON text."""
-    return json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    """Strict JSON text; bytes of a file's name that are no UTF-8 stand in it as escapes."""
+    text = json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False)
+    return SURROGATE_PATTERN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def plain_data(value: Any) -> Any:

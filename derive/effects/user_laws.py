@@ -5,14 +5,16 @@ The law is an expression of ``grammar``; nothing in it is executed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 
 from derive.effects.row import DIRECTION_ARGUMENT, INPUT_SIGNAL, DryForce, EffectParameter, Force, InputMap, SensorMap
 from derive.functions import symbol
-from derive.grammar import GrammarError, parse, tokenise
+from derive.grammar import GrammarError, float_value, parse, tokenise
 
 SEVERAL_INPUTS = "v_in"  # in laws: each of several inputs, which such a law maps alike
 LAW_ARGUMENTS = {
@@ -21,6 +23,8 @@ LAW_ARGUMENTS = {
     SensorMap: ("reading",),
 }
 CHECKED_VALUES = (0.0, 0.3, -1.7, 12.0)  # speeds, angles and the like where a law must be finite, standstill among them
+AGREEMENT_POINTS = 16  # of which a law may have no value at some
+ROUNDING = 1e-12  # of what cancels
 
 
 @dataclass(frozen=True)
@@ -31,7 +35,7 @@ class TextLaw:
     expression: sp.Expr
     arguments: tuple[str, ...]
 
-    def __call__(self, *values: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
+    def __call__(self, /, *values: sp.Expr, **parameters: sp.Expr) -> sp.Expr:
         """The law at these values."""
         given = dict(zip(self.arguments, values, strict=True)) | parameters
         return self.expression.xreplace({symbol(n): sp.sympify(v) for n, v in given.items()})
@@ -86,13 +90,24 @@ def context_names(kind: type, plant) -> tuple[str, ...]:
 
 
 def _check_law(law: TextLaw, parameters: Sequence[EffectParameter], wanted: sp.Expr) -> None:
-    absent = law.expression.subs({symbol(p.name): p.absent for p in parameters})
-    if sp.simplify(absent - wanted) != 0:
+    absent = law.expression.xreplace({symbol(p.name): sp.nsimplify(p.absent) for p in parameters})
+    if not _agree(absent, wanted):
         sizes = ", ".join(p.name for p in parameters if p.absent == 0.0) or "its sizes"
         raise GrammarError(f"The law must be {wanted} while {sizes} = 0, but {law.text} is then {absent}.")
-    typical = law.expression.subs({symbol(p.name): p.typical for p in parameters})
+    typical = {symbol(p.name): p.typical for p in parameters}
     for value in CHECKED_VALUES:
-        point = typical.subs(dict.fromkeys(typical.free_symbols, value)).evalf()
-        if not (point.is_number and point.is_finite and point.is_real):
-            raise GrammarError(f"The law must have a finite value at every motion, but {law.text} is {point} where "
+        point, _ = float_value(law.expression, dict.fromkeys(law.expression.free_symbols, value) | typical)
+        if not math.isfinite(point):
+            raise GrammarError(f"The law must have a finite value at every motion, but {law.text} has none where "
                                f"everything it depends on is {value:g}.")  # fmt: skip
+
+
+def _agree(one: sp.Expr, other: sp.Expr) -> bool:
+    """True of expressions that have the same values wherever they have one; simplifying a user's might never end."""
+    if one == other:
+        return True
+    symbols = sorted(one.free_symbols | other.free_symbols, key=str)
+    generic = np.random.default_rng(0).uniform(-3.0, 3.0, (AGREEMENT_POINTS, len(symbols)))
+    differences = [float_value(one - other, dict(zip(symbols, map(float, point), strict=True))) for point in generic]
+    known = [(value, size) for value, size in differences if math.isfinite(value)]
+    return bool(known) and all(abs(value) <= ROUNDING * size for value, size in known)

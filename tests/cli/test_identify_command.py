@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.support import simulated
-from wheelpend.cli.main import app
+from wheelpend.cli.commands import app
 from wheelpend.logs.read import save_log
 
 

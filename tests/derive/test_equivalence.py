@@ -42,7 +42,7 @@ def test_hiding_an_absorbed_effect_is_raising_the_parameters_that_contain_it():
 def test_an_absorbed_effect_cannot_be_added_and_is_said_to_be_part_of_what(tmp_path, monkeypatch):
     from typer.testing import CliRunner
 
-    from wheelpend.cli.main import app
+    from wheelpend.cli.commands import app
 
     monkeypatch.chdir(tmp_path)
     assert CliRunner().invoke(app, ["new"]).exit_code == 0

@@ -179,7 +179,7 @@ def test_the_guide_says_what_more_seeds_confirm(tmp_path):
         ({"method": "filtered", "tau": (0.1, -1.0)}, "must be positive and finite, in s, not 0.1, -1"),
         ({"method": "energy", "tau": "auto"}, "cannot be chosen with auto"),
         ({"method": "filtered", "hold": "second"}, "No hold named 'second'. Known holds: zero, first"),
-        ({"method": "recursive", "forgetting": 1.5}, "above 0 and at most 1, not 1.5"),
+        ({"method": "recursive", "forgetting": 1.5}, "at least 0.5 and at most 1, not 1.5"),
     ],
 )
 def test_settings_that_cannot_be_are_refused(settings, message):

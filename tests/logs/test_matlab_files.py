@@ -34,3 +34,13 @@ def test_a_matlab_file_without_vectors_is_refused(tmp_path):
     savemat(tmp_path / "log.mat", {"gain": 3.0, "name": "robot"})
     with pytest.raises(Failure, match="must hold numeric vectors"):
         load_log(tmp_path / "log.mat")
+
+
+def test_a_complex_column_is_refused_by_name_and_one_that_is_not_needed_is_left_alone(tmp_path):
+    rng = np.random.default_rng(3)
+    table = {"t": np.arange(300) * 0.01, "v_in": rng.normal(size=300), "x": np.cumsum(rng.normal(size=300))}
+    savemat(tmp_path / "log.mat", {**table, "spectrum": np.fft.fft(table["x"])})
+    assert len(load_log(tmp_path / "log.mat", {}, Model.default("slide").table)) == 300
+    savemat(tmp_path / "log.mat", {**table, "x": table["x"] * (1.0 + 1.0j)})
+    with pytest.raises(Failure, match="x must hold real numbers, but it is complex"):
+        load_log(tmp_path / "log.mat", {}, Model.default("slide").table)

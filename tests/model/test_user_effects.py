@@ -1,7 +1,10 @@
 """A user's own effect behaves as any other; a hostile file is refused and executes nothing."""
 
+from time import process_time
+
 import numpy as np
 import pytest
+import sympy as sp
 
 from derive import plants
 from wheelpend import Failure, Model, explain, simulate
@@ -126,6 +129,8 @@ def test_an_effect_of_another_workspace_is_not_tried_in_this_one(workspace):
     (broken("minimum = 0,", "minimum = 1,"), "must be able to be 0"),
     (broken("typical = 0.3", "typical = inf"), "typical"),
     (broken("typical = 0.3", 'typical = "0.3"'), "typical"),
+    (broken("torque*tanh(speed/width)", "torque*exp(exp(exp(exp(speed/width))))"), "finite value at every motion"),
+    (broken("torque*tanh(speed/width)", "speed*(sin(width)^2 + cos(width)^2) + torque"), "must be 0 while torque = 0"),
     ("[" * 5000, "not valid TOML"),
     ("a = " + "[" * 100000, "not valid TOML"),
 ])  # fmt: skip
@@ -139,3 +144,18 @@ def test_a_broken_file_says_where_it_is(tmp_path):
     (tmp_path / "effects.toml").write_text(broken("tanh", "tnah"), encoding="utf-8")
     with pytest.raises(Failure, match=r"effects\.toml: \[worn_brushes\]: No function named 'tnah'"):
         Model.open(tmp_path)
+
+
+@pytest.mark.parametrize("law", ["+".join(f"sin({k}*speed)" for k in range(1, 61)), "sin(speed)^2+cos(speed)^2-1"])
+def test_a_long_law_is_read_at_once_and_what_cancels_counts_as_nothing(law):
+    text = f"torque*({law}) + width*(1 - sin(angle)^2 - cos(angle)^2)"
+    begin = process_time()
+    effects_from_text(broken("torque*tanh(speed/width)", text), PLANT)
+    assert process_time() - begin < 2.0
+
+
+@pytest.mark.parametrize("name", ["self", "lambda", "values", "t2"])
+def test_a_parameter_may_have_any_name_that_the_law_does_not_know(name):
+    (row,) = effects_from_text(broken("torque", name), PLANT)
+    law = row.enters.law(*sp.symbols("angle speed", real=True), **row.symbols)
+    assert row.symbols[name] in law.free_symbols

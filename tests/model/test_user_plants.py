@@ -1,5 +1,6 @@
 """A plant of one's own: used only where its file is named, and refused with a reason."""
 
+import json
 import py_compile
 import textwrap
 from importlib.util import cache_from_source
@@ -9,8 +10,9 @@ import sympy as sp
 from typer.testing import CliRunner
 
 import derive
+from tests.support import run
 from wheelpend import Failure
-from wheelpend.cli.main import app
+from wheelpend.cli.commands import app
 from wheelpend.model.user_effects import effects_from_text
 from wheelpend.model.user_plants import load_plant
 
@@ -112,3 +114,20 @@ def test_the_worked_example_of_the_docs_is_a_plant_of_at_most_forty_lines():
     exec(compile(textwrap.dedent(code), "docs/plants.md", "exec"), scope)
     plant = scope["build"]({})
     assert isinstance(plant.scale, sp.Expr) and plant.name == scope["PLANT_NAME"]
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "raise SystemExit(0)",
+        "class Own(BaseException): pass\nraise Own",
+        "class Own(KeyboardInterrupt): pass\nraise Own",
+        "def f(): f()\nf()",
+        "class Own(Exception):\n  def __str__(self): raise ValueError\nraise Own",
+    ],
+)
+def test_whatever_a_file_raises_is_a_failure_that_names_it(code, tmp_path):
+    (tmp_path / "mine.py").write_text(f"print('hello')\n{code}\n")
+    result = run("inspect", "log.csv", "--plant", tmp_path / "mine.py", "--json", "-", code=1)
+    assert "mine.py must state a plant, but line" in " ".join(result.stderr.split())
+    assert "mine.py must state a plant" in json.loads(result.stdout)["failure"]

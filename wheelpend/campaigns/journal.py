@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from wheelpend.files import rename, write_text
+from wheelpend.files import read_bytes, read_text, rename, write_errors, write_text
 
 
 class Journal:
@@ -46,7 +46,7 @@ class Journal:
         """Append a result, given as plain data of JSON."""
         self.results[key] = result
         if self.path is not None:
-            with self.path.open("a", encoding="utf-8") as file:
+            with write_errors(str(self.path)), self.path.open("a", encoding="utf-8") as file:
                 file.write(_line({"key": key, "answer": result}))
 
 
@@ -55,8 +55,8 @@ def _complete_rows(path: Path | None) -> list[dict[str, Any]]:
     if path is None or not path.exists():
         return []
     rows = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        with suppress(json.JSONDecodeError):
+    for line in read_text(path).splitlines():
+        with suppress(ValueError, RecursionError):
             rows.append(json.loads(line))
     return rows
 
@@ -71,7 +71,7 @@ def fingerprint_of(texts: Iterable[str], files: Iterable[Path]) -> str:
     for text in texts:
         digest.update(text.encode())
     for path in files:
-        digest.update(path.read_bytes())
+        digest.update(read_bytes(path))
     return digest.hexdigest()
 
 

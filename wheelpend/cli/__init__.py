@@ -3,6 +3,7 @@
 In: arguments. Out: results as text or JSON, exit codes. Question: what did the user ask for?
 
 main         entry point
+commands     the application with every command
 app          the Typer application
 options      arguments and options that several commands share, or that make one long
 loop         identify, compare, diagnose, add, remove, explain, report, demo

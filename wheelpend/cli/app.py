@@ -2,9 +2,30 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import typer
+from typer.core import TyperGroup
+
+from wheelpend import interruption
+from wheelpend.reports.console import err
+
+
+class Commands(TyperGroup):
+    """Commands that Ctrl-C ends in words, with one exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        interruption.begin_command()
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            interruption.say_once(lambda text: err.print(text, markup=False))
+            raise typer.Exit(interruption.EXIT_CODE) from None
+
 
 app = typer.Typer(
+    cls=Commands,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

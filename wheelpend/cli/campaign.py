@@ -6,18 +6,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-import typer
-
 from wheelpend.campaigns.runner import Campaign, campaign
 from wheelpend.campaigns.table import csv_text, is_campaign_table
 from wheelpend.campaigns.text import campaign_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
+from wheelpend.interruption import note_resumable
 from wheelpend.model.record import Model
-from wheelpend.reports.console import err, print_result, print_text, print_warnings, progress
+from wheelpend.reports.console import print_result, print_text, print_warnings, progress
 from wheelpend.simulation.hidden import parse_hidden
-
-INTERRUPTED_EXIT_CODE = 130  # as of a program that Ctrl-C ends
 
 
 class SimulationRequest(NamedTuple):
@@ -47,13 +44,9 @@ class CampaignRequest(NamedTuple):
 def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> None:
     """Run a campaign, or go on with one, write its table and print its summary."""
     out, journal = request.out, request.journal
-    try:
-        with progress("reading") as update:
-            result = campaign_result(model, request, update)
-    except KeyboardInterrupt:
-        kept = f" What came so far is in {journal}: the same command goes on from there." if journal.exists() else ""
-        err.print(f"Interrupted.{kept}", markup=False)
-        raise typer.Exit(INTERRUPTED_EXIT_CODE) from None
+    note_resumable(journal, "the same command goes on from there.")
+    with progress("reading") as update:
+        result = campaign_result(model, request, update)
     write_text(out, csv_text(result))
     journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)

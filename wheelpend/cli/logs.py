@@ -60,7 +60,7 @@ def simulate(
     from wheelpend.simulation.hidden import parse_hidden
     from wheelpend.simulation.simulate import simulate as run
 
-    with exit_on_failure(), progress("simulating"):
+    with exit_on_failure(None, output), progress("simulating"):
         opened, hidden = open_model(model, plant), parse_hidden(hide or [])
         made = run(opened, command=command, duration=duration, hide=hidden, seed=seed, noise=noise)
         save_log(output, made, table=opened.table)
@@ -101,7 +101,7 @@ def design(
     from wheelpend.cli.design import write_design  # imported late: loads NumPy and Numba
 
     effects = tuple(e.strip() for e in between.split(",")) if between is not None else ()
-    with exit_on_failure(json):
+    with exit_on_failure(json, output):
         with progress("reading") as update:
             result = write_design(
                 open_model(model, plant), logs or [], effects, output, pitch_limit=pitch_limit,
@@ -134,7 +134,7 @@ def campaign(
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
-    with exit_on_failure(json):
+    with exit_on_failure(json, out):
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
         run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)

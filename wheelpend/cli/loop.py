@@ -61,7 +61,7 @@ def identify(
     from wheelpend.model.workspace import save_values
     from wheelpend.reports.text.identification import identification_text
 
-    with exit_on_failure(json), opened_to_change(model, plant, save) as opened:
+    with exit_on_failure(json, tau_map), opened_to_change(model, plant, save) as opened:
         options: dict[str, Any] = {
             "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
         }  # fmt: skip
@@ -213,7 +213,7 @@ def report(
     from wheelpend.reports.page.page import write_report
     from wheelpend.version import version
 
-    with exit_on_failure():
+    with exit_on_failure(None, output):
         with progress("reading") as update:
             result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
         parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]

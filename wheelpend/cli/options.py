@@ -15,6 +15,8 @@ from wheelpend.reports.console import print_warnings
 if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
+MAX_SEEDS = 100_000  # draws of noise, each a simulation or more
+
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
 Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
@@ -48,7 +50,9 @@ OptionalLogs = Annotated[
     list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
 ]
 SimulateLogs = Annotated[bool, typer.Option("--simulate", help="Simulate the logs instead, one with each seed.")]
-SimulatedSeeds = Annotated[int | None, typer.Option(help="Of --simulate: how many; 100.", min=1, show_default=False)]
+SimulatedSeeds = Annotated[
+    int | None, typer.Option(help="Of --simulate: how many; 100.", min=1, max=MAX_SEEDS, show_default=False)
+]
 SimulatedCommand = Annotated[
     str | None, typer.Option(help="Of --simulate: as in `wheelpend simulate`; aggressive.", show_default=False)
 ]
@@ -102,7 +106,7 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
         times = tuple(float(x) for x in text.split(","))
     except ValueError:
         raise Failure(f"--tau must be times in s such as 0.14,0.14, or auto, not '{text}'.") from None
-    if not all(0 < t < 1e300 for t in times):
+    if not all(0 < t < float("inf") for t in times):
         raise Failure(f"--tau must be positive times in s, not '{text}'.")
     return times
 

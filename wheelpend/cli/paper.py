@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.options import Json
+from wheelpend.cli.options import MAX_SEEDS, Json
 from wheelpend.files import write_text
 from wheelpend.reports.console import exit_on_failure, print_result, progress
 
@@ -26,7 +26,7 @@ def verify(
     from wheelpend.paper.verification import verify as run
     from wheelpend.paper.verification_text import print_verification
 
-    with exit_on_failure(json):
+    with exit_on_failure(json, page):
         with progress("deriving and comparing 43 equations"):
             result = run()
         print_result(result, json, lambda: print_verification(result))
@@ -40,7 +40,7 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Folder for the tables, the pictures and gallery.html.")] = Path(
         "reproduction"
     ),
-    seeds: Annotated[int, typer.Option(help="Draws of the sensor noise.")] = 100,
+    seeds: Annotated[int, typer.Option(help="Draws of the sensor noise.", max=MAX_SEEDS)] = 100,
     json: Json = None,
 ) -> None:
     """The paper's tables and figures, its numbers beside ours over many seeds; writes CSV, PNG and one page."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from wheelpend.logs.log import MAX_WARM_UP_SHARE, Log, segment_bounds
 from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
+from wheelpend.logs.same_record import shared_rows
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
@@ -65,7 +67,7 @@ def prepare(
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
     several times faster, and judges logs from where these effects alone have forgotten what came before. Raises
-    Failure where a log stands on both sides or yields no segments.
+    Failure where a log, or part of its record, stands on both sides, or a log yields no segments.
     """
     _require_known_effects(model, without)
     _require_distinct_logs(logs, holdout)
@@ -74,6 +76,7 @@ def prepare(
     loaded, validation_logs = (
         tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
     )
+    _require_distinct_records(loaded, validation_logs)
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words
@@ -122,6 +125,17 @@ def _require_distinct_logs(logs: Sequence, holdout: Sequence) -> None:
     if both:
         raise Failure(f"A log must not be on both sides, but {', '.join(sorted(both))} is given to fit and to hold "
                       "out. Leave it out of one.")  # fmt: skip
+
+
+def _require_distinct_records(logs: Sequence[Log], holdout: Sequence[Log]) -> None:
+    """Raise Failure where a log to hold out has samples of one to fit, whatever its name, format and times are."""
+    for log, held_out in product(logs, holdout):
+        if shared := shared_rows(log, held_out):
+            whole = shared.length == len(log) == len(held_out)
+            alike = "all their samples" if whole else f"{shared.length} samples in a row"
+            rows = "" if whole else f" (from row {shared.first} and row {shared.other_first} on)"
+            raise Failure(f"A record must not be on both sides, but {log.name} to fit and {held_out.name} to hold out "
+                          f"have {alike} in common{rows}. Leave one out, or cut it.")  # fmt: skip
 
 
 def _require_testable_effects(model: Model) -> None:

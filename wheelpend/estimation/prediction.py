@@ -21,7 +21,7 @@ def prediction_error(
 ) -> tuple[float, np.ndarray]:
     """Error of a model on segments [σ] and its residual (N, channels) [σ]; only the initial states are fitted.
 
-    The residual of a prediction that runs away ends at RUNAWAY_RESIDUAL_SIGMAS.
+    The residual of a prediction that runs away, or becomes no number, ends at RUNAWAY_RESIDUAL_SIGMAS.
     A coupled model is simulated from up to ``lead`` segments before the first.
     """
     longer, before = with_lead_in(segments, lead)
@@ -30,7 +30,21 @@ def prediction_error(
     states, linearisation = fit_states(simulator, longer, states, parameters)
     residual = np.clip(linearisation.residual, -RUNAWAY_RESIDUAL_SIGMAS, RUNAWAY_RESIDUAL_SIGMAS)
     residual[: segments.bounds[0, 0]] = np.nan
-    return segments_rms_error(segments, ShootingLinearisation(linearisation.gram[before:], residual)), residual
+    lost = lost_predictions(segments, residual)
+    residual[lost] = RUNAWAY_RESIDUAL_SIGMAS
+    error = segments_rms_error(segments, ShootingLinearisation(linearisation.gram[before:], residual))
+    return float("inf") if len(lost) else error, residual
+
+
+def lost_predictions(segments: Segments, residual: np.ndarray) -> np.ndarray:
+    """First samples of the segments of which less than half of what was measured is predicted by a number at all.
+
+    A prediction that is no number must not pass for a value that was not measured.
+    """
+    measured, predicted = (np.isfinite(v).sum(axis=1) for v in (segments.log.measured, residual))
+    edges = segments.bounds.T
+    known, found = (np.concatenate([[0], np.cumsum(n)])[edges] for n in (measured, predicted))
+    return segments.bounds[2 * (found[1] - found[0]) < known[1] - known[0], 0]
 
 
 def sum_of_squares(residual: np.ndarray) -> float:

@@ -96,6 +96,8 @@ def hotelling_p_value(difference: np.ndarray, covariance: np.ndarray, draws: int
     from scipy.special import fdtrc  # imported late: SciPy takes longer to load than a warm command
 
     varies = np.diag(covariance) > 0.0
+    if not varies.any():  # nothing that could be tested
+        return 1.0
     scale = np.sqrt(np.diag(covariance)[varies])
     scaled = difference[varies] / scale
     square = float(scaled @ np.linalg.pinv(covariance[np.ix_(varies, varies)] / np.outer(scale, scale)) @ scaled)

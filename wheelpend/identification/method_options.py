@@ -24,6 +24,9 @@ IS_FIRST_ORDER_HOLD = {"zero": False, "first": True}
 DEFAULT_HOLD = {"filtered": "first", "recursive": "zero"}  # zero is the paper's (41)
 TauOption = Sequence[float] | float | Literal["auto"] | None
 
+TAU_RANGE_S = 1e-6, 1e6  # s; beyond them a filter follows every sample of any log, or none
+MIN_FORGETTING = 0.5  # below it the last sample outweighs all others together
+
 
 class RegressionOptions(NamedTuple):
     """A regression method with its settings, checked."""
@@ -60,8 +63,10 @@ def check_tau(method: str, tau: TauOption) -> tuple[float, ...]:
         needs = "one time constant" if len(default) == 1 else "two time constants"
         raise Failure(f"The method '{method}' takes {needs} in s, but {len(given)} came. "
                       f"Give --tau {','.join(('0.5', '1')[: len(default)])}.")  # fmt: skip
-    if not all(0.0 < t < (np.inf if len(given) == 2 else 1e300) for t in given) and given != (np.inf,):
-        raise Failure(f"Time constants must be positive and finite, in s, not {', '.join(f'{t:g}' for t in given)}.")
+    least, most = TAU_RANGE_S
+    if not all(least <= t <= most for t in given) and given != (np.inf,):
+        raise Failure(f"Time constants must be positive and finite, in s, not {', '.join(f'{t:g}' for t in given)}. "
+                      f"Give some from {least:g} to {most:g}.")  # fmt: skip
     return given
 
 
@@ -79,8 +84,8 @@ def check_forgetting(forgetting: float | None) -> float:
     """Factor by which a sample's weight falls with each that follows; 1 where none is given."""
     if forgetting is None:
         return 1.0
-    if not 0.0 < forgetting <= 1.0:
-        raise Failure(f"The forgetting factor must be above 0 and at most 1, not {forgetting:g}. "
+    if not MIN_FORGETTING <= forgetting <= 1.0:
+        raise Failure(f"The forgetting factor must be at least {MIN_FORGETTING:g} and at most 1, not {forgetting:g}. "
                       "1 forgets nothing; 0.9999 remembers about 10000 samples.")  # fmt: skip
     return float(forgetting)
 

@@ -9,6 +9,7 @@ the noise of its channels. Question: what was measured, when, and how well?
 - guess: column maps guessed from names, units and clock
 - commands: an input without values for a while, or logged only when it changes
 - checks: errors and warnings of a log that was read
+- same_record: rows that two logs have in common
 - recording: a log without what is no measurement, by `faults` (saturated sensors, joined recordings, a machine on the
   floor), which are `finding`s
 - runs: the stretches of samples in which something holds

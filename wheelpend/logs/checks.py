@@ -13,6 +13,8 @@ from wheelpend.logs.commands import unknown_input_text
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log
 from wheelpend.logs.white_noise import difference_noise
 
+MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squares of it are far from overflowing
+READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
@@ -42,6 +44,12 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
         )
     if np.isnan(values).all():
         raise Failure(f"{log}: {name} has no values at all. It must be measured, at least now and then.")
+    largest = float(np.nanmax(np.abs(values)))
+    if largest > MAX_VALUE or 0.0 < largest < 1.0 / MAX_VALUE:
+        raise Failure(
+            f"{log}: values must be numbers that somebody measured, between {1.0 / MAX_VALUE:g} and {MAX_VALUE:g} in "
+            f"size, but {name} reaches {largest:.3g}. Check its unit, and its scale in [columns]."
+        )
 
 
 def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnTable) -> None:
@@ -102,6 +110,14 @@ def time_warnings(log: Log) -> list[str]:
     if sentence := interval_text(log):
         found.append(sentence)
     return found
+
+
+def check_readable_interval(log: str, t: np.ndarray) -> None:
+    """Raise Failure where the times [s] are so small or so large that no unit of theirs explains it."""
+    interval = float(np.median(np.diff(t)))
+    least, most = READABLE_INTERVALS_S
+    if not least <= interval <= most:
+        raise Failure(f"{log}: t must be a time, but its samples are {interval:.3g} s apart. Check its column.")
 
 
 def check_interval(log: Log, unit: str = "") -> None:

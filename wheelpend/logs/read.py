@@ -16,7 +16,14 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
-from wheelpend.logs.checks import check_input_varies, check_time, check_values, log_warnings, unit_of_interval
+from wheelpend.logs.checks import (
+    check_input_varies,
+    check_readable_interval,
+    check_time,
+    check_values,
+    log_warnings,
+    unit_of_interval,
+)
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnSource, ColumnTable, find_sources
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import Log, stack_inputs
@@ -51,6 +58,7 @@ def load_log(
         if source.offset:
             columns_by_name[name] = columns_by_name[name] + source.offset
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
+    check_readable_interval(path.name, t)
     as_read = log_of_columns(path.name, t, columns_by_name, table)
     log = cured(as_read, table, seams)
     faults = [f"{f.sentence} {f.cure}" for f in log.faults]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file
+from wheelpend.files import read_errors, refuse_special_file
 from wheelpend.logs.csv_text import SNIFFED_BYTES, CsvLayout, csv_layout, find_encoding, first_line
 
 MIN_LOG_SAMPLES = 20  # rows
@@ -53,15 +53,13 @@ def open_table(path: Path) -> Table:
 def read_file_head(path: Path) -> bytes:
     """The first bytes of a file; raises Failure when there are none."""
     refuse_special_file(path)
+    if path.is_dir():
+        raise Failure(f"A measurement file is a {FILE_KINDS} file; {path} is a folder.")
     try:
-        with path.open("rb") as file:
+        with read_errors(str(path)), path.open("rb") as file:
             head = file.read(SNIFFED_BYTES)
     except FileNotFoundError:
         raise Failure(f"A measurement file must exist; there is none at {path}.") from None
-    except IsADirectoryError:
-        raise Failure(f"A measurement file is a {FILE_KINDS} file; {path} is a folder.") from None
-    except OSError as error:
-        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
     if not head.strip():
         raise Failure(f"{path.name}: the file is empty. It needs a header row and one row per sample.")
     return head
@@ -107,7 +105,7 @@ def matlab_table(path: Path) -> Table:
     from scipy.io.matlab import MatReadError
 
     try:
-        found = loadmat(path, squeeze_me=True, struct_as_record=True, mat_dtype=True)
+        found = loadmat(path, squeeze_me=True, struct_as_record=True)
     except NotImplementedError:
         raise Failure(f"{path.name} is a MATLAB 7.3 file, which is HDF5. Save it with save(..., '-v7').") from None
     except (MatReadError, ValueError, OSError, TypeError, KeyError, IndexError, EOFError) as error:
@@ -119,7 +117,14 @@ def matlab_table(path: Path) -> Table:
     lengths = [v.size for v in vectors.values()]
     log_length = max(set(lengths), key=lambda n: (n * lengths.count(n), n))
     columns = {name: v for name, v in vectors.items() if v.size == log_length}
-    return Table(list(columns), lambda wanted: {name: columns[name] for name in wanted})
+    return Table(list(columns), lambda wanted: {name: real_values(path.name, name, columns[name]) for name in wanted})
+
+
+def real_values(log: str, name: str, values: np.ndarray) -> np.ndarray:
+    """The values (N,) as real numbers; raises Failure where they have imaginary parts."""
+    if np.imag(values).any():
+        raise Failure(f"{log}: {name} must hold real numbers, but it is complex. Save its real part.")
+    return np.real(values).astype(float)
 
 
 def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
@@ -130,10 +135,10 @@ def numeric_vectors(found: dict, prefix: str = "") -> Iterator[tuple[str, np.nda
         if value.dtype.names and value.size == 1:
             yield from numeric_vectors({n: np.asarray(value[n].item() if value[n].dtype == object else value[n])
                                    for n in value.dtype.names}, f"{prefix}{name}.")  # fmt: skip
-        elif value.dtype.kind in "biuf" and value.ndim == 1 and value.size > 1:
-            yield f"{prefix}{name}", value.astype(float)
-        elif value.dtype.kind in "biuf" and value.ndim == 2:
-            matrix = np.asarray(value, dtype=float)
+        elif value.dtype.kind in "biufc" and value.ndim == 1 and value.size > 1:
+            yield f"{prefix}{name}", np.asarray(value)
+        elif value.dtype.kind in "biufc" and value.ndim == 2:
+            matrix = np.asarray(value)
             rows = matrix if matrix.shape[0] > matrix.shape[1] else matrix.T
             if rows.shape[1] <= MAX_MATRIX_COLUMNS < rows.shape[0]:
                 yield from ((f"{prefix}{name}[{k}]", rows[:, k - 1]) for k in range(1, rows.shape[1] + 1))

@@ -35,7 +35,7 @@ def load_kernels(workspace: str | Path = ".") -> KernelModule:
     model = Model.open(workspace)
     path = model.workspace / "generated" / f"{model.plant}.py"
     derived = derived_files(model)[path.name]
-    if not path.exists() or path.read_text(encoding="utf-8") != derived:
+    if not path.is_file() or path.read_bytes() != derived.encode():
         raise Failure(f"{path} must be what {model.path} derives to, but it is missing, stale or edited. "
                       "Run `wheelpend generate` there.")  # fmt: skip
     return load_module(derived, model.plant)

@@ -20,6 +20,8 @@ from wheelpend.model.toml_checks import call_look_up, check_known, checked, nonn
 from wheelpend.model.toml_file import NOISE_CHECK, USER_EFFECTS_FILE
 
 BASE_PARAMETER_PATTERN = re.compile(r"X[1-9]\d*")
+CONSTANT_SIZES = 1e-12, 1e12  # in SI units
+UNITS_OF_ZERO_CONSTANTS = ("rad", "1", "m/s²")  # of an angle, a share and gravity, which may be zero
 
 
 class ResolvedNames(NamedTuple):
@@ -104,6 +106,7 @@ def check_effects(names: tuple[str, ...], plant: PlantSignature, user_effects: t
 def check_table_keys(file: ModelFile, plant: PlantSignature, table: ColumnTable) -> None:
     """Raise Failure unless every key is known in constants, columns, sensors, parameters, simulation and effects."""
     check_known("constant", file.constants, constants_of_file(file, plant), " in [constants]")
+    check_constant_sizes(file.constants, {c.name: c.unit for c in plant.constants})
     check_known("quantity", file.columns, table.names, " in [columns]")
     check_sensor_keys(file.sensors.of_plant, plant, file.plant)
     for place, stated in (("noise", file.sensors.noise), ("step", file.sensors.step)):
@@ -135,6 +138,17 @@ def constants_of_file(file: ModelFile, plant: PlantSignature) -> list[str]:
         if file.input and name not in known and name in plants.constants_of(file.plant):
             raise Failure(f"[constants] must not hold {name}: with an input in {file.input.unit} it is 1. Remove it.")
     return known
+
+
+def check_constant_sizes(constants: Mapping[str, float], units: Mapping[str, str]) -> None:
+    """Raise Failure where a constant is so small or so large, or zero, that no machine has it."""
+    least, most = CONSTANT_SIZES
+    for name, value in constants.items():
+        if not least <= abs(value) <= most and not (value == 0.0 and units[name] in UNITS_OF_ZERO_CONSTANTS):
+            raise Failure(
+                f"[constants] must hold numbers that a machine has, from {least:g} to {most:g} in size, but {name} is "
+                f"{value:g} {units[name]}. Measure it, or remove it where it is unknown."
+            )
 
 
 def check_sensor_keys(stated: Mapping[str, Any], plant: PlantSignature, name: str) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -19,13 +18,13 @@ from derive import plants
 from derive.parameter_name import full_name
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file, write_text
+from wheelpend.files import read_text, write_text
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.model.entries import Controller, ModelFile, ParameterValue, RandomForce, SensorNoise, Sensors
 from wheelpend.model.name_checks import resolve_names
 from wheelpend.model.toml_checks import call_look_up
-from wheelpend.model.toml_file import MODEL_FILE, parse_model_file
+from wheelpend.model.toml_file import MODEL_FILE, parse_model_file, parse_toml
 from wheelpend.model.transaction import finish_change
 
 
@@ -54,17 +53,12 @@ class Model:
     def open(cls, path: str | os.PathLike = MODEL_FILE) -> Model:
         """Read a model from its file or its workspace; raises Failure when it is not there or not valid."""
         path = Path(path)
-        path = path / MODEL_FILE if path.is_dir() else path
+        path = path / MODEL_FILE if path.is_dir() and path.name != MODEL_FILE else path
         finish_change(path.parent)
-        refuse_special_file(path)
         try:
-            text = path.read_bytes().decode("utf-8-sig")
+            text = read_text(path)
         except FileNotFoundError:
             raise Failure(f"There is no model at {path}. Start one with: wheelpend new {path.parent}") from None
-        except UnicodeDecodeError as error:
-            raise Failure(f"{path} must be UTF-8 text; byte {error.start} is not. Save it as UTF-8.") from error
-        except OSError as error:
-            raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
         return cls.parse(text, path)
 
     @classmethod
@@ -133,7 +127,7 @@ class Model:
                 raise Failure("An effect that leaves must not be part of an assumption, but [assumptions] asks for "
                               f"{name}. Change the assumption in model.toml.")  # fmt: skip
         text = with_effect_list(self.text, tuple(e for e in wanted if e not in implied))
-        for name in tomllib.loads(text).get("effect", {}):
+        for name in parse_toml(text).get("effect", {}):
             if name not in wanted:
                 text = without_table(text, "effect", name)
         changed = Model.parse(text, self.path)

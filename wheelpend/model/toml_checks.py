@@ -13,6 +13,7 @@ from typing import Any, NoReturn, TypeVar
 
 from wheelpend.errors import Failure, did_you_mean
 
+MAX_SIZE = 1e100  # of a number; also a standard error that knows nothing is smaller
 Check = Callable[[Any, str], Any]
 
 
@@ -22,18 +23,24 @@ class InvalidValue(ValueError):
 
 def refuse(must: str, value: object, place: str) -> NoReturn:
     """Raise InvalidValue with the place, what must hold and what came."""
-    raise InvalidValue(f"{place}: must be {must}, not {value!r:.60}")
+    try:
+        came = f"{value!r:.60}"
+    except (ValueError, RecursionError):  # a whole number of thousands of digits, which Python does not write
+        came = "a value that is too long to be written"
+    raise InvalidValue(f"{place}: must be {must}, not {came}")
 
 
 def number(value: object, place: str) -> float:
-    """A finite number."""
+    """A finite number whose square is one too."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         refuse("a number", value, place)
     try:
         found = float(value)
     except OverflowError:
         found = math.inf
-    return found if math.isfinite(found) else refuse("a finite number", value, place)
+    if not math.isfinite(found):
+        refuse("a finite number", value, place)
+    return found if abs(found) <= MAX_SIZE else refuse(f"at most {MAX_SIZE:g} in size", value, place)
 
 
 def nonnegative(value: object, place: str) -> float:

@@ -8,16 +8,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import tomlkit
+import tomlkit.exceptions
 import tomlkit.items
 
 from derive.parameter_name import ParameterName
+from wheelpend.errors import Failure
+from wheelpend.model.toml_file import MODEL_FILE
 
 
 def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     """Text with an identified value, kept in the place and form that the file has for it."""
     effect, parameter = ParameterName.parse(name)
     header = ("effect", effect) if effect else ("parameters",)
-    document = tomlkit.parse(text)
+    document = parsed(text)
     table: Any = document
     for key in header:
         table = table.get(key, {})
@@ -38,6 +41,15 @@ def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     return tomlkit.dumps(document)
 
 
+def parsed(text: str) -> tomlkit.TOMLDocument:
+    """A text as it can be edited; raises Failure where tomlkit, stricter than Python's own reader, does not take it."""
+    try:
+        return tomlkit.parse(text)
+    except (tomlkit.exceptions.TOMLKitError, ValueError, RecursionError) as error:
+        raise Failure(f"{MODEL_FILE} must be TOML that can be edited, but it cannot: {error}. "
+                      "Write it more plainly.") from error  # fmt: skip
+
+
 def inline_table(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
     """Numbers as an inline table, spaced as people write it."""
     return tomlkit.value(
@@ -47,7 +59,7 @@ def inline_table(numbers: Mapping[str, Any]) -> tomlkit.items.Item:
 
 def with_effect_list(text: str, wanted: tuple[str, ...]) -> str:
     """Text whose list of effects is the wanted one."""
-    document = tomlkit.parse(text)
+    document = parsed(text)
     if "effects" not in document:
         array = tomlkit.array()
         array.extend(wanted)
@@ -83,7 +95,7 @@ def insert_line(text: str, header: tuple[str, ...], line: str) -> str:
 
 def with_tables(text: str, section: str, tables: Mapping[str, Mapping[str, Any]]) -> str:
     """Text in which a section holds these tables of numbers and names, and no others."""
-    for name in tomlkit.parse(text).get(section, {}):
+    for name in parsed(text).get(section, {}):
         if name not in tables:
             text = without_table(text, section, name)
     for name, entries in tables.items():
@@ -93,7 +105,7 @@ def with_tables(text: str, section: str, tables: Mapping[str, Mapping[str, Any]]
 
 def _with_table(text: str, section: str, name: str, entries: Mapping[str, Any]) -> str:
     """Text in which a section's table holds these entries, in the form that the file has for it."""
-    document = tomlkit.parse(text)
+    document = parsed(text)
     tables: Any = document.get(section)
     present = (tables or {}).get(name)
     if present is None and not isinstance(tables, tomlkit.items.InlineTable):
@@ -120,7 +132,7 @@ def without_table(text: str, section: str, name: str) -> str:
         if first and not lines[first - 1].strip() and not "".join(lines[last : last + 1]).strip():
             first -= 1  # of the blank lines before and after, one is enough
         text = "".join(lines[:first] + lines[last:])
-    document = tomlkit.parse(text)
+    document = parsed(text)
     tables: Any = document.get(section, {})
     if name in tables:  # written in another form
         del tables[name]

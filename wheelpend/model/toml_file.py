@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from typing import Any
 
 from derive.input_units import UNIT_WORDS
 from wheelpend.errors import Failure
@@ -34,6 +35,8 @@ from wheelpend.model.toml_checks import (
 
 MODEL_FILE, USER_EFFECTS_FILE = "model.toml", "effects.toml"  # in a workspace
 
+MAX_DOTS = 1000  # in a line
+
 VALUE_CHECK = table(ParameterValue, nominal=number, identified=number, sigma=nonnegative)
 NOISE_CHECK = keyword_or("auto", positive)
 MODEL_FILE_CHECK = table(
@@ -56,8 +59,16 @@ MODEL_FILE_CHECK = table(
 
 def parse_model_file(text: str) -> ModelFile:
     """The tables of a model.toml; raises Failure naming everything in them that is not as it must be."""
+    return checked(MODEL_FILE_CHECK, parse_toml(text))
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The tables of a TOML text; raises Failure where it is not valid, nests without end or has endless numbers."""
+    if any(line.count(".") > MAX_DOTS for line in text.splitlines()):  # the reader's time grows with their square
+        raise Failure(f"no line may have more than {MAX_DOTS} dots, which nest as brackets do. Take some out.")
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise Failure(f"this is not valid TOML: {error}. Correct that line.") from error
-    return checked(MODEL_FILE_CHECK, data)
+        return tomllib.loads(text)
+    except RecursionError:
+        raise Failure("this is not valid TOML: it nests too deeply to be read. Take brackets out.") from None
+    except ValueError as error:  # numbers of thousands of digits too, which Python does not read
+        raise Failure(f"this is not valid TOML: {str(error).partition(';')[0]}. Correct that line.") from error

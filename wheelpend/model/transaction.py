@@ -15,10 +15,10 @@ from contextlib import contextmanager
 from errno import EXDEV
 from pathlib import Path
 
-from derive.files import replaceable
+from derive.files import replaceable, temporary_paths
 from wheelpend.errors import Failure
 from wheelpend.files import check_writable, replacing, write_errors
-from wheelpend.parallel import without_interruption
+from wheelpend.interruption import deferred, note_written
 
 PREPARED_FOLDER, MADE_FOLDER = ".wheelpend-prepared", ".wheelpend-made"  # of a change that is being written, is made
 GENERATED_FOLDER = "generated"  # the only folder of a workspace that changes
@@ -38,13 +38,17 @@ def replace_together(folder: Path, files: Mapping[str, bytes]) -> None:
             for path in (folder / name for name in files):
                 replaceable(path).parent.mkdir(parents=True, exist_ok=True)
                 check_writable(path)
+            temporary_paths.add(folder / PREPARED_FOLDER)
             try:
                 _write_anew(folder / PREPARED_FOLDER, files)
-                with without_interruption():
+                with deferred():
                     (folder / PREPARED_FOLDER).rename(folder / MADE_FOLDER)
+                    for name in files:
+                        note_written(folder / name)
                     _move_all(folder, list(files))
             finally:
                 _clear(folder / PREPARED_FOLDER)
+                temporary_paths.discard(folder / PREPARED_FOLDER)
 
 
 def finish_change(folder: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,9 +16,9 @@ from derive.effects.user_laws import entry_from_text
 from derive.grammar import GrammarError
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file, write_text
+from wheelpend.files import read_text, write_text
 from wheelpend.model.toml_checks import InvalidValue, boolean, list_of, mapping, number, one_of, short_text, table
-from wheelpend.model.toml_file import USER_EFFECTS_FILE
+from wheelpend.model.toml_file import USER_EFFECTS_FILE, parse_toml
 
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
 MAX_EFFECTS_AND_PARAMETERS = 20  # effects in a file, and parameters of one
@@ -74,13 +73,10 @@ EFFECT_CHECK = table(
 def read_user_effects(workspace: Path, plant: PlantSignature) -> tuple[Effect, ...]:
     """Effects of a workspace's effects.toml, none without one; raises Failure saying what in it is wrong."""
     path = workspace / USER_EFFECTS_FILE
-    refuse_special_file(path)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_text(path)
     except FileNotFoundError:
         return ()
-    except (OSError, UnicodeDecodeError) as error:
-        raise Failure(f"{path} must be UTF-8 text that can be read: {error}.") from None
     try:
         return effects_from_text(text, plant)
     except Failure as failure:
@@ -96,7 +92,7 @@ def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]],
     taken = [row.name for row in read_user_effects(workspace, plant)]
     for name in tables:
         check_name_is_free(name, taken, path)
-    old = path.read_bytes().decode("utf-8-sig") if path.exists() else ""
+    old = read_text(path) if path.exists() else ""
     end = "\r\n" if "\r\n" in old else "\n"
     added = (end * 2).join(effect_table_text(name, table).replace("\n", end) for name, table in tables.items())
     gap = "" if not old else end if old.endswith(end) else end * 2
@@ -127,10 +123,7 @@ def effect_table_text(name: str, table: Mapping[str, Any]) -> str:
 
 def effects_from_text(text: str, plant: PlantSignature) -> tuple[Effect, ...]:
     """Effects of the text of an effects.toml; raises Failure saying what in it is wrong."""
-    try:
-        tables = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise Failure(f"this is not valid TOML: {error}. Correct that line.") from None
+    tables = parse_toml(text)
     if len(tables) > MAX_EFFECTS_AND_PARAMETERS:
         raise Failure(f"at most {MAX_EFFECTS_AND_PARAMETERS} effects may be written, not {len(tables)}. Take some out.")
     return tuple(effect_from_table(name, table, plant) for name, table in tables.items())

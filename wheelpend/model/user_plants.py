@@ -10,13 +10,14 @@ import hashlib
 import re
 import sys
 import traceback
+from contextlib import redirect_stdout
 from pathlib import Path
 
 from derive import plants
 from derive.lazy import sp
 from derive.records import Plant
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file
+from wheelpend.files import read_bytes
 from wheelpend.text_modules import compiled, new_module, run
 
 NAME_PATTERN = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -35,28 +36,30 @@ def load_plant(path: Path) -> str:
 
     Raises Failure saying what is wrong with the file, with the line where its code fails.
     """
-    refuse_special_file(path)
     try:
-        text = path.read_bytes()
-    except OSError as error:
-        raise Failure(f"A plant's file must be there to be read, but {path}: {error.strerror or error}.") from None
+        text = read_bytes(path)
+    except FileNotFoundError:
+        raise Failure(f"A plant's file must be there to be read, but there is none at {path}. Name another.") from None
     module_name = f"{PLANT_MODULE_PREFIX}{hashlib.sha256(text).hexdigest()[:16]}"
     if path.suffix != ".py":
         raise Failure(f"A plant's file must be Python code with a name that ends in .py, not {path}.")
     try:
-        if module_name not in sys.modules:
-            module = new_module(module_name, path.resolve(), compiled(text, path.resolve()))
-            run(module)
-            sys.modules[module_name] = module
-        module = sys.modules[module_name]
-        name = plants.register(module)
-        check_plant(plants.build(name, plants.complete_assumptions(name, {})), name)
+        with redirect_stdout(sys.stderr):  # what it prints is no result
+            if module_name not in sys.modules:
+                module = new_module(module_name, path.resolve(), compiled(text, path.resolve()))
+                run(module)
+                sys.modules[module_name] = module
+            module = sys.modules[module_name]
+            name = plants.register(module)
+            check_plant(plants.build(name, plants.complete_assumptions(name, {})), name)
         return name
     except Failure as failure:
         raise Failure(f"{path}: {failure}") from None
-    except Exception as error:  # whatever a user's code may raise is theirs to hear of, with its line
+    except BaseException as error:  # whatever a user's code may raise is theirs to hear of, with its line
+        if type(error) is KeyboardInterrupt:  # Ctrl-C
+            raise
         raise Failure(
-            f"{path} must state a plant, but {_failing_line_text(error, path)}{type(error).__name__}: {error}."
+            f"{path} must state a plant, but {_failing_line_text(error, path)}{type(error).__name__}{_message(error)}."
         ) from error
 
 
@@ -130,7 +133,15 @@ def check_linear(plant: Plant, what: str, expression: sp.Expr) -> None:
         raise Failure(f"the {what} must be a sum of coordinates, or of rates, with plain numbers, not {expression}.")
 
 
-def _failing_line_text(error: Exception, path: Path) -> str:
+def _message(error: BaseException) -> str:
+    """What an error says, after a colon; nothing where it cannot say it."""
+    try:
+        return f": {error}".rstrip(": .")
+    except Exception:
+        return ""
+
+
+def _failing_line_text(error: BaseException, path: Path) -> str:
     """The line of the file in which an error came up."""
     own = [f for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path.resolve()]
     return f"line {own[-1].lineno} raises " if own else "it raises "

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import derive
 from wheelpend.errors import Failure
-from wheelpend.files import refuse_special_file, write_errors
+from wheelpend.files import read_text, write_errors
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
@@ -109,13 +109,11 @@ def history(folder: Path) -> list[dict]:
     path = folder / HISTORY_FILE
     if not path.exists():
         return []
-    refuse_special_file(path)
+    text = read_text(path)
     try:
-        entries = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+        entries = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise Failure(f"{path} must be JSON, but it is not ({error}). Move it away to start a new history.") from None
-    except OSError as error:
-        raise Failure(f"{path} cannot be read: {error.strerror or error}.") from error
     if not (isinstance(entries, list) and all(isinstance(entry, dict) for entry in entries)):
         raise Failure(f"{path} must be a list of changes, but it is not. Move it away to start a new history.")
     return entries

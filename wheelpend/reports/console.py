@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
+from traceback import walk_tb
 from typing import Any
 
 import typer
@@ -17,25 +19,32 @@ from wheelpend.errors import Failure
 from wheelpend.files import check_writable, write_text
 from wheelpend.reports.text.table import Table as TextTable
 
+TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
+
 out = Console(highlight=False, soft_wrap=True)
 err = Console(stderr=True, highlight=False, soft_wrap=True)
 
 
 @contextmanager
-def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
-    """Turn a Failure into a message on standard error, JSON where asked for, and exit code 1.
+def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iterator[None]:
+    """Turn whatever goes wrong into a message on standard error, JSON where asked for, and exit code 1.
 
-    That JSON cannot be written is said before anything is done for it.
+    That JSON or one of the ``outputs`` cannot be written is said before anything is done for it. What nobody foresaw is
+    a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised as it is.
     """
     try:
-        if json_file and json_file != "-":
+        if json_file is not None and json_file != "-":
             check_writable(Path(json_file))
+        for path in filter(None, outputs):
+            check_writable(path)
         yield
-    except BrokenPipeError:
-        raise  # whoever read the output has ended, which is no failure
-    except (Failure, OSError, MemoryError) as error:
+    except (BrokenPipeError, typer.Exit, typer.Abort, typer.BadParameter):
+        raise  # whoever read the output has ended, or all is said
+    except (Exception, SystemExit) as error:
+        if not isinstance(error, (Failure, OSError, MemoryError)) and os.environ.get(TRACEBACK_VARIABLE):
+            raise
         said = [_failure_text(error)]
-        if json_file:
+        if json_file is not None:
             try:
                 emit_json({"schema": 1, "failure": said[0]}, json_file)
             except (Failure, OSError) as unwritten:
@@ -45,15 +54,35 @@ def exit_on_failure(json_file: str | None = None) -> Iterator[None]:
         raise typer.Exit(1) from None
 
 
-def _failure_text(error: Failure | OSError | MemoryError) -> str:
+def _failure_text(error: BaseException) -> str:
     """What went wrong, where the system says so too: a file that cannot be used, or too little memory."""
+    if isinstance(error, Failure):
+        return str(error)
     if isinstance(error, MemoryError):
         return f"This needs more memory than there is ({error or 'none is left'}). Take a shorter log, or part of it."
     if isinstance(error, OSError):
-        return (
-            f"{error.filename or 'A file'} cannot be used: {error.strerror or error}. Name another, or make it usable."
-        )
-    return str(error)
+        what, why = error.filename or "A file or the output", error.strerror or error
+        return f"{what} cannot be used: {why}. Name another, or make it usable."
+    return (
+        f"A command must end with a result or a reason, but this one came upon {type(error).__name__}: "
+        f"{_text_of(error)} ({_place_of(error)}). That is a fault of wheelpend: please report it with the command and "
+        f"its files; {TRACEBACK_VARIABLE}=1 shows the whole traceback."
+    )
+
+
+def _text_of(error: BaseException) -> str:
+    """The first line of another library's message."""
+    return (str(error).strip() or "no message").partition("\n")[0].rstrip(".")[:300]
+
+
+def _place_of(error: BaseException) -> str:
+    """The innermost line of this package from which an error came."""
+    lines = [
+        f"{Path(frame.f_code.co_filename).name}, line {line}"
+        for frame, line in walk_tb(error.__traceback__)
+        if frame.f_globals.get("__name__", "").partition(".")[0] in ("wheelpend", "derive")
+    ]
+    return lines[-1] if lines else "outside its own code"
 
 
 def _without_markup(text: str) -> str:
@@ -91,13 +120,14 @@ def emit_json(data: dict, json_file: str) -> None:
     text = dumps(data) + "\n"
     if json_file == "-":
         sys.stdout.write(text)
+        sys.stdout.flush()  # that it cannot be written is to be known now
         return
     write_text(Path(json_file), text)
 
 
 def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -> None:
     """Print a result as JSON where asked for, and call ``text`` unless that goes to standard output."""
-    if json_file:
+    if json_file is not None:
         from wheelpend.serialise import to_json  # imported late: loads NumPy
 
         emit_json(result if isinstance(result, dict) else to_json(result), json_file)

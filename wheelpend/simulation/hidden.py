@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 import derive
+from derive.effects import EffectParameter
 from derive.parameter_name import ParameterName, effect_of, full_name
 from wheelpend.errors import Failure
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.problem import needed_constants
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
+
+MAX_HIDDEN_SIZE = 1e9  # in the parameter's unit; beyond it a simulation only loses digits
 
 
 def with_full_parameter_names(hide: Mapping[str, float]) -> dict[str, float]:
@@ -21,13 +24,23 @@ def with_full_parameter_names(hide: Mapping[str, float]) -> dict[str, float]:
     for name, value in hide.items():
         effect, parameter = _parts_of(name)
         try:
-            known = [p.name for p in derive.effects.find(effect).parameters]
+            known = {p.name: p for p in derive.effects.find(effect).parameters}
         except KeyError as error:
             raise Failure(error.args[0]) from None
         if parameter not in known and (parameter or len(known) > 1):
             raise Failure(f"'{name}' must be one of {', '.join(full_name(effect, k) for k in known)}.")
-        found[full_name(effect, parameter or known[0])] = float(value)
+        parameter = parameter or next(iter(known))
+        found[full_name(effect, parameter)] = _possible_value(known[parameter], float(value), effect)
     return found
+
+
+def _possible_value(parameter: EffectParameter, value: float, effect: str) -> float:
+    """The value; raises Failure where no machine has it."""
+    least, most = max(parameter.minimum, -MAX_HIDDEN_SIZE), min(parameter.maximum, MAX_HIDDEN_SIZE)
+    if not least <= value <= most and value != parameter.absent:
+        raise Failure(f"{full_name(effect, parameter.name)} must be between {least:g} and {most:g} {parameter.unit} to "
+                      f"be hidden, not {value:g}.")  # fmt: skip
+    return value
 
 
 def _parts_of(name: str) -> ParameterName:

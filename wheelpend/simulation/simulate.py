@@ -44,7 +44,7 @@ def simulate(
     """
     machine = machine_values(model, with_full_parameter_names(hide or {}))
     module = _simulation_module(model, machine)
-    t = np.arange(round(_checked_duration(model, command, duration) / sample) + 1) * sample
+    t = np.arange(round(_checked_duration(model, command, duration, sample) / sample) + 1) * sample
     angle, rate = reference(command, t, model.table)
     begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
     outputs, channels = begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS)
@@ -80,11 +80,12 @@ def _simulation_module(model: Model, machine: Mapping[str, float]) -> KernelModu
     return module
 
 
-def _checked_duration(model: Model, command: str, duration: float | None) -> float:
-    """Duration of a simulation [s], the command's where none is given; raises Failure unless positive, within a day."""
+def _checked_duration(model: Model, command: str, duration: float | None, sample: float) -> float:
+    """Duration of a simulation [s], the command's where none is given; raises Failure unless a sample to a day."""
     duration = command_duration(command, model.table) if duration is None else duration
-    if not 0.0 < duration <= MAX_DURATION_S:
-        raise Failure(f"The duration must be a positive time in s, a day ({MAX_DURATION_S:g}) at most, not {duration}.")
+    if not sample <= duration <= MAX_DURATION_S:
+        raise Failure(f"The duration must be a positive time in s, a day ({MAX_DURATION_S:g}) at most and one sample "
+                      f"({sample:g}) at least, not {duration}.")  # fmt: skip
     return duration
 
 

@@ -1,0 +1,10 @@
+"""The application with the commands of every module."""
+
+from __future__ import annotations
+
+from wheelpend.cli import logs, loop, paper, workspace
+from wheelpend.cli.app import app
+
+COMMAND_MODULES = (loop, logs, workspace, paper)  # which fill the application when they are imported
+
+__all__ = ["COMMAND_MODULES", "app"]
