@@ -15,6 +15,7 @@ from rich.table import Table
 
 from wheelpend.errors import Failure
 from wheelpend.files import check_writable, write_text
+from wheelpend.reports.characters import visible
 from wheelpend.reports.text.table import Table as TextTable
 
 out = Console(highlight=False, soft_wrap=True)
@@ -59,7 +60,7 @@ def _failure_text(error: Failure | OSError | MemoryError) -> str:
 def _without_markup(text: str) -> str:
     from rich.markup import escape  # imported late: a start does not need it
 
-    return escape(text)
+    return escape(visible(text))
 
 
 @contextmanager
