@@ -3,10 +3,25 @@
 import pytest
 
 from tests.fuzz.cases import Case
-from tests.fuzz.invariants import check_case
+from tests.fuzz.invariants import check_case, fresh_files
 from tests.fuzz.known import KNOWN
 
 HEADER = b"t,v_in,theta_w,theta_p,dtheta_p\n"
+
+
+def sound_log(change):
+    """The log of every workspace, its rows of cells changed in place."""
+    table = [line.split(",") for line in fresh_files()["log.csv"].decode().splitlines()]
+    change(table)
+    return "\n".join(map(",".join, table)).encode()
+
+
+def times_scaled(factor):
+    def change(table):
+        for k, row in enumerate(table[1:]):
+            row[0] = repr(0.02 * k * factor)
+
+    return sound_log(change)
 
 
 def rows(line, count=40):
@@ -19,9 +34,29 @@ FINDINGS = {
         "model damaged", (("generate", "--check"),), {"model.toml": b"a = " + b"[" * 3000 + b"]" * 3000}
     ),
     "OverflowError in wheelpend/logs/faults.py:lying_samples": Case(
-        "csv",
+        "csv times scaled", (("inspect", "hostile.csv"),), {"hostile.csv": times_scaled(1e-309)}
+    ),
+    "ZeroDivisionError in wheelpend/logs/faults.py:lying_samples": Case(
+        "csv odd cell",
         (("inspect", "hostile.csv"),),
-        {"hostile.csv": rows(lambda k: f"{k}e-320,{k % 3},{k},0.{k % 7},0.{k % 5}")},
+        {"hostile.csv": sound_log(lambda table: table[1].__setitem__(0, "-1e308"))},
+    ),
+    "ValueError in wheelpend/logs/checks.py:moves": Case(
+        "csv times scaled", (("inspect", "hostile.csv"),), {"hostile.csv": times_scaled(1e-38)}
+    ),
+    "LinAlgError in wheelpend/logs/white_noise.py:_prediction_errors": Case(
+        "csv odd cell",
+        (("inspect", "hostile.csv"),),
+        {"hostile.csv": sound_log(lambda table: [table[k].__setitem__(3, "1e308") for k in (1, 188)])},
+    ),
+    "UnicodeEncodeError in wheelpend/files.py:write_text": Case(
+        "command history", (("history", "--model", "\udcff.csv", "--json", "slope"),)
+    ),
+    "UnicodeEncodeError in wheelpend/reports/console.py:emit_json": Case(
+        "command history", (("history", "--model", "\udcff.csv", "--json", "-"),)
+    ),
+    "StopIteration in wheelpend/inspection/survey.py:survey_file": Case(
+        "bytes", (("new", "started", "--from", "hostile.csv"),), {"hostile.csv": b"\xfe\xff"}
     ),
     "Error in wheelpend/logs/csv_text.py:split_cells": Case(
         "csv",
