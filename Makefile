@@ -7,7 +7,9 @@ DEV := $(VENV)/.dev
 EXTRAS := $(VENV)/.extras
 PEERS := .venv-peers
 
-.PHONY: install demo test test-all test-extras mutate check bench benchmark generate clean
+MINUTES ?= 60
+
+.PHONY: install demo test test-all test-extras mutate fuzz check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -46,6 +48,10 @@ test-extras: $(EXTRAS)
 # it was interrupted.
 mutate: $(DEV)
 	$(BIN)/python tests/mutation/run.py
+
+# Hostile logs, models, laws and command lines, for an hour or MINUTES; goes on where it was, findings are in .fuzz/.
+fuzz: $(DEV)
+	$(BIN)/python tests/fuzz/run.py --minutes $(MINUTES)
 
 check: $(DEV)
 	$(BIN)/wheelpend generate --check

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import os
+import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import EINVAL, EISDIR
 from pathlib import Path
 
+LEFT_BEHIND_S = 600.0  # s for which a partial file has not changed where its process, on whatever machine, was killed
 DERIVE_FOLDER = Path(__file__).resolve().parent
 temporary_paths: set[Path] = set()  # files and folders that must not stay where this process ends all of a sudden
 TEMPLATE_FOLDER = next(p for p in (DERIVE_FOLDER / "templates", DERIVE_FOLDER.parent / "templates") if p.is_dir())
@@ -37,9 +39,12 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     """Paths of partial files, to be written in the block and renamed onto ``paths`` when it ends without an error.
 
     A partial file lies beside the file that it replaces, the one that a symbolic link stands for, and is removed where
-    anything fails. Raises OSError, before the block, where a path is no file to be replaced.
+    anything fails; those that a killed process left there are removed too. Raises OSError, before the block, where a
+    path is no file to be replaced.
     """
     targets = list(map(replaceable, paths))
+    for path in targets:
+        _remove_left_behind(path)
     partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
     temporary_paths.update(partial)
     try:
@@ -50,6 +55,16 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
         for path in partial:
             path.unlink(missing_ok=True)
         temporary_paths.difference_update(partial)
+
+
+def _remove_left_behind(target: Path) -> None:
+    """Remove partial files of a file that nobody is writing any more."""
+    head, tail = f".{target.stem}.", f".partial{target.suffix}"
+    with suppress(OSError):  # the folder is not there, or another process is as tidy
+        for path in [p for p in target.parent.iterdir() if p.name.startswith(head) and p.name.endswith(tail)]:
+            number = path.name[len(head) : -len(tail)]
+            if number.isdecimal() and time.time() - path.lstat().st_mtime > LEFT_BEHIND_S:
+                path.unlink()
 
 
 def replaceable(path: Path) -> Path:

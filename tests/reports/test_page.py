@@ -93,7 +93,7 @@ def page(explanation: Ladder, tmp_path_factory) -> str:
 
 
 def without_scripts(page: str) -> str:
-    return re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
+    return re.sub(r"<script\b[^>]*>.*?</script>", "", page, flags=re.DOTALL)
 
 
 def test_the_page_names_the_missing_effect_and_its_size(page: str):

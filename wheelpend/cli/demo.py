@@ -7,10 +7,13 @@ from pathlib import Path
 from wheelpend.api import explain
 from wheelpend.cli.change import save_explanation
 from wheelpend.diagnosis.compare import compare
+from wheelpend.files import write_text
 from wheelpend.logs.shipped import DEMO_HOLDOUT_LOG, DEMO_LOG, data_folder
 from wheelpend.model import workspace
 from wheelpend.model.precompile import compile_all
 from wheelpend.model.record import Model
+from wheelpend.model.toml_file import MODEL_FILE
+from wheelpend.model.transaction import finish_change
 from wheelpend.reports.console import print_line, print_text, progress
 from wheelpend.reports.ladder import draw_ladder
 from wheelpend.reports.page.page import write_report
@@ -23,12 +26,20 @@ from wheelpend.version import version
 def fresh_workspace(folder: Path) -> Model:
     """A workspace with the paper's model; one of an earlier demo is made anew, for any other Failure is raised."""
     marker = folder / ".demo"
-    if marker.exists():
+    finish_change(folder)
+    if marker.exists() or _is_untouched(folder):
         for name in ("model.toml", workspace.HISTORY_FILE):
             (folder / name).unlink(missing_ok=True)
     model = workspace.create(folder)
-    marker.write_text("Made by `wheelpend demo`, which makes it anew.\n", encoding="utf-8")
+    write_text(marker, "Made by `wheelpend demo`, which makes it anew.\n")
     return model
+
+
+def _is_untouched(folder: Path) -> bool:
+    """True for a workspace as a demo begins it, which may have been killed before it could say that it is its own."""
+    if not (folder / MODEL_FILE).exists() or (folder / workspace.HISTORY_FILE).exists():
+        return False
+    return Model.open(folder).text == Model.default().text
 
 
 def run_demo(folder: Path) -> None:

@@ -88,6 +88,9 @@ def survey_file(path: Path) -> Survey:
     """What each column of a file is; raises Failure where it has no time that grows."""
     file, path = open_file(path), Path(path)
     values = numeric_columns(path, file)
+    if not values:
+        raise Failure(f"{path.name}: a log must have columns of numbers; it has none. It needs a header row and "
+                      "one row per sample.")  # fmt: skip
     check_length(path.name, len(next(iter(values.values()))))
     likely = next((n for n in values if n == "t" or contains(n, TIME_ALIASES)), "")
     clock = find_time_column(file._replace(read=lambda names: {n: values[n] for n in names}), likely, list(values))

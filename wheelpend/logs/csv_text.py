@@ -103,10 +103,16 @@ def is_comment(line: str) -> bool:
 
 
 def split_cells(line: str, separator: str) -> list[str]:
-    """Cells of a line without the spaces around them."""
+    """Cells of a line without the spaces around them; raises Failure where it is no line of a table."""
     if separator == WHITESPACE:
         return line.split()
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
+    except csv.Error as error:  # a carriage return that ends no line, or a cell without end
+        raise Failure(
+            f"A log must have lines of cells, but one that begins with {line[:20]!r} is none: {error}. "
+            r"Save the file with lines that end in \n or \r\n."
+        ) from error
 
 
 def is_number(cell: str) -> bool:

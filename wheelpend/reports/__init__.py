@@ -4,6 +4,7 @@ In: results of every room above. Out: text and files. Question: how is it said?
 
 numbers    numbers as text; nothing else in the reports rounds
 names      names of states and signals with Greek letters and dots
+characters that steer a terminal, shown as escapes
 console    the terminal: results, tables, progress, failures
 ladder     the error ladder: rungs, lengths of bars, an SVG picture
 html       pages from a template and a style sheet

@@ -17,6 +17,7 @@ from rich.table import Table
 
 from wheelpend.errors import Failure
 from wheelpend.files import check_writable, write_text
+from wheelpend.reports.characters import visible
 from wheelpend.reports.text.table import Table as TextTable
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
@@ -88,7 +89,7 @@ def _place_of(error: BaseException) -> str:
 def _without_markup(text: str) -> str:
     from rich.markup import escape  # imported late: a start does not need it
 
-    return escape(text)
+    return escape(visible(text))
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from math import isfinite, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from wheelpend.files import write_text
 from wheelpend.reports.numbers import digits_text, prediction_error_text, share_text
 
 if TYPE_CHECKING:
@@ -90,5 +91,5 @@ def draw_ladder(explanation: Ladder, path: Path) -> Path:
         floor=digits_text(explanation.noise_floor),
         has_forces=any(r.force is not None for r in rungs),
     )
-    path.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return path

@@ -1,7 +1,9 @@
-"""The page's charts as markup: a place for each figure and the script that draws it."""
+"""The page's charts as markup: a place for each figure and its data, and the script that draws them all."""
 
 from __future__ import annotations
 
+from base64 import b64encode
+from hashlib import sha256
 from typing import NamedTuple
 
 import plotly.graph_objects as go
@@ -20,6 +22,14 @@ from wheelpend.reports.page.figures import (
 )
 from wheelpend.reports.page.force_figures import force_figure, most_repeatable_figure, state_figure
 from wheelpend.reports.page.style import MAX_DRAWN_LOGS
+
+DRAWING_SCRIPT = """
+for (const data of document.querySelectorAll("script[data-chart]")) {
+  const figure = JSON.parse(data.textContent);
+  Plotly.newPlot(data.dataset.chart, figure.data, figure.layout,
+                 {responsive: true, displaylogo: false, displayModeBar: false});
+}
+"""
 
 
 class PageCharts(NamedTuple):
@@ -69,13 +79,17 @@ def _prediction_charts(explanation: Ladder, quantities: PlantUnits) -> tuple[lis
 
 
 def chart_markup(name: str, figure: go.Figure | None) -> Markup:
-    """A figure's place in the page and the script that draws it."""
+    """A figure's place in the page and its data, which no browser executes; DRAWING_SCRIPT draws it."""
     if figure is None:
         return Markup("")
     data = figure.to_json().replace("<", "\\u003c").replace(">", "\\u003e")
-    # only our own identifier and escaped JSON go into the script
+    # only our own identifier and escaped JSON go into the page as they are
     return Markup(
         f'<div class="chart" id="{name}" style="min-height:{int(figure.layout.height)}px"></div>\n'
-        f'<script>{{const f = {data}; Plotly.newPlot("{name}", f.data, f.layout, '
-        "{responsive: true, displaylogo: false, displayModeBar: false});}</script>"
+        f'<script type="application/json" data-chart="{name}">{data}</script>'
     )
+
+
+def script_hash(script: str) -> str:
+    """How a content security policy names a script that may run."""
+    return f"'sha256-{b64encode(sha256(script.encode()).digest()).decode()}'"

@@ -18,7 +18,7 @@ from wheelpend.model.units import plant_units_of
 from wheelpend.reports.html import rendered_page
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import error_text, typeset_estimate_text, typeset_number_text, typeset_p_value_text
-from wheelpend.reports.page.charts import page_charts
+from wheelpend.reports.page.charts import DRAWING_SCRIPT, page_charts, script_hash
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
@@ -50,13 +50,16 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
     """Text of the page."""
     quantities = plant_units_of(explanation.model)
     first = explanation.first
+    plotly = get_plotlyjs()
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
     return rendered_page(
         Path(__file__).parent,
         "page.html.j2",
         "style.css",
         TEMPLATE_FILTERS,
-        plotly=Markup(get_plotlyjs()),
+        plotly=Markup(plotly),
+        drawing=Markup(DRAWING_SCRIPT),
+        script_hashes=Markup(" ".join(map(script_hash, (plotly, DRAWING_SCRIPT)))),
         title=title_text(explanation),
         headline=headline_sentences(explanation, quantities),
         verdict=short_verdict_text(explanation),
