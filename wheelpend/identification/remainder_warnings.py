@@ -22,13 +22,19 @@ MIN_DISAGREEMENT_SIGMAS = 2.0  # standard errors of both together, within which 
 BOUND_TOLERANCE_SIGMAS = 1e-6  # standard errors: by chance no estimate comes so near to a bound
 
 
+def is_mostly_chance(left: Remainder | None) -> bool:
+    """True where chance pushes with half the weight of all that is modelled, or more: the model says little."""
+    force = left.strongest if left else None
+    return force is not None and force.share_of_drive >= LARGE_FORCE_SHARE
+
+
 def remainder_warnings(left: Remainder | None) -> tuple[str, ...]:
     """A warning where chance pushes as hard as all that is modelled."""
-    force = left.strongest if left else None
-    if force is None or force.share_of_drive < LARGE_FORCE_SHARE:
+    if not is_mostly_chance(left):
         return ()
     return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "
-            "Values mean little yet. Run `wheelpend diagnose`.",)  # fmt: skip
+            "Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`; what is missing "
+            "`wheelpend diagnose LOG` says.",)  # fmt: skip
 
 
 def bound_warnings(parameters: Sequence[FreeParameter], theta: np.ndarray, covariance: np.ndarray) -> tuple[str, ...]:

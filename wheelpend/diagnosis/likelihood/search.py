@@ -43,6 +43,7 @@ from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
 from wheelpend.diagnosis.negligible import negligible_sentences
 from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
@@ -212,7 +213,7 @@ def _diagnosis(
         progress("looking for what repeats")
         repeating, rings, slow = what_repeats(base.model), resonances(base.model), slow_sources(base.model)
         repeats = any([*(f.repeats for f in repeating), *(r.repeats for r in rings), *(s.repeats for s in slow)])
-        verdict = "unexplained" if repeats else "nothing_missing"
+        verdict = "unexplained" if repeats or is_mostly_chance(remainder) else "nothing_missing"
         share = repeatable_share(repeating)
         remainder = replace(remainder, repeatable_share=share, repeating=repeating, resonances=rings, slow=slow)
     found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])

@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 CHANCE_SENTENCE = "what remains is left to chance: no law of these signals predicts it."
+MOSTLY_CHANCE_SENTENCE = (
+    "The random force that is left has half the weight of all that is modelled, or more. No law of these signals is "
+    "certain to predict it; on so short or so odd a log that says little."
+)
 CLOSING_SENTENCES = {
     "nothing_missing": "Nothing more is missing.",
     "ambiguous": "Nothing more is missing, but a step was ambiguous.",
@@ -59,8 +63,16 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
     if result.verdict == "nothing_missing":
         return (f"Nothing that repeats is missing: the error is {error} (noise floor {floor}), no effect of the "
                 f"library is worth naming, and {CHANCE_SENTENCE}")  # fmt: skip
+    if not has_repeating(result.remainder):
+        return (f"Most of the motion is left to chance (error {error}, noise floor {floor}): no effect of the library "
+                f"accounts for it. {MOSTLY_CHANCE_SENTENCE}")  # fmt: skip
     return (f"Something that repeats is missing (error {error}, noise floor {floor}), and no effect of the library "
             f"accounts for it. {repeating_text(result.remainder, result.problem.plant)}")  # fmt: skip
+
+
+def has_repeating(left: Remainder | None) -> bool:
+    """True where a part of what is left to chance is known to repeat."""
+    return left is None or any(f.repeats for f in (*left.repeating, *left.slow, *left.resonances))
 
 
 def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
@@ -101,7 +113,8 @@ def closing_sentence(result: Ladder) -> str:
     if result.last.by_likelihood and result.verdict != "ambiguous" and not result.last.named:
         if result.verdict == "nothing_missing":
             return f"Nothing more that repeats is missing; {CHANCE_SENTENCE}"
-        rest = repeating_text(result.last.remainder, result.problem.plant)
+        left = result.last.remainder
+        rest = repeating_text(left, result.problem.plant) if has_repeating(left) else MOSTLY_CHANCE_SENTENCE
         return f"{CLOSING_SENTENCES[result.verdict]} {rest}".strip()
     return CLOSING_SENTENCES[result.verdict]
 
