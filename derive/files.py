@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from errno import EINVAL, EISDIR
 from pathlib import Path
+from threading import get_ident
 
 LEFT_BEHIND_S = 600.0  # s for which a partial file has not changed where its process, on whatever machine, was killed
 DERIVE_FOLDER = Path(__file__).resolve().parent
@@ -45,7 +46,7 @@ def replacing(paths: Sequence[Path]) -> Iterator[list[Path]]:
     targets = list(map(replaceable, paths))
     for path in targets:
         _remove_left_behind(path)
-    partial = [path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}") for path in targets]
+    partial = [path.with_name(f".{path.stem}.{os.getpid()}{get_ident()}.partial{path.suffix}") for path in targets]
     temporary_paths.update(partial)
     try:
         yield partial

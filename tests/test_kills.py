@@ -16,7 +16,7 @@ from wheelpend import Failure, Model, save_log
 from wheelpend.campaigns.journal import Journal
 from wheelpend.cli import change, demo
 from wheelpend.files import write_bytes, write_text
-from wheelpend.kernels import cache, load
+from wheelpend.kernels import cache, generated_text
 from wheelpend.model import workspace
 from wheelpend.model.transaction import MADE_FOLDER, PREPARED_FOLDER
 from wheelpend.model.user_effects import write_user_effects
@@ -82,6 +82,12 @@ def derive_text(folder):
     cache.cached_text("derived", "wheel_pendulum", "this test", lambda: "text of a module\n" * 50)
 
 
+def keep_module(path, text):
+    """A module's text and its bytecode, as the cache keeps them."""
+    generated_text.write_unless_there(path, text)
+    generated_text._code_of(path, text)
+
+
 WRITERS = {
     "new": command("new", "robot"),
     "generate": command("generate", after=edit_by_hand),
@@ -103,7 +109,7 @@ WRITERS = {
     "reproduce": Writer(lambda folder: reproduction_files.write(folder / "made", {"a.csv": b"1", "b.png": b"22"})),
     "tau map": Writer(lambda folder: write_bytes(folder / "map.png", b"picture" * 100)),
     "cached text": Writer(derive_text),
-    "cached module": Writer(lambda folder: load._module_file("wheelpend_generated_x", "a = 1\n" * 20)),
+    "cached module": Writer(lambda folder: keep_module(folder / "module.py", b"a = 1\n" * 20)),
 }  # fmt: skip
 READERS = (("history",), ("generate", "--check"), ("effects",))
 
@@ -125,7 +131,6 @@ def enter(folder, monkeypatch, is_cache=False):
     if not is_cache:
         return
     monkeypatch.setattr(cache, "cache_folder", lambda: folder)
-    monkeypatch.setattr(load, "cache_folder", lambda: folder)
 
 
 def age(folder):
@@ -136,7 +141,7 @@ def age(folder):
 
 def lasting(state):
     """A folder's files, without bytecode, which holds the time of its source, and what a command said of itself."""
-    return {name: data for name, data in state.items() if ".pyc" not in name and name != "result.json"}
+    return {name: data for name, data in state.items() if ".bytecode" not in name and name != "result.json"}
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -154,7 +159,7 @@ def test_whatever_is_killed_leaves_whole_files_and_the_next_command_goes_on_and_
         halves = [n for n, data in state.items() if not is_passing(n) and data not in (old.get(n), new.get(n))]
         assert not halves, f"{halves} half written by {name}"
         folder = tmp_path / str(number)
-        write_state(folder, {n: data for n, data in state.items() if ".pyc." not in n})  # Python's own, named anew
+        write_state(folder, {n: data for n, data in state.items() if ".pyc." not in n})  # bytecode, which is made anew
         age(folder)
         enter(folder, monkeypatch, is_cache)
         writer.work(folder)

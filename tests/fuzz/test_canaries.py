@@ -80,7 +80,6 @@ def test_no_file_of_the_current_folder_is_executed_where_python_is_told_to_run_t
     check_untouched(run_as_a_process("python -m", ("effects",), trapped), trapped)
 
 
-@pytest.mark.xfail(strict=True, reason="Matplotlib reads a matplotlibrc of the current folder")
 @pytest.mark.skipif(not COMMAND.exists(), reason="the command is not installed beside this Python")
 def test_a_picture_is_the_same_with_a_configuration_in_the_current_folder(trapped):
     run_as_a_process("wheelpend", QUICK[-1], trapped)

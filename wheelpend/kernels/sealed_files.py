@@ -8,10 +8,10 @@ from __future__ import annotations
 import hashlib
 import os
 import stat
-import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+from derive.files import replacing
 from wheelpend.kernels.first_use import first_use_notice
 
 SEAL_BYTES = hashlib.sha256().digest_size
@@ -39,15 +39,10 @@ def read_sealed(path: Path) -> bytes | None:
 
 def write_sealed(path: Path, content: bytes) -> None:
     """Write a file that nobody else can write, whole or not at all; raises OSError where that is not possible."""
-    descriptor, partial = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
+    with replacing([path]) as (partial,):
+        descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, stat.S_IRUSR | stat.S_IWUSR)
         with os.fdopen(descriptor, "wb") as file:
             file.write(_seal(path.name, content) + content)
-        os.replace(partial, path)
-    except BaseException:
-        with suppress(OSError):
-            os.unlink(partial)
-        raise
 
 
 def say_damaged(path: Path) -> None:
