@@ -7,6 +7,7 @@ CONTROLLER_GAINS of a PID that stabilises it, with a MODEL_TEMPLATE for texts of
 
 from __future__ import annotations
 
+import difflib
 import hashlib
 import json
 import os
@@ -55,9 +56,11 @@ def find(name: str) -> ModuleType:
         for entry in entry_points(group=ENTRY_POINT_GROUP, name=name):
             register(entry.load())
     if name not in KNOWN_PLANTS:
+        close = difflib.get_close_matches(name, KNOWN_PLANTS, 1)
+        did_you_mean = f". Did you mean '{close[0]}'?" if close else ""
         raise KeyError(
             f"No plant named '{name}'. Known plants: {', '.join(sorted(KNOWN_PLANTS))}. "
-            "One of your own is named on the command line: --plant FILE.py"
+            f"One of your own is named on the command line: --plant FILE.py{did_you_mean}"
         )
     return KNOWN_PLANTS[name]
 

@@ -42,6 +42,9 @@ FAULTS = {
     "encoder against the body": against_the_body,
     "input in PWM counts": lambda: faulty.as_pwm(faulty.clean(), 255),
     "input as duty": lambda: faulty.as_pwm(faulty.clean(), 1, supply=12, whole=False),
+    "a command without its direction": lambda: faulty.with_columns(
+        faulty.clean(), v_in=np.abs(faulty.column(faulty.clean(), "v_in"))
+    ),
     "input in percent": lambda: faulty.as_pwm(faulty.clean(), 100, supply=12, whole=False),
     "a sign": lambda: turned("theta_w", -1),
     "columns interchanged": interchanged,
@@ -64,7 +67,8 @@ FAULTS = {
 
 @lru_cache
 def documented() -> dict[str, tuple[str, str]]:
-    rows = re.findall(r"^\| (.+?) \| (.+?) \| (.+?) \|$", (ROOT / "docs" / "faults.md").read_text(), re.M)[1:]
+    text = (ROOT / "docs" / "faults.md").read_text().partition("## Without a model")[0]
+    rows = re.findall(r"^\| (.+?) \| (.+?) \| (.+?) \|$", text, re.M)[1:]
     return {fault: (said, done) for fault, said, done in rows if set(fault) != {"-"}}
 
 

@@ -53,6 +53,8 @@ def proposed_text(log: Path, plant: str) -> str:
         raise Failure(look.refusal)
     for finding in look.inspection.findings if look.inspection else ():
         print_line(f"- {finding.sentence} {finding.cure}")
+    for name, reason in look.guesses.items():
+        print_line(f"- {name} is guessed, and marked so in model.toml: {reason}.")
     return look.model
 
 

@@ -30,7 +30,7 @@ def nonnegative_least_squares(
     count, signed = len(module.LINEAR), np.isin(module.LINEAR, module.SIGNED)
     decay, drags = free_decay(log.t, tau, module.NQ), np.zeros((*sides.shape, 0))
     either_sign = [decay, regressors[:, :, signed]]
-    if module.INPUTS:
+    if module.INPUTS and np.ptp(voltage, axis=0).any():  # beside a constant input a constant force explains all of it
         drags, constants = _input_nuisances(module, log, states, voltage, parameters, tau)
         either_sign.append(constants)
     both = np.concatenate(either_sign, axis=2)

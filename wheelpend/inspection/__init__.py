@@ -5,8 +5,10 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
 - first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
-  `gravity` where an angle hangs, `proposal` writes the model.toml
-- file_values: the numbers of a file's columns without a model; column_names: what their names state
+  `gravity` where an angle hangs, `angle_unit` whether it is in degrees, `guesses` of units that no name states,
+  `proposal` writes the model.toml
+- file_values: the numbers of a file's columns without a model; column_names: what their names state;
+  counters: those that only count rows or tell the time once more
 - findings: `Finding`, and the corrections that cure a log
 - signals: a log on a uniform grid, smoothed derivatives, and scans over time shifts
 - kinematics: faults that show without a model: wrapped angles, swapped columns, degrees, a rate against its angle
@@ -14,7 +16,8 @@ Question: is something wrong with clock, units, signs, wiring or sensors?
 - equations: faults that the equations of motion show on any machine with one input: signs, input at another time
 - wheels_and_body: the same of a body on wheels, with its IMU; `encoder` what its encoder reads, and in which unit;
   `voltage` its equations with unknown parameters
-- sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage
+- sampling: rows dropped or timed anew, clocks that jitter; raw_units: a duty instead of a voltage, a command
+  without its direction
 - clocks: findings on delays between input and sensors
 - standstill: gaps, constant signals and standstills
 """

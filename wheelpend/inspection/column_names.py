@@ -10,13 +10,20 @@ from wheelpend.logs.columns import INPUT_ALIASES, INPUT_NAME_UNITS, UNIT_CONVERS
 REFERENCE_NAMES = ("ref", "goal", "desired", "target", "setpoint")
 RATE_NAMES = ("vel", "rate", "gyro", "omega", "dtheta", "speed", "dpos")
 TORQUE_NAMES = ("tau", "trq", "torque")
+SENSOR_NAMES = ("enc", "pos", "angle", "tick", "count", "theta", "temp")  # what is read at a motor, not told to it
+ANGLE_NAMES = ("angle", "theta", "phi", "pitch", "tilt")
+CLOCK_NAMES = ("time", "timestamp", "stamp", "micros", "millis")
+COUNT_NAMES = ("enc", "tick", "count", "pulse")
 SUPPLY_NAMES = ("bat", "supply", "vcc", "vdd", "bus")  # volts and amperes that command nothing
+DUTY_NAMES = ("duty", "pwm")
+SHORT_INPUT_NAMES = ("v", "cmd", "ctrl", "motor", "effort")  # inputs where no column is called one outright
 INPUT_WORDS = (*INPUT_ALIASES, *TORQUE_NAMES, "v_in")
 INPUT_UNITS = {"N m": TORQUE_NAMES, "A": ("current", "amp"), "N": ("force",), "V": ("v_in", "volt", "vir")}
 KIND_OF_UNIT = {"rad": "position", "m": "position", "rad/s": "rate", "m/s": "rate",
                 "V": "input", "A": "input", "N m": "input", "N": "input"}  # fmt: skip
 SPELLINGS = {"deg/s": ("dps", "deg_s", "deg_per_s"), "rad/s": ("rps", "rad_s", "rad_per_s"), "m/s": ("m_s", "m_per_s"),
-             "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"), "deg": ("degrees", "deg")}  # fmt: skip
+             "mm/s": ("mm_s", "mm_per_s"), "rev": ("turns", "rev"), "deg": ("degrees", "deg"),
+             "ms": ("millis",), "us": ("micros",)}  # fmt: skip
 
 
 def contains(name: str, words: Sequence[str]) -> bool:
@@ -25,17 +32,28 @@ def contains(name: str, words: Sequence[str]) -> bool:
     return any(re.sub(r"\d+$", "", low) == w or (len(w) > 2 and w in low) for w in words)
 
 
+def words_of(name: str) -> list[str]:
+    """The words of a name in small letters: motor, encoder and l of motor_encoder_L or MotorEncoderL."""
+    return [w.lower() for w in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", name)]
+
+
+def has_word(name: str, words: Sequence[str]) -> bool:
+    """True of a name one of whose words begins with one of these: encoders, but not calibrated for a rate."""
+    return any(w.startswith(tuple(words)) for w in words_of(name))
+
+
 def stated_unit(name: str) -> str:
-    """The unit that a column's name ends with, in any of the field's spellings; nothing of one that states none.
+    """The unit that a column's name ends with, or is, in any of the field's spellings; nothing of one that states none.
 
     A unit of a single letter counts in its own case only: x_a and x_n are no amperes and no newtons.
     """
-    ending = name.replace("(", "_").replace("[", "_").rstrip(")] ")
+    ending = "_" + name.replace("(", "_").replace("[", "_").rstrip(")] ")
     found = {}
     for unit in UNIT_CONVERSIONS:
         for spelling in {unit, unit.replace(" ", ""), unit.replace(" ", "_"), *SPELLINGS.get(unit, ())}:
-            alike = ending if len(spelling) == 1 else ending.lower()
-            if alike.endswith(f"_{spelling if len(spelling) == 1 else spelling.lower()}"):
+            single = len(spelling) == 1  # a whole name of one letter is no unit
+            alike = ending[1:] if single else ending.lower()
+            if alike.endswith(f"_{spelling if single else spelling.lower()}"):
                 found[spelling] = unit
     return found[max(found, key=len)] if found else ""
 
@@ -63,15 +81,31 @@ def kind_by_name(name: str) -> str:
 
 
 def may_be_sensor(name: str) -> bool:
-    """False of a column that is a voltage, a current or a force by its unit, or a supply by its words."""
+    """False of a column that is a voltage, a current, a force or a time by its unit, or a supply by its words."""
     kind = kind_by_name(name)
-    return kind in ("position", "rate") or (not kind and not contains(name, SUPPLY_NAMES))
+    return kind in ("position", "rate") or (not kind and not contains(name, SUPPLY_NAMES) and not is_called_time(name))
+
+
+def is_called_time(name: str) -> bool:
+    """True of a column that is a time by its words, or by a unit of more than one letter."""
+    return has_word(name, CLOCK_NAMES) or stated_unit(name) in ("ms", "us", "ns")
 
 
 def is_called_rate(name: str) -> bool:
     """True of a column that is a rate by its unit, or by its words where it states no unit."""
     kind = kind_by_name(name)
     return kind == "rate" if kind else contains(name, RATE_NAMES)
+
+
+def is_no_place(name: str) -> bool:
+    """True of a column that is a speed by its unit or by one of its words: no position, whatever it does."""
+    kind = kind_by_name(name)
+    return kind == "rate" if kind else has_word(name, RATE_NAMES) or name.lower() in SHORT_INPUT_NAMES
+
+
+def is_counting(name: str) -> bool:
+    """True of a column that is called after counts, and in no unit."""
+    return not stated_unit(name) and has_word(name, COUNT_NAMES)
 
 
 def without_unit(name: str) -> str:
@@ -82,9 +116,15 @@ def without_unit(name: str) -> str:
 def inputs_among(names: Sequence[str]) -> list[str]:
     """The columns that are inputs: by their words, or else by a unit of volts, amperes, newtons or newton metres."""
     open_names = [n for n in names if kind_by_name(n) in ("", "input") and not contains(n, REFERENCE_NAMES)]
+    open_names = [n for n in open_names if not is_read_at_motor(n)]
     called = [n for n in open_names if contains(n, INPUT_WORDS) or contains(without_unit(n), INPUT_WORDS)]
     stated = [n for n in open_names if kind_by_name(n) == "input"]
     return [n for n in called or stated if not contains(n, SUPPLY_NAMES)]
+
+
+def is_read_at_motor(name: str) -> bool:
+    """True of a column that is called after a motor, but for what is measured there: its encoder, its speed."""
+    return "motor" in words_of(name) and has_word(name, (*SENSOR_NAMES, *RATE_NAMES))
 
 
 def input_unit(names: Sequence[str]) -> str:

@@ -17,13 +17,14 @@ from wheelpend.estimation.state_reconstruction import states_from
 from wheelpend.inspection.clocks import MAX_PHYSICAL_DELAY_S, input_shift_finding
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import RatePair
-from wheelpend.inspection.signals import Signals, scan_time_shifts, uniform_signals
+from wheelpend.inspection.signals import MAX_SHIFT_SAMPLES, Signals, scan_time_shifts, uniform_signals
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 MAX_UNEXPLAINED_SHARE = 0.3  # share of the input's power; with more left nothing is concluded from the equations
 MIN_FLIP_GAIN = 2.0  # times less of the input that is left where signs are turned round
 SAME_SHARE_TOLERANCE = 1e-6  # relative difference of shares that is rounding, which differs from processor to processor
+MIN_FRICTION_SHARE = 0.9  # of an input's power that the sign of a rate explains, from which on it is like dry friction
 MIN_SHIFT_GAIN = 1.3  # times less of it at another time
 
 
@@ -44,8 +45,10 @@ def find_input_faults(
     if len(module.INPUTS) != 1 or np.linalg.matrix_rank(positions) < module.NQ:
         return []
     signals = uniform_signals(log, module.INPUT, in_range=True)
-    if signals is None:
+    if signals is None or np.ptp(signals.voltage) == 0.0:
         return []
+    if alike := friction_like_coordinate(signals, module):
+        return [friction_like_finding(signals.input, alike)]
     flipped = smallest_flip(signals, module, pairs)
     corrections.sign.update(dict.fromkeys(flipped, -corrections.sign.get(flipped[0], 1) if flipped else -1))
     findings = [flip_finding(name) for name in flipped]
@@ -55,6 +58,41 @@ def find_input_faults(
     if late.share < MAX_UNEXPLAINED_SHARE and late.is_significant(MIN_SHIFT_GAIN) and not physical:
         findings.append(input_shift_finding(signals.input, late.samples, signals.dt))
     return findings
+
+
+def friction_like_coordinate(signals: Signals, module: KernelModule) -> str:
+    """The coordinate whose rate's sign the input follows, now or some samples later; empty where it follows none.
+
+    A command that sets the machine in motion is ahead of the sign; one that is made of the measured rate comes with it
+    or after it, and is then dry friction to the equations, with either sign.
+    """
+    rows, outputs = signals.rows, module.OUTPUTS
+    values, slopes = (np.column_stack([signals.smooth(c, order)[rows] for c in outputs]) for order in range(2))
+    signs = soft_sign(states_from(module, values, slopes)[:, module.NQ :])
+    voltage = signals.smooth(signals.input)
+    for k, name in enumerate(module.STATES[: module.NQ]):
+        shared = [share_in_common(voltage[rows + late], signs[:, k]) for late in range(1 - MAX_SHIFT_SAMPLES,
+                                                                                       MAX_SHIFT_SAMPLES)]  # fmt: skip
+        best = int(np.argmax(shared)) - MAX_SHIFT_SAMPLES + 1
+        if best >= 0 and max(shared) > MIN_FRICTION_SHARE:
+            return name
+    return ""
+
+
+def share_in_common(one: np.ndarray, other: np.ndarray) -> float:
+    """Share of a signal's power (N,) about its mean that another one explains."""
+    if not (np.ptp(one) and np.ptp(other)):
+        return 0.0
+    return float(np.corrcoef(one, other)[0, 1] ** 2)
+
+
+def friction_like_finding(name: str, coordinate: str) -> Finding:
+    """The finding that an input is a function of the sign of a rate."""
+    sentence = (f"{name} follows the sign of the rate of {coordinate}, so it cannot be told from dry friction: neither "
+                "its size nor its time against the sensors can be judged by this log.")  # fmt: skip
+    cure = (f"Record a log in which {name} also acts against the motion and while the machine stands, such as a sum of "
+            "sines, or one of free motion.")  # fmt: skip
+    return Finding("friction_like_input", name, sentence, cure, None)
 
 
 def smallest_flip(signals: Signals, module: KernelModule, pairs: Sequence[RatePair]) -> tuple[str, ...]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.inspect import Inspection, inspect_file
 from wheelpend.inspection.plant_fit import toml_value
@@ -13,6 +16,7 @@ from wheelpend.inspection.proposal import Proposal, propose, with_cures
 from wheelpend.inspection.survey import Survey, survey_file
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
+from wheelpend.model.toml_checks import call_look_up
 
 
 class FirstLook(NamedTuple):
@@ -24,6 +28,7 @@ class FirstLook(NamedTuple):
     log: Log | None  # as that model reads it, and what it finds in it
     inspection: Inspection | None
     refusal: str  # why it cannot be read so; empty where it can
+    guesses: Mapping[str, str] = {}  # why quantities are read as they are, where only numbers say so
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON: those of an inspection, with columns, plants and model."""
@@ -34,19 +39,35 @@ class FirstLook(NamedTuple):
             "sentences": self.proposal.sentences,
             "model": self.model,
             "refusal": self.refusal or None,
+            "guesses": self.guesses,
         }
 
 
 def first_look(path: Path, plant: str = "") -> FirstLook:
     """Look at a log without a model, or for a plant only; raises Failure where no plant has its columns."""
+    if plant:
+        call_look_up(plants.find, plant)
     survey = survey_file(path)
     proposal = propose(survey, plant)
     try:
         log, inspection = inspect_file(Model.parse(proposal.text), path)
     except Failure as failure:
-        return FirstLook(survey, proposal, proposal.text, None, None, str(failure))
-    text = with_cures(proposal.text, inspection.proposal, steps_text(inspection.sensors))
-    return FirstLook(survey, proposal, text, log, inspection, "")
+        return FirstLook(survey, proposal, proposal.text, None, None, str(failure), proposal.guesses)
+    guesses = {**proposal.guesses, **estimates(inspection)}
+    text = with_cures(proposal.text, inspection.proposal, steps_text(inspection.sensors), guesses=guesses)
+    return FirstLook(survey, proposal, text, log, inspection, "", guesses)
+
+
+def estimates(inspection: Inspection) -> dict[str, str]:
+    """Why a channel is read in a scale that was estimated, which its user should replace by the exact one."""
+    found = {}
+    for finding in inspection.findings:
+        if finding.kind == "counts" and finding.size:
+            turn = 2 * math.pi * finding.size
+            found[finding.channel] = f"about {turn:.4g} counts to a turn by the equations; put 2 pi / the exact number"
+        elif finding.kind == "wrong_unit" and "exact ratio" in finding.cure:
+            found[finding.channel] = f"1 / {finding.size:.4g} by the equations; put 1 / the exact ratio"
+    return found
 
 
 def steps_text(sensors: str) -> str:

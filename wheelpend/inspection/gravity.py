@@ -14,26 +14,43 @@ MIN_SWING_RAD = 0.5  # below which a spring would do as well
 MAX_ZERO_DEVIATION_RAD = 0.1  # of a zero from hanging or upright, within which it counts as that
 
 
-def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str]) -> float | None:
+def gravity_zero(signals: Signals | None, place: str, inputs: Sequence[str], unit: float = 1.0) -> float | None:
     """Reading of an angle [rad] at which it hangs, by what gravity does to it; None where no gravity shows.
 
     The acceleration is fitted by input, viscous and dry friction and a constant, and then by the sine and cosine of the
-    angle beside them.
+    angle beside them. ``unit`` is the number of the column's units in a rad.
     """
     if signals is None:
         return None
-    rows = signals.rows
-    angle, speed, bend = (signals.smooth(place, k)[rows] for k in range(3))
-    plain = [np.ones(len(rows)), speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
-    plain += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]  # a rare command is not among them
-    pulled = [*plain[1:], np.sin(angle), np.cos(angle)]
-    left = [residual_power(np.column_stack(columns), bend) for columns in (plain, pulled)]
+    angle = signals.smooth(place)[signals.rows] / unit
+    left = [gravity_fit(signals, place, inputs, unit, pulled) for pulled in (False, True)]
     if np.ptp(angle) < MIN_SWING_RAD or left[0][0] < MIN_GRAVITY_GAIN * left[1][0]:
         return None
     sine, cosine = left[1][1][-2:]
     zero = float(math.atan2(cosine, -sine))
     upright = math.pi - abs(zero) < MAX_ZERO_DEVIATION_RAD  # ±π alike: that on whose side the log begins
     return math.copysign(zero, math.remainder(float(angle[0]), 4 * math.pi)) if upright else zero
+
+
+def gravity_misfit(signals: Signals, place: str, inputs: Sequence[str], unit: float) -> float:
+    """Share of an angle's acceleration that input, friction and gravity leave, in a unit, over what they do without it.
+
+    1 where gravity explains nothing.
+    """
+    without, pulled = (gravity_fit(signals, place, inputs, unit, by)[0] for by in (False, True))
+    return pulled / (without + 1e-300)
+
+
+def gravity_fit(
+    signals: Signals, place: str, inputs: Sequence[str], unit: float, pulled: bool
+) -> tuple[float, np.ndarray]:
+    """Power of an angle's acceleration left by input, friction and a constant or, ``pulled``, gravity; coefficients."""
+    rows = signals.rows
+    angle, speed, bend = (signals.smooth(place, k)[rows] / unit for k in range(3))
+    columns = [speed, np.tanh(speed / (0.05 * np.std(speed) + 1e-300))]
+    columns += [signals.smooth(i)[rows] for i in inputs if i in signals.channels]  # a rare command is not among them
+    columns += [np.sin(angle), np.cos(angle)] if pulled else [np.ones(len(rows))]
+    return residual_power(np.column_stack(columns), bend)
 
 
 def residual_power(matrix: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray]:

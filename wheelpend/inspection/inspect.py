@@ -12,7 +12,7 @@ import numpy as np
 
 from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs
-from wheelpend.inspection.raw_units import find_duty
+from wheelpend.inspection.raw_units import find_duty, find_rectified
 from wheelpend.inspection.sampling import find_sampling_faults
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
@@ -92,6 +92,7 @@ def inspect_log(
         *outlier_findings(outliers),
         *filter_findings(noise),
         *find_duty(log, corrections),
+        *find_rectified(log, table),
         *find_no_excitation(log, table),
         *standstill_findings(log, constant_signal_times(log, noise, table), table),
     ]

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from derive import plants
 from derive.plant_signature import PlantSignature
-from wheelpend.inspection.column_names import stated_base, suggested_input_base, unit_within
+from wheelpend.inspection.column_names import suggested_input_base, unit_within
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
@@ -115,7 +115,7 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
         if rate is None:
             return None
         columns[channel] = rate
-    if any(stated_base(columns[c]) not in ("", table.units[c]) for c in own):
+    if any(survey.base_of(columns[c]) not in ("", table.units[c]) for c in own):
         return None  # an angle by its unit is no way along a slide
     named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
     computed = sum(n != c and survey.is_computed(c) for n, c in columns.items() if n not in (*own, *table.inputs))

@@ -9,9 +9,12 @@ from typing import Any, NamedTuple
 
 from derive import plants
 from wheelpend.errors import Failure
-from wheelpend.inspection.column_names import input_unit, unit_within
+from wheelpend.inspection.angle_unit import is_in_degrees
+from wheelpend.inspection.column_names import input_unit, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, zero_offset
+from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, preference, toml_value
+from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
 
@@ -22,12 +25,13 @@ class Proposal(NamedTuple):
     text: str
     sentences: tuple[str, ...]
     plants: tuple[str, ...]  # that fit by the columns, the likeliest first
+    guesses: Mapping[str, str] = {}  # why a quantity's column is read as it is, where only numbers say so
 
 
 def propose(survey: Survey, plant: str = "") -> Proposal:
     """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns."""
     inputs, places = survey.of_role("input"), survey.of_role("position")
-    gravity = gravity_zero(survey.signals, places[0], inputs) if len(places) == 1 else None
+    gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None
     found = sorted(
         candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)),
         key=lambda c: -preference(c, gravity is not None),
@@ -37,11 +41,31 @@ def propose(survey: Survey, plant: str = "") -> Proposal:
     best = found[0]
     unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
-    maps = column_maps(best, survey, unit)
+    guesses = guess_units(survey, best.table, best.columns, unit)
+    maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
+    reasons = {n: g.reason for n, g in guesses.items()}
     sentences = [plants_sentence(found), *role_sentences(survey, best), *offset_sentence(best, maps, gravity, offset)]
+    sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
-    text = model_text(best, maps, unit, offsets)
-    return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found)))
+    text = model_text(best, maps, unit, offsets, reasons)
+    return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found)), reasons)
+
+
+def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
+    """Reading at which a position hangs [rad], in degrees or rad as it looks; None where no gravity shows."""
+    unit = DEGREES_PER_RADIAN if looks_like_degrees(survey, place) else 1.0
+    return gravity_zero(survey.signals, place, inputs, unit)
+
+
+def looks_like_degrees(survey: Survey, place: str) -> bool:
+    """True of a position that states no unit and is an angle in degrees by what gravity does to it."""
+    states = survey.base_of(place) == "m" or stated_unit(place)
+    return not states and bool(is_in_degrees(survey.values[place], survey.signals, place, survey.of_role("input")))
+
+
+def guess_sentence(name: str, column: str, reason: str) -> str:
+    """What is said of a column that is read by a guess."""
+    return f"{column} is read as {name} by a guess: {reason}."
 
 
 def offset_sentence(best: Candidate, maps: Mapping[str, ColumnMap], zero: float | None, offset: float) -> list[str]:
@@ -67,6 +91,7 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
     if survey.clock.column != "t" or survey.clock.unit not in ("", "s"):
         maps["t"] = ColumnMap(survey.clock.column, survey.clock.unit if survey.clock.unit != "s" else "")
     references = [r for r in survey.of_role("reference") if best.table.reference]
+    references.sort(key=lambda r: not survey.column(r).of)
     if references and best.table.reference not in references:
         maps[best.table.reference] = ColumnMap(references[0])
     return maps
@@ -103,6 +128,7 @@ def role_sentences(survey: Survey, best: Candidate) -> list[str]:
         for c in survey.columns
         if c.role == "further" and c.name not in used
     ]
+    found += [c.remark for c in survey.columns if c.role == "counter"]
     found += [f"{c.name} {constant_words(c, best)}" for c in survey.columns if c.role == "constant"]
     return found + [f"{n} = {v:.6g} is a constant beside the columns." for n, v in survey.scalars.items()]
 
@@ -121,28 +147,38 @@ def count(number: int, what: str) -> str:
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
-def model_text(best: Candidate, maps: Mapping[str, ColumnMap], unit: str, offsets: Mapping[str, float]) -> str:
+def model_text(
+    best: Candidate,
+    maps: Mapping[str, ColumnMap],
+    unit: str,
+    offsets: Mapping[str, float],
+    guesses: Mapping[str, str],
+) -> str:
     """The text of a model.toml with the columns of a file."""
     own = best.table.units[best.table.inputs[0]] if best.table.inputs else ""
     tables: dict[str, Any] = {"assumptions": dict(best.assumptions), "input": {"unit": unit} if unit != own else {}}
     tables["columns"] = {n: map_entry(m) for n, m in maps.items()}
     for name, offset in offsets.items():
         tables["columns"].setdefault(name, {"column": best.columns[name]})["offset"] = offset
-    return toml_text(best.plant, tables)
+    return toml_text(best.plant, tables, guesses)
 
 
 def map_entry(entry: ColumnMap) -> dict[str, Any]:
     """A column map as a table of [columns]."""
     stated = {"unit": entry.unit} if entry.unit else {}
-    return {"column": entry.column} | stated
+    return {"column": entry.column} | stated | ({"scale": entry.scale} if entry.scale != 1.0 else {})
 
 
-def toml_text(plant: str, tables: Mapping[str, Any]) -> str:
-    """Plant and tables as the text of a model.toml; tables within [columns] stand on a line each."""
+def toml_text(plant: str, tables: Mapping[str, Any], guesses: Mapping[str, str]) -> str:
+    """Plant and tables as the text of a model.toml; tables within [columns] stand on a line each.
+
+    Those of ``guesses`` have a comment that says why.
+    """
     lines = [f'plant = "{plant}"']
     for name, entries in tables.items():
         flat = {k: v for k, v in entries.items() if not isinstance(v, dict) or name == "columns"}
-        lines += ["", f"[{name}]"] * bool(flat) + [f"{k} = {inline(v)}" for k, v in flat.items()]
+        why = {k: f"  # guessed: {guesses[k]}" for k in flat if name == "columns" and k in guesses}
+        lines += ["", f"[{name}]"] * bool(flat) + [f"{k} = {inline(v)}{why.get(k, '')}" for k, v in flat.items()]
         for key, entry in entries.items():
             if key not in flat:
                 lines += ["", f"[{name}.{key}]", *(f"{k} = {toml_value(v)}" for k, v in entry.items())]
@@ -156,8 +192,8 @@ def inline(value: Any) -> str:
     return "{ " + ", ".join(f"{k} = {toml_value(v)}" for k, v in value.items()) + " }"
 
 
-def with_cures(text: str, *cures: str) -> str:
-    """The text of a model.toml with the sections of others in it, key by key."""
+def with_cures(text: str, *cures: str, guesses: Mapping[str, str] | None = None) -> str:
+    """The text of a model.toml with the sections of others in it, key by key, and why some columns are guessed."""
     found = tomllib.loads(text)
     plant = found.pop("plant")
     for cure in cures:
@@ -165,4 +201,4 @@ def with_cures(text: str, *cures: str) -> str:
             known = found.setdefault(section, {})
             for key, entry in entries.items():
                 known[key] = {**known.get(key, {}), **entry} if isinstance(entry, dict) else entry
-    return toml_text(plant, found)
+    return toml_text(plant, found, guesses or {})

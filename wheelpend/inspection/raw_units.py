@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from wheelpend.inspection.column_names import stated_base
+from wheelpend.inspection.column_names import DUTY_NAMES, stated_base
 from wheelpend.inspection.findings import Finding, LogCorrections
-from wheelpend.inspection.signals import is_whole
-from wheelpend.logs.columns import ColumnMap
+from wheelpend.inspection.signals import channel_values, is_whole
+from wheelpend.logs.columns import ColumnMap, ColumnTable
 from wheelpend.logs.log import Log
 
 PWM_LIMITS = (100, 127, 255, 400, 500, 1000, 1023, 2047, 4095, 8191, 10000, 32767)  # full scale of common timers
 MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
+ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
+MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
 DUTY_LIMITS = (1.0, 100.0)  # of a duty as a share and in percent
-DUTY_NAMES = ("duty", "pwm")
 
 
 def find_duty(log: Log, corrections: LogCorrections) -> list[Finding]:
@@ -26,6 +27,28 @@ def find_duty(log: Log, corrections: LogCorrections) -> list[Finding]:
         if table.units.get(name) == "V" and not mapped.unit and mapped.scale == 1.0 and not states_volts(mapped.column):
             found += duty_findings(name, mapped.column, values)
     return found
+
+
+def find_rectified(log: Log, table: ColumnTable) -> list[Finding]:
+    """The finding on an input that is never negative though a place moves both ways while it acts.
+
+    Gravity turns a pendulum back by itself, so only machines are judged whose first coordinate it does not pull.
+    """
+    places = [c for c in log.channels if table.units.get(c) in ("rad", "m") and c != table.range_channel]
+    hangs = not table.range_channel and any(table.units[c] == "rad" for c in places)
+    if len(table.inputs) != 1 or not places or hangs or np.nanmin(log.voltage) < 0.0:
+        return []
+    place, known = channel_values(log, places[0]), np.isfinite(channel_values(log, places[0]))
+    acts = (log.voltage[known] > ACTING_SHARE * np.nanmax(log.voltage))[:-1]
+    steps = np.diff(place[known])[acts]
+    there, back = float(steps[steps > 0].sum()), float(-steps[steps < 0].sum())
+    if not min(there, back) > MIN_WAY_BACK_SHARE * (there + back):
+        return []
+    name, share = table.inputs[0], 100 * min(there, back) / (there + back)
+    sentence = (f"{name} is never negative, but {places[0]} moves both ways while it acts ({share:.2g} % of the way "
+                "against the rest): the log has the command's size without its direction.")  # fmt: skip
+    cure = "Log the direction pin too, and give the command its sign by it; no motor can be found before."
+    return [Finding("rectified", name, sentence, cure, None)]
 
 
 def states_volts(column: str) -> bool:

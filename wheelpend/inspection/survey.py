@@ -11,18 +11,24 @@ from scipy.ndimage import median_filter
 
 from wheelpend.errors import Failure
 from wheelpend.inspection.column_names import (
+    ANGLE_NAMES,
     REFERENCE_NAMES,
     contains,
+    has_word,
     inputs_among,
     is_called_rate,
+    is_no_place,
+    is_read_at_motor,
     kind_by_name,
     may_be_sensor,
+    stated_base,
     stated_factor,
 )
+from wheelpend.inspection.counters import counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, uniform_signals
-from wheelpend.logs.checks import check_time
+from wheelpend.logs.checks import check_time, starts_at_rest
 from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.noise import find_quantum
 from wheelpend.logs.outliers import MAX_SPIKE_SAMPLES, MAX_SPIKE_SHARE
@@ -35,11 +41,13 @@ MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one tha
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
 COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
 MIN_ENCODER_COUNTS = 100  # of a turn
-COMPUTED = "no sensor of its own."
+NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
+COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
 MAX_LEAD_SAMPLES = 60  # by which a reference is looked for ahead of the position that follows it
+MIN_LEAD_SHARE = 4  # parts of a log, of which a lead is one at most: the rest shows it
 MAX_COPY_ROUGHNESS = 0.5  # of a signal's noise, which a filtered copy of it has at most
 ERROR_SMOOTHING_SAMPLES = 3.0  # standard deviation of the Gaussian beyond which a signal is error
 MAX_FILTER_SAMPLES = 15  # samples before and after, from which such a filter takes them
@@ -49,7 +57,7 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, constant, further
+    role: str  # time, input, position, rate, reference, constant, counter, further
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
@@ -83,6 +91,11 @@ class Survey(NamedTuple):
         """A column by its name."""
         return next(c for c in self.columns if c.name == name)
 
+    def base_of(self, name: str) -> str:
+        """The unit of SI that a column's name states or the step of its encoder shows; rad of one called an angle."""
+        shown = self.column(name).remark.endswith(COUNTS_ENDING) or has_word(name, ANGLE_NAMES)
+        return stated_base(name) or ("rad" if shown else "")
+
 
 def survey_file(path: Path) -> Survey:
     """What each column of a file is; raises Failure where it has no time that grows."""
@@ -100,17 +113,40 @@ def survey_file(path: Path) -> Survey:
     raw = values.pop(clock.column)
     check_time(path.name, raw)
     t = (raw - raw[0]) * UNIT_CONVERSIONS[clock.unit][1]
-    log = analysed(path.name, t, moving_columns(path, values))
+    counters = {n: text for n, v in values.items() if (text := beside_clock(n, v, t))}
+    log = analysed(path.name, t, moving_columns(path, {n: v for n, v in values.items() if n not in counters}))
     moving = dict(zip(log.channels, log.measured.T, strict=True))
     signals = uniform_signals(log, "", in_range=False, all_needed=False)
     roles = roles_of(moving, signals)
+    roles |= dict.fromkeys(counters, ("counter", "")) | held_inputs(values, moving, roles)
     columns = [column_of(clock.column, "time", "", raw, "")]
     for name, v in values.items():
         role, of = roles.get(name, ("constant", ""))
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
+        remark = counters.get(name, remark)
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
+
+
+def beside_clock(name: str, values: np.ndarray, t: np.ndarray) -> str:
+    """That a column (N,) is a counter or a further clock; nothing of any other, nor of a commanded ramp."""
+    return "" if contains(name, REFERENCE_NAMES) else counter_sentence(name, values, t)
+
+
+def held_inputs(
+    values: dict[str, np.ndarray], moving: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
+) -> dict[str, tuple[str, str]]:
+    """Commands that are constant and not zero, where no other acts and the machine begins at rest: steps."""
+    places = [n for n, (role, _) in roles.items() if role == "position"]
+    if any(role == "input" for role, _ in roles.values()) or not places:
+        return {}
+    if not all(starts_at_rest(moving[n]) for n in places):
+        return {}
+    held = [n for n, v in values.items() if np.isfinite(v).all() and v[0] and np.ptp(v) == 0.0]
+    if all(n.startswith(NAMELESS_PREFIX) for n in values):  # a file without a header
+        return dict.fromkeys(held[:1], ("input", ""))
+    return dict.fromkeys(inputs_among(held), ("input", ""))
 
 
 def column_of(name: str, role: str, of: str, values: np.ndarray, remark: str) -> FileColumn:
@@ -129,13 +165,17 @@ def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str
     seldom = {n for n in values if signals is not None and n not in signals.channels}
     free = [n for n in values if n not in roles and n not in seldom and may_be_sensor(n)]
     roles |= rates_among(free, signals)
-    free = [n for n in free if n not in roles and kind_by_name(n) != "rate"]
+    if not any(r == "input" for r, _ in roles.values()):
+        roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
+    free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and is_place(values[n])}
-    roles |= {n: ("further", "") for n in values if n not in roles}
-    if not any(r == "input" for r, _ in roles.values()):
-        return roles | {n: ("input", "") for n in roles if contains(n, ("cmd", "motor", "effort"))}
-    return roles
+    return roles | {n: ("further", "") for n in values if n not in roles}
+
+
+def is_likely_input(name: str) -> bool:
+    """True of a column that is the input where no other is called so: a short name, or a command in its words."""
+    return name.lower() == "v" or (contains(name, ("cmd", "motor", "effort", "ctrl")) and not is_read_at_motor(name))
 
 
 def rates_among(names: list[str], signals: Signals | None) -> dict[str, tuple[str, str]]:
@@ -175,7 +215,8 @@ def references_among(names: list[str], values: dict[str, np.ndarray]) -> dict[st
 def lead_samples(follower: np.ndarray, leader: np.ndarray) -> int:
     """Samples by which a signal (N,) is ahead of another (N,): those of least squares, negative where it is behind."""
     costs = {}
-    for k in range(-MAX_LEAD_SAMPLES, MAX_LEAD_SAMPLES + 1):
+    most = min(MAX_LEAD_SAMPLES, len(leader) // MIN_LEAD_SHARE)
+    for k in range(-most, most + 1):
         late, early = (follower[k:], leader[: len(leader) - k]) if k >= 0 else (follower[:k], leader[-k:])
         costs[k] = float(np.nanmean((late - early) ** 2))
     return min(costs, key=lambda k: (costs[k], abs(k)))
@@ -229,4 +270,4 @@ def step_remark(step: float) -> str:
     """That a step is one of an encoder with a power of two of counts in a turn; nothing of others."""
     counts = 2 * np.pi / step if step else 0.0
     bits = round(float(np.log2(counts))) if counts >= MIN_ENCODER_COUNTS else 0
-    return f"Its step is that of {2**bits} counts a turn." if bits and abs(counts / 2**bits - 1) < 0.002 else ""
+    return f"Its step is that of {2**bits} {COUNTS_ENDING}" if bits and abs(counts / 2**bits - 1) < 0.002 else ""

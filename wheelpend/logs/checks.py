@@ -17,6 +17,7 @@ MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squa
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
+MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
 
 
@@ -52,14 +53,31 @@ def check_values(log: str, name: str, values: np.ndarray) -> None:
         )
 
 
-def check_input_varies(log: str, input: str, voltage: np.ndarray, table: ColumnTable) -> None:
-    """Raise Failure when the input never changes: without excitation no parameter is identifiable."""
-    lowest = np.nanmin(voltage)
-    if lowest == np.nanmax(voltage):
+def check_input_acts(log: str, values: Mapping[str, np.ndarray], table: ColumnTable) -> None:
+    """Raise Failure when an input never changes: without excitation no parameter is identifiable.
+
+    One that is constant and not zero acts where it sets a machine at rest in motion: a step that the log begins with.
+    """
+    for name in table.inputs:
+        lowest = np.nanmin(values[name])
+        if lowest != np.nanmax(values[name]) or (lowest and is_step_from_rest(values, table)):
+            continue
         raise Failure(
-            f"{log}: {input} must vary for anything to be learnt, but it is {lowest:g} {table.units[input]} "
-            f"throughout. Record a log in which {table.words.works}."
+            f"{log}: {name} must vary for anything to be learnt, or set a machine at rest in motion, but it is "
+            f"{lowest:g} {table.units[name]} throughout. Record a log in which {table.words.works}."
         )
+
+
+def is_step_from_rest(values: Mapping[str, np.ndarray], table: ColumnTable) -> bool:
+    """True of a machine that need not be balanced and that is at rest in the first sample and moves in later ones."""
+    places = [c for c in table.channels if table.units[c] in ("rad", "m")]
+    return not table.range_channel and bool(places) and all(starts_at_rest(values[c]) for c in places)
+
+
+def starts_at_rest(place: np.ndarray) -> bool:
+    """True of a place (N,) whose first step is small against its largest."""
+    steps = np.abs(np.diff(place[np.isfinite(place)]))
+    return steps.size > 1 and bool(steps[0] < MAX_FIRST_STEP_SHARE * steps.max())
 
 
 def check_motion(log: Log, table: ColumnTable) -> None:

@@ -228,7 +228,9 @@ def guess_column(name: str, free: Sequence[str], table: ColumnTable) -> str:
     """The unused column that is most likely meant, or nothing."""
     for alias in table.aliases(name):
         for column in free:
-            if column.lower() == alias or (len(alias) > 2 and alias in column.lower()):
+            if alias in (column.lower(), without_unit(table.units[name], column)) or (
+                len(alias) > 2 and alias in column.lower()
+            ):
                 return column
     return next(iter(difflib.get_close_matches(name, free, 1)), "")
 
@@ -265,6 +267,12 @@ def unit_ending(own: str, column: str) -> str:
     ending = column.lower().replace("_per_s", "/s").replace("dps", "deg/s").replace("[", "_").rstrip("])")
     fitting = [u for u, (base, _) in UNIT_CONVERSIONS.items() if base == own and ending.endswith(name_endings(u))]
     return max(fitting, key=len, default="")
+
+
+def without_unit(own: str, column: str) -> str:
+    """A column's name in small letters without the unit that it ends with, of those that turn into a quantity's own."""
+    unit = unit_ending(own, column)
+    return next((low[: -len(e)] for e in name_endings(unit) if (low := column.lower()).endswith(e)), "") if unit else ""
 
 
 def name_endings(unit: str) -> tuple[str, ...]:

@@ -17,19 +17,30 @@ from wheelpend.errors import Failure
 from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import (
-    check_input_varies,
+    check_input_acts,
     check_readable_interval,
     check_time,
     check_values,
     log_warnings,
     unit_of_interval,
 )
-from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnSource, ColumnTable, find_sources
+from wheelpend.logs.columns import (
+    DEFAULT_TABLE,
+    UNIT_CONVERSIONS,
+    ColumnMap,
+    ColumnSource,
+    ColumnTable,
+    find_sources,
+    unit_ending,
+)
 from wheelpend.logs.commands import held_commands
-from wheelpend.logs.log import Log, stack_inputs
+from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
+
+CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
+MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
 
 
 def load_log(
@@ -51,7 +62,7 @@ def load_log(
     for name in table.inputs:
         columns_by_name[name], remarks = held_commands(path.name, name, columns_by_name[name])
         notes += remarks
-        check_input_varies(path.name, name, columns_by_name[name], table)
+    check_input_acts(path.name, columns_by_name, table)
     seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
     notes += unwrap_positions(columns_by_name, raw_t, table)
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
@@ -149,14 +160,37 @@ def save_log(
 
 
 def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:
-    """The column of the times, with its unit: the likely one, or else the first that grows from row to row."""
+    """The column of the times, with its unit: the likely one, or else one that grows as a clock does.
+
+    Of those that grow from row to row the first that grows evenly and counts no rows, then one that does, then any.
+    """
+    growing: dict[str, tuple[int, np.ndarray]] = {}
     for name in (*([likely] if likely else []), *free):
         try:
             values = file.read([name])[name]
         except Failure:
             continue
         steps = np.diff(values)
-        if len(steps) and np.isfinite(values).all() and (steps > 0).all():
-            interval = float(np.median(steps))
-            return ColumnMap(name, unit_of_interval(interval) or "ns")
-    return None
+        if not (len(steps) and np.isfinite(values).all() and (steps > 0).all()):
+            continue
+        growing.setdefault(name, (clock_rank(steps), steps))
+        if name == likely or growing[name][0] == 0:
+            return clock_map(name, steps)
+    best = min(growing, key=lambda n: growing[n][0], default="")
+    return clock_map(best, growing[best][1]) if best else None
+
+
+def clock_rank(steps: np.ndarray) -> int:
+    """How unlike a clock's are steps (N,) that are all positive: 0 of even ones, 1 of a counter's, 2 of any others."""
+    if (steps == 1.0).all():
+        return 1
+    low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
+    return 0 if high - low < MAX_CLOCK_SPREAD * usual else 2
+
+
+def clock_map(name: str, steps: np.ndarray) -> ColumnMap:
+    """A column of times with the unit of its name, if that gives a usual sample interval, or of the interval."""
+    interval = float(np.median(steps))
+    stated = CLOCK_UNITS.get(name.lower()) or unit_ending("s", name)
+    usual = stated and MIN_SAMPLE_INTERVAL_S <= interval * UNIT_CONVERSIONS[stated][1] <= MAX_SAMPLE_INTERVAL_S
+    return ColumnMap(name, stated if usual else unit_of_interval(interval) or "ns")

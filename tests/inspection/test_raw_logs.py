@@ -1,0 +1,223 @@
+"""Raw logs without a model: units that no name states, counters, counts, speeds, commands that are constant."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.raw_logs import driven_axis, swing, way_of, write_csv
+from tests.support import ROOT, run
+from wheelpend import Failure
+from wheelpend.inspection.angle_unit import swings_beyond_a_turn, turning_points
+from wheelpend.inspection.counters import counter_sentence
+from wheelpend.inspection.first_look import FirstLook, first_look
+from wheelpend.inspection.survey import survey_file
+
+pytestmark = pytest.mark.filterwarnings("error")
+FREE_TORQUE = 0.5 * np.sin(2 * np.pi * (0.2 + 0.04 * np.arange(3000) * 0.005) * np.arange(3000) * 0.005)
+
+
+def free_swing_in_degrees() -> dict[str, np.ndarray]:
+    t, _, angle = swing()
+    return {"time": t, "angle": np.round(np.degrees(angle) / 0.09) * 0.09}
+
+
+def driven_swing_in_degrees() -> dict[str, np.ndarray]:
+    t, torque, angle = swing(begin=0.0, torque=FREE_TORQUE)
+    return {"t": t, "torque_Nm": torque, "q": np.degrees(angle)}
+
+
+def axis(**other: np.ndarray) -> dict[str, np.ndarray]:
+    t, volts, way = driven_axis()
+    return {"t": t, "u": volts, "x": way, **other}
+
+
+def duty_axis(**other: np.ndarray) -> dict[str, np.ndarray]:
+    t, volts, way = driven_axis()
+    return {"t": t, "pwm": np.round(volts / 11.4 * 255), "x": way, **other}
+
+
+def sign_law() -> dict[str, np.ndarray]:
+    t, torque, angle = swing(begin=0.3, law=0.3)
+    return {"time": t, "position": angle, "torque": torque}
+
+
+ROWS = np.arange(2000.0)
+KEPT = np.random.default_rng(2).random(2000) > 0.1  # of the rows; the others were lost
+RAW = {
+    "an angle in degrees": free_swing_in_degrees,
+    "a driven angle in degrees": driven_swing_in_degrees,
+    "an encoder's counts": lambda: {
+        "t": driven_axis()[0],
+        "u": driven_axis()[1],
+        "Encoder": np.round(4e3 * axis()["x"]),
+    },
+    "PWM counts and a battery": lambda: duty_axis(vbat=11.6 - 0.2 * np.sin(0.003 * ROWS) ** 2),
+    "PWM counts alone": duty_axis,
+    "a counter of rows": lambda: {"n": ROWS, **axis()},
+    "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},
+    "a controller on the sign of the rate": sign_law,
+}
+
+
+def look_at(columns: dict[str, np.ndarray], folder: Path) -> FirstLook:
+    return first_look(write_csv(folder / "log.csv", columns))
+
+
+def said_and_found(look: FirstLook) -> list[str]:
+    return [*look.proposal.sentences, *(f.sentence for f in (look.inspection.findings if look.inspection else ()))]
+
+
+def documented() -> dict[str, str]:
+    text = (ROOT / "docs" / "faults.md").read_text(encoding="utf-8").partition("## Without a model")[2]
+    rows = re.findall(r"^\| (.+?) \| (.+?) \| .+? \|$", text, re.M)[1:]
+    return {name: said for name, said in rows if set(name) != {"-"}}
+
+
+def test_the_table_lists_every_raw_log_that_is_tried():
+    assert list(documented()) == list(RAW)
+
+
+@pytest.mark.parametrize("name", RAW)
+def test_each_raw_log_is_read_as_the_docs_say(name, tmp_path):
+    look = look_at(RAW[name](), tmp_path)
+    pattern = ".*".join(map(re.escape, documented()[name].split("…")))
+    assert any(re.fullmatch(pattern, s, re.S) for s in said_and_found(look)), (pattern, said_and_found(look))
+    assert not any("no machine does that" in s for s in said_and_found(look))
+
+
+@pytest.mark.parametrize(("name", "channel", "entry"), [
+    ("an angle in degrees", "theta_1", {"unit": "deg"}), ("a driven angle in degrees", "theta_1", {"unit": "deg"}),
+    ("an encoder's counts", "x", {"scale": 1e-4}), ("PWM counts alone", "v_in", {"scale": 0.0470588}),
+    ("PWM counts and a battery", "v_in", {"scale": pytest.approx(11.5 / 255, rel=0.01)}),
+])  # fmt: skip
+def test_a_guess_is_a_line_with_its_reason(name, channel, entry, tmp_path):
+    look = look_at(RAW[name](), tmp_path)
+    found = tomllib.loads(look.model)["columns"][channel]
+    assert {k: found[k] for k in entry} == entry
+    (line,) = [row for row in look.model.splitlines() if row.startswith(f"{channel} = {{")]
+    assert "# guessed: " in line and look.guesses[channel] in line
+
+
+@pytest.mark.parametrize("name", ["n", "frame_idx", "index"])
+def test_a_counter_is_never_the_time_where_a_clock_is_there(name, tmp_path):
+    columns = axis()
+    jitter = 1e-4 * np.sin(7.0 * ROWS)
+    found = survey_file(write_csv(tmp_path / "log.csv", {name: ROWS, "clock": 1e6 * (columns["t"] + jitter), **{
+        k: columns[k] for k in ("u", "x")}}))  # fmt: skip
+    assert (found.clock.column, found.clock.unit, found.column(name).role) == ("clock", "us", "counter")
+
+
+def test_a_moving_place_is_no_counter():
+    t = np.arange(100) * 0.01
+    assert counter_sentence("x", way_of(np.full(100, 9.0)), t) == ""
+    assert counter_sentence("n", np.arange(100.0), t) and counter_sentence("s", 3.0 * t + 1, t)
+
+
+@pytest.mark.parametrize("other", ["rpm", "motor_speed", "estimated_velocity", "dt_avg_ms", "wheelOmega"])
+def test_a_speed_or_a_duration_is_no_place(other, tmp_path):
+    noise = np.cumsum(np.random.default_rng(5).normal(size=2000))
+    found = survey_file(write_csv(tmp_path / "log.csv", axis(**{other: noise})))
+    assert found.of_role("position") == ["x"] and found.column(other).role == "further"
+
+
+def test_a_motors_encoder_is_read_and_its_pwm_is_told(tmp_path):
+    columns = duty_axis()
+    found = survey_file(write_csv(tmp_path / "log.csv", {"t": columns["t"], "MotorPWM": columns["pwm"],
+                                                         "motor_encoder_L": columns["x"]}))  # fmt: skip
+    assert (found.of_role("input"), found.of_role("position")) == (["MotorPWM"], ["motor_encoder_L"])
+
+
+@pytest.mark.parametrize("place", ["theta", "q"])
+def test_a_v_that_is_no_rate_is_the_input_and_a_theta_is_an_angle(place, tmp_path):
+    t, volts, way = driven_axis()
+    look = look_at({"t": t, "v": np.round(20 * volts), place: np.round(60 * way)}, tmp_path)
+    found = tomllib.loads(look.model)
+    assert found["columns"]["v_in"]["column"] == "v"
+    assert found["plant"] == ("pendulum" if place == "theta" else "slide")
+
+
+def test_an_encoder_of_4096_counts_a_turn_reads_an_angle(tmp_path):
+    step = 2 * np.pi / 4096
+    found = tomllib.loads(look_at(axis(x=np.round(axis()["x"] / step) * step), tmp_path).model)
+    assert (found["plant"], found["assumptions"]) == ("pendulum", {"driven": True})
+
+
+@pytest.mark.parametrize("header", [True, False])
+def test_a_step_from_rest_is_an_input_that_never_changes(header, tmp_path):
+    t = np.arange(100) * 0.005
+    path = write_csv(tmp_path / "log.csv", {"i": ROWS[:100], "pwm": np.full(100, 200.0), "micros": 88 + 1e6 * t,
+                                            "x": way_of(np.full(100, 9.0))}, header)  # fmt: skip
+    look = first_look(path)
+    assert tomllib.loads(look.model)["plant"] == "slide" and not look.refusal
+    assert look.log is not None and np.ptp(look.log.voltage) == 0.0 and "a duty of ±255" in look.guesses["v_in"]
+
+
+@pytest.mark.parametrize("command", ["identify", "explain"])
+def test_a_step_from_rest_is_identified(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    way = np.round(way_of(np.full(300, 9.0)), 5)
+    path = write_csv(tmp_path / "step.csv", {"t": np.arange(300) * 0.005, "v_in": np.full(300, 9.0), "x": way})
+    run("new", tmp_path / "axis", "--from", path)
+    run(command, path, "--model", tmp_path / "axis" / "model.toml", "--json", tmp_path / "out.json")
+    found = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
+    if command == "explain":  # with the motor's own damping, the inertia is that of the axis
+        assert found["effects"] == ["viscous_drive"] and found["error"] < 1.5 * found["noise_floor"]
+        assert found["parameters"]["X1"]["value"] == pytest.approx(0.8, rel=0.02)
+
+
+@pytest.mark.parametrize(("volts", "moves"), [(0.0, True), (6.0, False)])
+def test_a_constant_command_that_moves_nothing_is_refused(volts, moves, tmp_path):
+    t = np.arange(200) * 0.005
+    way = way_of(np.full(200, 6.0)) if moves else 1e-6 * np.random.default_rng(1).normal(size=200)
+    write_csv(tmp_path / "log.csv", {"t": t, "v_in": np.full(200, volts), "x": way})
+    (tmp_path / "model.toml").write_text('plant = "slide"\n', encoding="utf-8")
+    failed = run("identify", tmp_path / "log.csv", "--model", tmp_path / "model.toml", code=1)
+    assert "Failure" in failed.output and "Traceback" not in failed.output
+
+
+def test_a_plant_and_columns_that_nearly_match_are_suggested(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = write_csv(tmp_path / "log.csv", axis())
+    for command in (("inspect", path), ("new", tmp_path / "axis", "--from", path)):
+        assert "Did you mean 'slide'?" in " ".join(run(*command, "--plant", "slid", code=1).output.split())
+    (tmp_path / "model.toml").write_text('plant = "slide"\n[columns]\nx_rf = { column = "x" }\n', encoding="utf-8")
+    failed = run("inspect", path, "--model", tmp_path / "model.toml", code=1)
+    assert "Did you mean 'x_ref'?" in " ".join(failed.output.split())
+
+
+def test_turning_points_and_swings_beyond_a_turn():
+    t = np.linspace(0, 20, 2000)
+    assert turning_points(np.cos(np.pi * t)).size == 19
+    assert not swings_beyond_a_turn(3.0 * np.cos(t)) and swings_beyond_a_turn(100 * np.cos(t))
+    assert not swings_beyond_a_turn(20 * t)
+
+
+MACHINES = {
+    "axis": axis, "free": lambda: {"t": swing()[0], "q": swing()[2]}, "sign law": sign_law, "duty": duty_axis,
+    "two": lambda: axis(y=1.5 * np.sin(2 * axis()["t"]), x_ref=axis()["x"] + 0.01, dx=np.gradient(axis()["x"], 0.005)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("rows", [0, 1, 2, 3, 19, 20, 21, 25, 33, 50, 61, 100, 121, 250, 399, 401])
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_log_of_any_length_is_read_or_refused_in_words(machine, rows, tmp_path):
+    path = write_csv(tmp_path / "log.csv", {n: v[:rows] for n, v in MACHINES[machine]().items()})
+    try:
+        assert first_look(path).model
+    except Failure as failure:
+        assert str(failure).startswith("log.csv")
+
+
+@pytest.mark.parametrize("rows", [1, 20, 23, 50])
+def test_every_command_tells_what_a_tiny_log_lacks(rows, tmp_path):
+    path = write_csv(tmp_path / "log.csv", {n: v[:rows] for n, v in axis(v_in=axis()["u"]).items() if n != "u"})
+    (tmp_path / "model.toml").write_text('plant = "slide"\n', encoding="utf-8")
+    for command in ("identify", "compare", "diagnose", "explain", "inspect"):
+        result = run(command, path, "--model", tmp_path / "model.toml", code=None)
+        assert result.exit_code == 0 or "Failure" in result.output, (command, result.exception)

@@ -1,0 +1,51 @@
+"""Small made-up logs as they come from a bench: other names, other units, counters, counts and duties."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+DT_S = 0.005
+
+
+def write_csv(path: Path, columns: dict[str, np.ndarray], header: bool = True) -> Path:
+    """A CSV file of columns (N,)."""
+    rows = [",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True)]
+    path.write_text("\n".join([*([",".join(columns)] if header else []), *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def driven_axis(rows: int = 2000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s], volts and way [m] (rows,) of an axis with viscous friction that a sum of sines drives."""
+    t = np.arange(rows) * DT_S
+    return t, (volts := 6.0 * np.sin(3.1 * t) + 4.0 * np.sin(7.7 * t + 1)), way_of(volts)
+
+
+def way_of(volts: np.ndarray) -> np.ndarray:
+    """Way [m] (N,) of an axis from rest under volts (N,)."""
+    speed, place, places = 0.0, 0.0, []
+    for u in volts:
+        places.append(place)
+        for _ in range(5):
+            speed += DT_S / 5 * (u - 12.0 * speed) / 0.8
+            place += DT_S / 5 * speed
+    return np.array(places)
+
+
+def swing(
+    rows: int = 3000, begin: float = 1.9, torque: np.ndarray | None = None, law: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s], torques [N m] and angles from hanging [rad] (rows,) of a pendulum.
+
+    Its torque is ``torque`` (rows,), or ``law`` times the sign of the rate that was measured a moment before.
+    """
+    t, angle, speed, angles, torques = np.arange(rows) * DT_S, begin, 0.0, [], []
+    for k in range(rows):
+        angles.append(angle)
+        u = torque[k] if torque is not None else law * np.sign(angle - angles[max(k - 4, 0)])
+        torques.append(u)
+        for _ in range(5):
+            speed += DT_S / 5 * (u - 1.2 * np.sin(angle) - 0.01 * speed) / 0.05
+            angle += DT_S / 5 * speed
+    return t, np.array(torques), np.array(angles)

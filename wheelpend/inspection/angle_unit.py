@@ -1,0 +1,54 @@
+"""In which unit an angle is whose name states none, by what gravity does to it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from wheelpend.inspection.gravity import gravity_misfit
+from wheelpend.inspection.signals import DEGREES_PER_RADIAN, Signals
+
+MIN_BACKLASH_SHARE = 0.1  # of its range, by which an angle goes back where it turns
+MIN_TURNING_POINTS = 3
+MIN_UNIT_GAIN = 2.0  # times less of an acceleration that gravity leaves in degrees than in rad
+
+
+def turning_points(angle: np.ndarray) -> np.ndarray:
+    """Readings (k,) at which an angle (N,) turns back, by at least MIN_BACKLASH_SHARE of its range each time."""
+    values = angle[np.isfinite(angle)]
+    band = MIN_BACKLASH_SHARE * float(np.ptp(values)) if values.size else 0.0
+    found: list[float] = []
+    extreme, way = float(values[0]) if values.size else 0.0, 0
+    for value in values.tolist():
+        if way * (value - extreme) >= 0 and way:
+            extreme = value
+        elif abs(value - extreme) > band:
+            found += [extreme] if way else []
+            extreme, way = value, 1 if value > extreme else -1
+    return np.array(found)
+
+
+def swings_beyond_a_turn(angle: np.ndarray) -> bool:
+    """True of an angle (N,) [rad] that swings to and fro over more than a turn: nothing that hangs does so.
+
+    It would have to go over the top at the one end, and gravity turns it back at neither.
+    """
+    points = turning_points(angle)
+    return points.size >= MIN_TURNING_POINTS and float(np.abs(np.diff(points)).min()) > 2 * math.pi
+
+
+def is_in_degrees(angle: np.ndarray, signals: Signals | None, place: str, inputs: list[str]) -> str:
+    """Why an angle (N,) that states no unit is in degrees; nothing of one that may be in rad."""
+    known = angle[np.isfinite(angle)]
+    free = not inputs
+    if free and swings_beyond_a_turn(known) and float(np.ptp(turning_points(known))) < 360.0:
+        points = turning_points(known)
+        return (f"it swings from {points.min():.3g} to {points.max():.3g} and back: in rad it would turn over, in "
+                "degrees it would not")  # fmt: skip
+    if signals is None or np.ptp(known) < 2 * math.pi:
+        return ""
+    in_rad, in_degrees = (gravity_misfit(signals, place, inputs, unit) for unit in (1.0, DEGREES_PER_RADIAN))
+    if in_degrees * MIN_UNIT_GAIN < in_rad:
+        return f"gravity then leaves {in_rad / in_degrees:.3g} times less of its acceleration unexplained than in rad"
+    return ""

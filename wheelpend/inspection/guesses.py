@@ -1,0 +1,104 @@
+"""Units that no name states, guessed from the numbers: degrees, encoder counts, PWM counts of a supply.
+
+A guess stands in the model.toml that is proposed, with its reason as a comment, so that its user knows what to replace.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.inspection.angle_unit import is_in_degrees
+from wheelpend.inspection.column_names import SUPPLY_NAMES, contains, is_counting, stated_factor, stated_unit
+from wheelpend.inspection.raw_units import MIN_PWM_PEAK, full_scale, states_volts
+from wheelpend.inspection.signals import is_whole
+from wheelpend.inspection.survey import Survey
+from wheelpend.logs.columns import ColumnMap, ColumnTable
+
+USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
+USUAL_COUNTS = 4096  # of a turn
+USUAL_WAY_M = 1e-4  # along an axis in a count
+MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
+MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
+
+
+class Guess(NamedTuple):
+    """How a column is read, by a guess, and why."""
+
+    column: ColumnMap
+    reason: str
+
+
+def guess_units(survey: Survey, table: ColumnTable, columns: Mapping[str, str], unit: str) -> dict[str, Guess]:
+    """Guesses of the units of quantities whose columns state none; ``unit`` is that of the inputs."""
+    found: dict[str, Guess] = {}
+    for name, column in columns.items():
+        values = survey.values.get(column)
+        if stated_unit(column) or (values is None and name not in table.inputs):
+            continue
+        own = unit if name in table.inputs else table.units[name]
+        if name in table.inputs:
+            guess = guess_supply(survey, column) if own == "V" else None
+        elif values is not None and own in ("rad", "m") and not (table.wiring_check and survey.signals):
+            guess = guess_place(survey, column, values, own, survey.of_role("input"))
+        else:
+            guess = None  # the equations of motion say it
+        found |= {name: guess} if guess else {}
+    return found
+
+
+def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, inputs: list[str]) -> Guess | None:
+    """A guess of the unit of a position (N,) whose quantity is in rad or m; None of one that may be in that."""
+    counting = is_counting(column) and is_whole(values) and np.nanmax(np.abs(values)) > MIN_COUNTS_NAMED
+    if own == "rad" and not counting and (why := is_in_degrees(values, survey.signals, column, inputs)):
+        return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
+    if not is_whole(values):
+        return None
+    reach = float(np.nanmax(np.abs(values)))
+    if own == "rad" and not counting and np.nanmax(values) - np.nanmin(values) < MAX_TURNS_DEG:
+        return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
+    if own == "rad":
+        return Guess(
+            ColumnMap(column, scale=float(f"{2 * math.pi / USUAL_COUNTS:.7g}")),
+            f"counts up to {reach:g}, no rad; 2 pi / {USUAL_COUNTS}, put your encoder's counts per turn in its place",
+        )
+    return Guess(
+        ColumnMap(column, scale=USUAL_WAY_M),
+        f"counts up to {reach:g}, no metres; {USUAL_WAY_M:g} m per count, put the way per turn / counts per turn in "
+        "its place",
+    )
+
+
+def guess_supply(survey: Survey, column: str) -> Guess | None:
+    """A guess of the volts that a duty stands for; None of a column that is no duty."""
+    if states_volts(column):
+        return None
+    entry = survey.column(column)
+    values = survey.values.get(column, np.array([entry.minimum, entry.maximum]))
+    limit = full_scale(column, values[np.isfinite(values)])
+    if not limit and entry.minimum == entry.maximum == round(entry.minimum) and abs(entry.minimum) > MIN_PWM_PEAK:
+        limit = full_scale("pwm", values)  # a step of so many volts is rarer than one in counts
+    if not limit:
+        return None
+    volts, why = supply_of(survey)
+    return Guess(ColumnMap(column, scale=float(f"{volts / limit:.6g}")), f"a duty of ±{limit:g} of {why}")
+
+
+def supply_of(survey: Survey) -> tuple[float, str]:
+    """Volts of the supply with the words for where they are from: a column, or what is usual."""
+    for entry in survey.columns:
+        if entry.role == "time" or not contains(entry.name, SUPPLY_NAMES):
+            continue
+        values = survey.values.get(entry.name)
+        middle = 0.5 * (entry.minimum + entry.maximum) if values is None else float(np.nanmedian(values))
+        volts = middle * (stated_factor(entry.name) if values is None else 1.0)
+        volts = volts if stated_unit(entry.name) or volts <= MAX_SUPPLY_V else 1e-3 * volts  # else it is in mV
+        if MIN_SUPPLY_V <= volts <= MAX_SUPPLY_V:
+            sag = abs(entry.maximum - entry.minimum) / (abs(middle) or 1.0) if values is None else (
+                float(np.nanmax(values) - np.nanmin(values)) / abs(middle))  # fmt: skip
+            varies = f" (it varies by {100 * sag:.2g} %; log duty times {entry.name} as v_in)" if sag > 0.01 else ""
+            return float(f"{volts:.4g}"), f"{volts:.4g} V, the median of {entry.name}{varies}"
+    return USUAL_SUPPLY_V, f"{USUAL_SUPPLY_V:g} V: put your supply's volts in its place"
