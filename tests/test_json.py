@@ -34,6 +34,7 @@ from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.recursive import TrackPoint
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
+from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
 from wheelpend.identification.time_constants import TimeConstantChoice, TimeConstantPair
 from wheelpend.identification.widening import Widening
 from wheelpend.inspection.findings import Finding
@@ -62,6 +63,9 @@ KEYS = {
     "predicted_spread_percent replicas",
     TimeConstantChoice: "rows chosen reason against replicas",
     TimeConstantPair: "tau1 tau2 bias_percent spread_percent score",
+    ResidualTests: "channels remainder fitted_first warnings",
+    ChannelResidual: "white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s "
+    "autocorrelation band quantiles samples",
     Comparison: "error noise_floor horizon_s fit_percent rmse horizons closed_loop where fitted_first warnings "
     "force_error bursts per_log remainder",
     HorizonError: "seconds error diverged",

@@ -15,6 +15,7 @@ _HOMES = {
     "save_log": "logs.read",
     "simulate": "simulation.simulate",
     "identify": "identification.identify",
+    "residuals": "identification.residual_tests",
     "compare": "diagnosis.compare",
     "diagnose": "api",
     "explain": "api",

@@ -72,6 +72,10 @@ COMMANDS = {
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
         remainder(force sensors places repeatable_share repeating resonances slow)
         widening(factors correlation_times_s)""",
+    "residuals log.csv": """
+        schema channels(white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s
+        autocorrelation band quantiles samples) fitted_first warnings
+        remainder(force sensors places repeatable_share repeating resonances slow)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log

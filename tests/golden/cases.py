@@ -163,6 +163,7 @@ CHAINS = (
     Chain("compare", (
         BARE,
         asked("log", "compare logs/demo4.csv"),
+        asked("residuals", "residuals logs/demo4.csv"),
         asked("holdout", "compare logs/demo4.csv --holdout logs/holdout4.csv"),
         asked("both_sides", "compare logs/demo4.csv --holdout logs/demo4.csv"),
     )),

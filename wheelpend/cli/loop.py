@@ -1,4 +1,4 @@
-"""Commands of the loop: identify, compare, diagnose, add, remove, explain, report."""
+"""Commands of the loop: identify, residuals, compare, diagnose, add, remove, explain, report."""
 
 from __future__ import annotations
 
@@ -80,6 +80,26 @@ def identify(
             from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
 
             save_error_maps(result.guide, tau_map)
+
+
+@app.command()
+def residuals(
+    logs: Logs,
+    model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Residual tests per channel: whiteness, independence of past inputs, σ found against σ assumed."""
+    from wheelpend.identification.residual_tests import residuals as run
+    from wheelpend.reports.text.residuals import residuals_text
+
+    with exit_on_failure(json):
+        opened = open_model(model, plant)
+        said = print_log_findings(logs, opened)
+        with progress("reading") as update:
+            result = run(opened, logs, progress=update)
+        print_warnings(result.warnings, said)
+        print_result(result, json, lambda: print_text(residuals_text(result, opened)))
 
 
 @app.command()

@@ -34,6 +34,7 @@ values make the measurements likeliest, and how well do they predict what the fi
     prediction, validation  errors on segments, with only their initial states fitted
     random_source           random forces and errors of sensors: rms, correlation time, where they act
     filter_error            a Kalman filter along every log, its innovations linearised
+    residual_statistics     whiteness, independence of past inputs, size and shape of residuals
     scoring                 score and information of the filter's likelihood, with all that its gains change
     filter_fit              the likeliest parameters, sizes and correlation times
     source_search           which random sources a machine has, as few as suffice

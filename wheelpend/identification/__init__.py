@@ -10,6 +10,7 @@ energy, inverse dynamics, shooting and the filter-error method give, and how bia
     remainder           what a model leaves to chance, and model.toml with it
     remainder_at        the same at given values, or refitted from them, for results that judge a model
     remainder_warnings  a bound, an inertia that cannot be, a force as large as the drive
+    residual_tests      are the filter's innovations white, and independent of past inputs?
     regression          a log's regression by each method
     energy              least squares on the energy balance
     bandwidth           the cut-off that noise in the accelerations allows, `measured_motion` behind it

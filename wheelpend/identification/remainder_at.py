@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import possible_errors, possible_forces
@@ -57,7 +58,13 @@ def _kernels(problem: EstimationProblem) -> KernelModule:
     return free_force_module(model.plant, model.assumptions, model.effects)
 
 
-def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:
+def likeliest_point(
+    problem: EstimationProblem, log_values: LogValues, free: Sequence[str]
+) -> tuple[FilterEstimator, FilterPoint]:
+    """The random sources that a model needs at or near its values in each log, on a part of long logs.
+
+    Raises Failure where no filter can follow the model along them.
+    """
     module = _kernels(problem)
     estimator = estimator_at(problem, module, free, log_values, lambda: log_values).on_part(MAX_REMAINDER_SAMPLES)
     forces, errors = possible_forces(problem.plant, module.NY), possible_errors(module.OUTPUTS, module.NQ)
@@ -65,4 +72,8 @@ def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence
     if not np.isfinite(point.deviance):
         raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
                       "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
-    return remainder_at_point(problem, estimator, point)
+    return estimator, point
+
+
+def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:
+    return remainder_at_point(problem, *likeliest_point(problem, log_values, free))

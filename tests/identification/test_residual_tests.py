@@ -1,0 +1,54 @@
+"""Residual tests of the robot: white and independent where the model is complete, and what is said where it is not."""
+
+from dataclasses import replace
+
+import pytest
+
+from tests.support import X, simulated
+from wheelpend import Model, residuals
+from wheelpend.reports.text.residuals import meaning_text
+
+
+def at_truth(model):
+    return model.with_fit({name: (value, None) for name, value in X.items()})
+
+
+@pytest.fixture(scope="module")
+def complete():
+    return residuals(at_truth(Model.default()), [simulated(seed=1)])
+
+
+def test_a_complete_model_leaves_white_residuals_of_the_size_of_the_noise(complete):
+    assert set(complete.channels) == {"theta_w", "theta_p", "dtheta_p"} and not complete.fitted_first
+    for channel in complete.channels.values():
+        assert channel.white and channel.independent_of_input_p > 1e-3
+        assert channel.sigma_ratio == pytest.approx(1.0, abs=0.03)
+        assert abs(channel.quantiles[5][1]) < 0.05 and channel.samples > 15000
+    assert meaning_text(complete.channels["theta_p"]) == "white, at the noise that is assumed."
+    assert not complete.remainder.force
+
+
+def test_noise_that_is_stated_too_small_is_understated_and_no_fault_of_the_physics(complete):
+    pitch = complete.channels["theta_p"]
+    assert meaning_text(replace(pitch, sigma_ratio=6.0, quantised=True)).startswith(
+        "white at 6 times the noise that its step implies: the noise is understated, not the physics."
+    )
+    assert "overstated" in meaning_text(replace(pitch, sigma_ratio=0.2))
+
+
+def test_a_missing_friction_colours_the_encoder_and_past_inputs_tell_of_it():
+    model = at_truth(Model.default())
+    found = residuals(model, [simulated(seed=1, coulomb_drive__torque=0.3)])
+    wheel = found.channels["theta_w"]
+    assert not wheel.white and wheel.independent_of_input_p < 1e-6
+    assert found.channels["theta_p"].white  # its noise is far above what the friction does to it
+    assert found.remainder.force["wheel"].rms > 0.05
+    assert "Past inputs predict it" in meaning_text(wheel)
+
+
+def test_the_random_force_of_the_model_file_is_the_one_that_is_used():
+    text = at_truth(Model.default()).text
+    model = Model.parse(text + "\n[random_force.wheel]\nrms = 0.5\ncorrelation_time = 0.05\n")
+    found = residuals(model, [simulated(seed=1, duration=5.0)])
+    assert found.remainder.force["wheel"].rms == 0.5
+    assert found.channels["theta_w"].sigma_ratio < 0.97  # the filter expects more than there is

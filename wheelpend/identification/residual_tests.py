@@ -1,0 +1,190 @@
+"""Residual tests of a model at its values: are the filter's innovations white, and independent of past inputs?
+
+They inform and do not decide: on no real machine is a residual white. What is missing is for the likelihood to say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wheelpend.errors import Failure
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
+from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.random_source import RandomSource, Sources, possible_errors, possible_forces
+from wheelpend.estimation.residual_statistics import (
+    autocorrelation,
+    excess_kurtosis,
+    normal_quantiles,
+    past_input_p_value,
+    spread_lags,
+)
+from wheelpend.estimation.source_search import as_mixture
+from wheelpend.identification.filter_error_method import estimator_at, filter_error_fit, remainder_at_point
+from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder_at import likeliest_point
+from wheelpend.kernels.load import free_force_module
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+from wheelpend.parallel import with_one_blas_thread
+
+SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class ChannelResidual:
+    """Tests of one channel's whitened innovations."""
+
+    white: bool
+    whiteness_p: float
+    independent_of_input_p: float | None  # given the residual's own past; None where nothing is commanded
+    sigma_ratio: float  # σ found over σ assumed, of all that the filter expects: 1 where both agree
+    sigma_assumed: float  # of the sensor [unit of the channel]
+    quantised: bool
+    kurtosis: float  # excess: 0 of a normal distribution
+    lags_s: tuple[float, ...]
+    autocorrelation: tuple[float, ...]
+    band: tuple[float, ...]  # half width that holds 95 % of the values of white noise
+    quantiles: tuple[tuple[float, float], ...]  # of the normal distribution, and of the residual
+    samples: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The tests under the keys of JSON."""
+        return {
+            "white": self.white,
+            "whiteness_p": self.whiteness_p,
+            "independent_of_input_p": self.independent_of_input_p,
+            "sigma_ratio": self.sigma_ratio,
+            "sigma_assumed": self.sigma_assumed,
+            "quantised": self.quantised,
+            "kurtosis": self.kurtosis,
+            "lags_s": self.lags_s,
+            "autocorrelation": self.autocorrelation,
+            "band": self.band,
+            "quantiles": self.quantiles,
+            "samples": self.samples,
+        }
+
+
+@dataclass(frozen=True)
+class ResidualTests:
+    """Residual tests of a model on some logs."""
+
+    channels: dict[str, ChannelResidual]
+    remainder: Remainder  # the random sources that the filter expects
+    fitted_first: bool  # the model had no values and was fitted to the logs
+    warnings: tuple[str, ...]
+    innovations: tuple[np.ndarray, ...] = field(repr=False, default=())  # of each log (N, channels) whitened
+
+    def to_json(self) -> dict[str, Any]:
+        """The result under the keys of JSON."""
+        return {
+            "channels": self.channels,
+            "remainder": self.remainder,
+            "fitted_first": self.fitted_first,
+            "warnings": self.warnings,
+        }
+
+
+@with_one_blas_thread
+def residuals(
+    model: Model, logs: Sequence[str | Path | Log], *, progress: Progress = lambda text: None
+) -> ResidualTests:
+    """Test the model's residuals on every sample of some logs, at its values and with its random force.
+
+    Without identified or nominal values the model is fitted first; without a random force in it the likeliest one is
+    sought. Raises Failure where the logs or the model cannot be used.
+    """
+    values = known_values(model)
+    problem = prepare(model, logs, use_all=True, lean=True)
+    fitted_first = not all(n in values for n in problem.base)
+    if fitted_first:
+        progress("the model has no values yet: fitting it first")
+        fitted = filter_error_fit(model, logs, progress)
+        problem, estimator, point = fitted.problem, fitted.estimator, fitted.point
+    else:
+        progress("running the filter along the logs")
+        estimator, point = _filter_at(problem, values, progress)
+    whitened = [i[..., 0] for i in estimator.problem.innovations(point.theta, point.sources)]
+    progress("testing the residuals")
+    return ResidualTests(
+        {name: _channel(problem, whitened, number) for number, name in enumerate(problem.module.OUTPUTS)},
+        remainder_at_point(problem, estimator, point),
+        fitted_first,
+        problem.warnings,
+        tuple(whitened),
+    )
+
+
+def _filter_at(
+    problem: EstimationProblem, values: Mapping[str, float], progress: Progress
+) -> tuple[FilterEstimator, FilterPoint]:
+    """The filter at given values, with the model's random sources, or the likeliest ones where it has none."""
+    model = problem.model
+    module = free_force_module(model.plant, model.assumptions, model.effects)
+    log_values = [values] * len(problem.logs)
+    whole = estimator_at(problem, module, (), log_values, lambda: log_values)
+    sources = whole.in_all_logs(_stored_sources(problem))
+    if not sources[0]:
+        progress("measuring what is left to chance")
+        sources = likeliest_point(problem, log_values, ())[1].sources
+    estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
+    if not np.isfinite(point.deviance):
+        raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
+                      "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
+    return estimator, point
+
+
+def _stored_sources(problem: EstimationProblem) -> Sources:
+    """The random sources that identification left in the model file."""
+    model, rows = problem.model, {c.row: n for n, c in enumerate(problem.plant.coordinates)}
+    found: dict[str, RandomSource] = {}
+    for source in possible_forces(problem.plant, problem.module.NY):
+        for row, force in model.random_force.items():
+            weight = abs(source.rows[rows[row]])
+            if weight and source.place == (force.place or row):
+                found.setdefault(source.place, source.with_noise(force.rms / weight, force.correlation_time))
+    errors = [
+        source.with_noise(error.rms, error.lag or error.correlation_time)
+        for source in possible_errors(problem.module.OUTPUTS, problem.module.NQ)
+        for channel, error in model.sensor_error.items()
+        if source.place == channel and source.lags == bool(error.lag)
+    ]
+    return (*found.values(), *errors)
+
+
+def _channel(problem: EstimationProblem, whitened: Sequence[np.ndarray], number: int) -> ChannelResidual:
+    """The tests of a channel in all logs together."""
+    runs, inputs = [], []
+    for log, residual in zip(problem.logs, whitened, strict=True):
+        for stretch in log.stretches:
+            runs.append(residual[stretch.begin : stretch.end, number])
+            inputs.append(log.inputs[:, stretch.begin : stretch.end])
+    own = np.concatenate(runs)
+    known, interval = own[np.isfinite(own)], min(log.dt for log in problem.logs)
+    longest = max(1, min(round(problem.horizon / interval), max(map(len, runs)) // 4))
+    found = autocorrelation(runs, spread_lags(longest))
+    driven = any(np.ptp(u[np.isfinite(u)]) > 0.0 for log in problem.logs for u in log.inputs if np.isfinite(u).any())
+    noise = problem.noise[0]
+    return ChannelResidual(
+        white=found.p_value >= SIGNIFICANCE_LEVEL,
+        whiteness_p=found.p_value,
+        independent_of_input_p=past_input_p_value(runs, inputs, longest) if driven else None,
+        sigma_ratio=float(np.sqrt(np.mean(known**2))) if known.size else 0.0,
+        sigma_assumed=float(noise.sigma[number]),
+        quantised=bool(noise.quantum[number]),
+        kurtosis=excess_kurtosis(own),
+        lags_s=tuple((found.lags * interval).tolist()),
+        autocorrelation=tuple(found.values.tolist()),
+        band=tuple(found.band.tolist()),
+        quantiles=tuple(normal_quantiles(own)),
+        samples=int(known.size),
+    )

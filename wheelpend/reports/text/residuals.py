@@ -1,0 +1,78 @@
+"""Results of `residuals` as text: a table of the tests, and what each channel's mean, in a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from wheelpend.reports.numbers import digits_text, number_text, p_value_text, time_text
+from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.table import Table, TextBlocks
+
+if TYPE_CHECKING:
+    from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
+    from wheelpend.model.record import Model
+
+MAX_RIGHT_RATIO = 1.1  # of σ found and assumed, within which they agree
+HEAVY_KURTOSIS = 1.0  # excess, from which the tails are heavy
+COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
+CLOSING = "They inform and do not decide: `wheelpend diagnose` says what is missing, and how sure that is."
+
+
+def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
+    """The tests of every channel, their meaning, and what the filter expects by chance."""
+    if result.fitted_first:
+        yield "The model has no parameter values yet: it was fitted to the logs first."
+    yield Table("Residuals of the filter", COLUMNS, [_cells(name, c) for name, c in result.channels.items()])
+    for name, channel in result.channels.items():
+        yield f"{name}: {meaning_text(channel)}"
+    yield from remainder_sentences(result.remainder, model)
+    yield CLOSING
+
+
+def _cells(name: str, one: ChannelResidual) -> tuple[str, ...]:
+    past = "" if one.independent_of_input_p is None else p_value_text(one.independent_of_input_p)
+    return (name, "yes" if one.white else "no", p_value_text(one.whiteness_p), past, digits_text(one.sigma_ratio, 3),
+            digits_text(one.kurtosis, 2))  # fmt: skip
+
+
+def meaning_text(one: ChannelResidual) -> str:
+    """What a channel's tests mean, in one sentence or two."""
+    basis = "its step implies" if one.quantised else "is assumed"
+    factor, low = digits_text(one.sigma_ratio, 2), one.sigma_ratio * MAX_RIGHT_RATIO < 1.0
+    if not one.samples:
+        return "no reading of it was judged."
+    if one.white and one.sigma_ratio > MAX_RIGHT_RATIO:
+        text = f"white at {factor} times the noise that {basis}: the noise is understated, not the physics."
+    elif one.white and low:
+        text = f"white at {factor} times the noise that {basis}: the noise is overstated."
+    elif one.white:
+        text = f"white, at the noise that {basis}."
+    else:
+        text = f"not white: {_colour_text(one)}. {_colour_cause(one)}"
+    return f"{text}{_input_text(one)}{_tail_text(one)}"
+
+
+def _colour_text(one: ChannelResidual) -> str:
+    """Where the autocorrelation stands out most."""
+    rows = zip(one.autocorrelation, one.band, one.lags_s, strict=True)
+    value, band, lag = max(rows, key=lambda row: abs(row[0]) / max(row[1], 1e-300))
+    return f"autocorrelation {digits_text(value, 2)} at {time_text(lag)} (± {number_text(band)} by chance)"
+
+
+def _colour_cause(one: ChannelResidual) -> str:
+    if one.sigma_ratio > MAX_RIGHT_RATIO:
+        return f"It is {digits_text(one.sigma_ratio, 2)} times as large as expected: something is missing in the model."
+    return "Its size is as expected: a small law, a filter of the sensor, or rounding to steps."
+
+
+def _input_text(one: ChannelResidual) -> str:
+    if one.independent_of_input_p is None or one.independent_of_input_p >= 0.01:
+        return ""
+    return (f" Past inputs predict it (p = {p_value_text(one.independent_of_input_p)}): what the input does is not "
+            "quite what the model says; think of a delay, a lag, a gain or a dead zone.")  # fmt: skip
+
+
+def _tail_text(one: ChannelResidual) -> str:
+    if one.kurtosis < HEAVY_KURTOSIS:
+        return ""
+    return f" Its tails are heavy (excess kurtosis {digits_text(one.kurtosis, 2)}): outliers, bursts, or slips."
