@@ -22,6 +22,7 @@ WORDS = (
 # Commands and values that ask for much work are left to the limits of the other cases.
 LONG_COMMANDS = {
     "identify",
+    "residuals",
     "add",
     "remove",
     "demo",
