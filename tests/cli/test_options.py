@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import wheelpend
 from tests.support import run, simulated
 from wheelpend import Failure, Model, load_log, save_log
 from wheelpend.cli import change
@@ -49,8 +50,9 @@ def asked_of_prepare(monkeypatch, *command):
 @pytest.mark.parametrize(
     "command",
     [("diagnose", "log0.csv"), ("explain", "log0.csv"), ("compare", "log0.csv"), ("report", "log0.csv"),
-     ("add", "slope", "--data", "log0.csv"), ("remove", "slope", "--data", "log0.csv")],
-    ids=lambda c: c[0],
+     ("add", "slope", "--data", "log0.csv"), ("remove", "slope", "--data", "log0.csv"),
+     ("add", "slope", "log0.csv"), ("remove", "slope", "log0.csv")],
+    ids=" ".join,
 )  # fmt: skip
 def test_held_out_logs_are_held_out_by_every_command(command, workspace, monkeypatch):
     if command[0] == "remove":
@@ -144,3 +146,7 @@ def test_a_hidden_effect_has_the_sizes_that_were_typed(text, hidden):
 def test_a_hidden_effect_without_its_sizes_is_refused(text):
     with pytest.raises(Failure):
         parse_hidden([text])
+
+
+def test_the_version_is_said():
+    assert run("--version").stdout.strip() == f"wheelpend {wheelpend.__version__}"

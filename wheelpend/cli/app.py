@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -30,5 +30,22 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    help="Find out what the model of a wheel-driven inverted pendulum is missing.",
 )
+
+
+def _print_version(asked: bool) -> None:
+    """Print the version, and end."""
+    if asked:
+        from wheelpend.version import version  # imported late: it reads the package's metadata
+
+        typer.echo(f"wheelpend {version()}")
+        raise typer.Exit
+
+
+@app.callback()
+def wheelpend(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version, and end.")
+    ] = False,
+) -> None:
+    """Find out what the model of a wheel-driven inverted pendulum, or of another machine, is missing."""

@@ -36,7 +36,7 @@ def change(
         model = checked_model(opened, effect, remove)
         if not data:
             if holdout:
-                raise Failure("--holdout judges a refit, so it needs --data as well.")
+                raise Failure("--holdout judges a refit, so it needs a LOG to refit on as well.")
             change_without_refit(model, effect, json, remove=remove)
             return
         with progress("reading") as update:
@@ -53,7 +53,7 @@ def change_without_refit(model: Model, effect: str, json: str | None, *, remove:
     result = {"schema": 1, "effect": effect, "effects": effects, "error_before": None, "error_after": None}
     sentence = (
         f"{'Removed' if remove else 'Added'} {effect}; nothing was refitted. "
-        "Give --data LOG to refit and see what it does to the error."
+        "Name a LOG to refit and see what it does to the error."
     )
     print_result(result, json, lambda: print_line(sentence))
 

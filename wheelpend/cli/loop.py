@@ -21,6 +21,7 @@ from wheelpend.cli.options import (
     Method,
     ModelFile,
     PlantFile,
+    RefitLogs,
     Tau,
     TauMap,
     Without,
@@ -155,6 +156,7 @@ def diagnose(
 @app.command()
 def add(
     effect: Annotated[str, typer.Argument(help="Name of the effect; `wheelpend effects` lists them.")],
+    logs: RefitLogs = None,
     data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
@@ -164,12 +166,13 @@ def add(
     """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
     from wheelpend.cli.change import change
 
-    change(effect, data or [], holdout or [], opened_to_change(model, plant), json, remove=False)
+    change(effect, [*(logs or []), *(data or [])], holdout or [], opened_to_change(model, plant), json, remove=False)
 
 
 @app.command()
 def remove(
     effect: Annotated[str, typer.Argument(help="Name of the effect.")],
+    logs: RefitLogs = None,
     data: Data = None,
     holdout: Holdout = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
@@ -179,7 +182,7 @@ def remove(
     """Remove an effect from the model; the opposite of add."""
     from wheelpend.cli.change import change
 
-    change(effect, data or [], holdout or [], opened_to_change(model, plant), json, remove=True)
+    change(effect, [*(logs or []), *(data or [])], holdout or [], opened_to_change(model, plant), json, remove=True)
 
 
 @app.command()

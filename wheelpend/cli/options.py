@@ -24,7 +24,8 @@ Law = Annotated[bool, typer.Option("--law", help="Fit a free-form law to what no
 Accept = Annotated[
     str | None, typer.Option("--accept", metavar="NAME", help="Write that law to effects.toml as an effect of yours.")
 ]
-Data = Annotated[list[Path] | None, typer.Option("--data", help="Log to refit on; repeat for several.")]
+Data = Annotated[list[Path] | None, typer.Option("--data", help="The same, by an option.")]
+RefitLogs = Annotated[list[Path] | None, typer.Argument(help="Logs to refit on.", show_default=False)]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
 Json = Annotated[
     str | None, typer.Option("--json", metavar="FILE", help="Write the result as JSON; '-' is standard output.")

@@ -31,5 +31,5 @@ def accept_law(model: Model, law: FreeLaw | None, name: str) -> str:
 
     renamed = law.with_name(name)
     path = write_user_effects(model.workspace, renamed.tables(), model.plant_signature)
-    steps = " Then ".join(f"`wheelpend add {effect} --data LOG`" for effect in renamed.laws)
+    steps = " Then ".join(f"`wheelpend add {effect} LOG`" for effect in renamed.laws)
     return f"Wrote {' and '.join(renamed.laws)} to {path}. {steps} adds it to the model."
