@@ -126,6 +126,14 @@ def test_a_speed_or_a_duration_is_no_place(other, tmp_path):
     assert found.of_role("position") == ["x"] and found.column(other).role == "further"
 
 
+def test_a_log_of_a_speed_alone_is_refused_with_what_to_log(tmp_path):
+    columns = duty_axis()
+    path = write_csv(tmp_path / "log.csv", {"time_ms": 1e3 * columns["t"], "pwm": columns["pwm"],
+                                            "rpm": 60 * np.gradient(columns["x"], 0.005)})  # fmt: skip
+    with pytest.raises(Failure, match=r"A speed \(rpm\) is no position: log what the encoder counts"):
+        first_look(path)
+
+
 def test_a_motors_encoder_is_read_and_its_pwm_is_told(tmp_path):
     columns = duty_axis()
     found = survey_file(write_csv(tmp_path / "log.csv", {"t": columns["t"], "MotorPWM": columns["pwm"],

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from derive import plants
 from wheelpend.errors import Failure
 from wheelpend.inspection.angle_unit import is_in_degrees
-from wheelpend.inspection.column_names import input_unit, stated_unit, unit_within
+from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
 from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, preference, toml_value
@@ -102,9 +102,15 @@ def no_plant_text(survey: Survey, plant: str) -> str:
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
     taken = ", ".join(f"{c.name} is {c.role}" for c in survey.columns)
     what = f"the plant {plant} must have other columns than" if plant else "no plant has"
+    speeds = [c.name for c in survey.columns if c.role == "further" and is_no_place(c.name)]
+    integrate = (
+        f" A speed ({', '.join(speeds)}) is no position: log what the encoder counts, or the speed summed over time."
+        if speeds and not survey.of_role("position")
+        else ""
+    )
     return (
-        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}. Start a workspace "
-        "with `wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
+        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate} Start a "
+        "workspace with `wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
     )
 
 
