@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 MAX_RIGHT_RATIO = 1.1  # of σ found and assumed, within which they agree
 HEAVY_KURTOSIS = 1.0  # excess, from which the tails are heavy
-COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
-CLOSING = "They inform and do not decide: `wheelpend diagnose` says what is missing, and how sure that is."
+RESIDUAL_COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
+CLOSING_SENTENCE = "They inform and do not decide: `wheelpend diagnose` says what is missing, and how sure that is."
 
 
 def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
     """The tests of every channel, their meaning, and what the filter expects by chance."""
     if result.fitted_first:
         yield "The model has no parameter values yet: it was fitted to the logs first."
-    yield Table("Residuals of the filter", COLUMNS, [_cells(name, c) for name, c in result.channels.items()])
+    yield Table("Residuals of the filter", RESIDUAL_COLUMNS, [_cells(name, c) for name, c in result.channels.items()])
     for name, channel in result.channels.items():
         yield f"{name}: {meaning_text(channel)}"
     yield from remainder_sentences(result.remainder, model)
-    yield CLOSING
+    yield CLOSING_SENTENCE
 
 
 def _cells(name: str, one: ChannelResidual) -> tuple[str, ...]:
