@@ -7,6 +7,7 @@ from scipy.io import savemat
 from wheelpend import Failure, Model
 from wheelpend.logs.columns import ColumnMap
 from wheelpend.logs.read import load_log
+from wheelpend.logs.tables import open_table
 
 
 def test_a_matlab_file_is_read_with_its_structures_and_the_columns_of_its_matrices(tmp_path):
@@ -44,3 +45,16 @@ def test_a_complex_column_is_refused_by_name_and_one_that_is_not_needed_is_left_
     savemat(tmp_path / "log.mat", {**table, "x": table["x"] * (1.0 + 1.0j)})
     with pytest.raises(Failure, match="x must hold real numbers, but it is complex"):
         load_log(tmp_path / "log.mat", {}, Model.default("slide").table)
+
+
+@pytest.mark.parametrize("place", range(140, 400, 20))
+def test_a_matlab_file_with_a_changed_byte_is_read_or_refused(place, tmp_path):
+    path = tmp_path / "log.mat"
+    savemat(path, {"t": np.arange(500.0), "v": np.sin(np.arange(500.0))}, do_compression=True)
+    data = bytearray(path.read_bytes())
+    data[place] ^= 0x55
+    path.write_bytes(data)
+    try:
+        open_table(path)
+    except Failure as failure:
+        assert "log.mat" in str(failure)

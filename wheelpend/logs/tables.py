@@ -102,13 +102,12 @@ def plain_columns(path: Path, names: list[str]) -> np.ndarray | None:
 def matlab_table(path: Path) -> Table:
     """The numeric vectors of a MATLAB file that are as long as most of them are; nothing in it is executed."""
     from scipy.io import loadmat  # imported late: it is slow to load, and only such files need it
-    from scipy.io.matlab import MatReadError
 
     try:
         found = loadmat(path, squeeze_me=True, struct_as_record=True)
     except NotImplementedError:
         raise Failure(f"{path.name} is a MATLAB 7.3 file, which is HDF5. Save it with save(..., '-v7').") from None
-    except (MatReadError, ValueError, OSError, TypeError, KeyError, IndexError, EOFError) as error:
+    except Exception as error:  # whatever the reader stumbles over: it has no one error for damage
         raise Failure(f"{path.name} is damaged and cannot be read as a MATLAB file: {first_line(error)}.") from error
     vectors = dict(numeric_vectors(found))
     if not vectors:
