@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -32,6 +33,9 @@ from wheelpend.cli.options import (
 )
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
+
+if TYPE_CHECKING:
+    from wheelpend.model.record import Model
 
 
 @app.command()
@@ -83,6 +87,15 @@ def identify(
             save_error_maps(result.guide, tau_map)
 
 
+def _print_judged(opened: Model, logs: list[Path], json: str | None, judge: Callable, text: Callable) -> None:
+    """Say what the logs' faults are, then what a judgement of the model on them finds, its warnings first."""
+    said = print_log_findings(logs, opened)
+    with progress("reading") as update:
+        result = judge(update)
+    print_warnings(result.warnings, said)
+    print_result(result, json, lambda: print_text(text(result, opened)))
+
+
 @app.command()
 def residuals(
     logs: Logs,
@@ -96,11 +109,7 @@ def residuals(
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        said = print_log_findings(logs, opened)
-        with progress("reading") as update:
-            result = run(opened, logs, progress=update)
-        print_warnings(result.warnings, said)
-        print_result(result, json, lambda: print_text(residuals_text(result, opened)))
+        _print_judged(opened, logs, json, lambda update: run(opened, logs, progress=update), residuals_text)
 
 
 @app.command()
@@ -117,11 +126,9 @@ def compare(
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        said = print_log_findings(logs, opened)
-        with progress("reading") as update:
-            result = run(opened, logs, holdout or [], progress=update)
-        print_warnings(result.warnings, said)
-        print_result(result, json, lambda: print_text(comparison_text(result, opened)))
+        _print_judged(
+            opened, logs, json, lambda update: run(opened, logs, holdout or [], progress=update), comparison_text
+        )
 
 
 @app.command()

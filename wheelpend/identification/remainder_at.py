@@ -69,10 +69,15 @@ def likeliest_point(
     estimator = estimator_at(problem, module, free, log_values, lambda: log_values).on_part(MAX_REMAINDER_SAMPLES)
     forces, errors = possible_forces(problem.plant, module.NY), possible_errors(module.OUTPUTS, module.NQ)
     point = likeliest_sources(estimator, [estimator.problem.space.start()], forces, errors, lambda text: None)
+    require_finite(point)
+    return estimator, point
+
+
+def require_finite(point: FilterPoint) -> None:
+    """Raise Failure where no filter could follow the model along the logs."""
     if not np.isfinite(point.deviance):
         raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
                       "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
-    return estimator, point
 
 
 def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:

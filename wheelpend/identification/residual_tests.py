@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
 from wheelpend.estimation.free_parameters import known_values
@@ -28,7 +27,7 @@ from wheelpend.estimation.residual_statistics import (
 from wheelpend.estimation.source_search import as_mixture
 from wheelpend.identification.filter_error_method import estimator_at, filter_error_fit, remainder_at_point
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import likeliest_point
+from wheelpend.identification.remainder_at import likeliest_point, require_finite
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -137,9 +136,7 @@ def _filter_at(
         progress("measuring what is left to chance")
         sources = likeliest_point(problem, log_values, ())[1].sources
     estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
-    if not np.isfinite(point.deviance):
-        raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
-                      "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
+    require_finite(point)
     return estimator, point
 
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.logs.log import Log
+from wheelpend.logs.runs import runs_of
 
 MIN_SHARED_ROWS = 50  # in a row; of a quantised machine that stands still fewer may be alike by chance
 MIN_DISTINCT_ROWS = 25  # among them: the few that a standstill repeats tell nothing
@@ -57,9 +58,5 @@ def row_hashes(log: Log) -> np.ndarray:
 
 def longest_run(alike: np.ndarray) -> tuple[int, int]:
     """First index and length of the longest run of true values."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], alike, [False]]).astype(np.int8)))
-    if not len(edges):
-        return 0, 0
-    lengths = edges[1::2] - edges[::2]
-    longest = int(np.argmax(lengths))
-    return int(edges[2 * longest]), int(lengths[longest])
+    first, end = max(runs_of(alike).tolist(), key=lambda run: run[1] - run[0], default=(0, 0))
+    return first, end - first
