@@ -228,6 +228,8 @@ def _float_value(expression: sp.Expr, values: Mapping[sp.Symbol, float]) -> tupl
         return values[expression], abs(values[expression])
     if expression.is_Number or expression.is_NumberSymbol:
         return float(expression), abs(float(expression))
+    if expression in (sp.zoo, sp.oo, -sp.oo, sp.nan):  # log(0), say, that SymPy has put in
+        return math.nan, math.nan
     parts = [_float_value(a, values) for a in expression.args]
     if expression.is_Add:
         return sum(v for v, _ in parts), sum(size for _, size in parts)

@@ -93,7 +93,8 @@ def _check_law(law: TextLaw, parameters: Sequence[EffectParameter], wanted: sp.E
     absent = law.expression.xreplace({symbol(p.name): sp.nsimplify(p.absent) for p in parameters})
     if not _agree(absent, wanted):
         sizes = ", ".join(p.name for p in parameters if p.absent == 0.0) or "its sizes"
-        raise GrammarError(f"The law must be {wanted} while {sizes} = 0, but {law.text} is then {absent}.")
+        found = absent if absent.is_finite is not False else "no finite number"
+        raise GrammarError(f"The law must be {wanted} while {sizes} = 0, but {law.text} is then {found}.")
     typical = {symbol(p.name): p.typical for p in parameters}
     for value in CHECKED_VALUES:
         point, _ = float_value(law.expression, dict.fromkeys(law.expression.free_symbols, value) | typical)

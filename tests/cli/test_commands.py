@@ -94,6 +94,19 @@ def test_the_diff_of_a_switch_names_the_terms_that_change(workspace, switch, cha
     assert change in run("equations", "--diff", switch).stdout
 
 
+@pytest.mark.parametrize(
+    "name", ["drive_compliance", "backlash", "wheel_slip", "slosh", "presliding_drive", "coulomb_drive"]
+)
+def test_the_equations_of_a_model_with_whatever_effect_are_printed(workspace, name):
+    text = (workspace / "model.toml").read_text()
+    (workspace / "model.toml").write_text(re.sub(r"effects = \[.*?\]", f'effects = ["{name}"]', text))
+    said = run("equations").stdout
+    rows = re.findall(r"Equation of motion, (.*) row: 0", said)
+    added = {"drive_compliance": 1, "backlash": 1, "wheel_slip": 1, "slosh": 1}.get(name, 0)
+    assert rows[:2] == ["wheel", "body"] and len(set(rows)) == len(rows) == 2 + added
+    assert f"{name}." in said.partition("Equation of motion")[2]  # its parameters, in some law
+
+
 def test_an_unknown_switch_lists_the_known_ones(workspace):
     assert "motor_circuit" in run("equations", "--diff", "motor_circut=dynamic", code=1).stderr
     assert "must be one of static, dynamic" in run("equations", "--diff", "motor_circuit=fast", code=1).stderr

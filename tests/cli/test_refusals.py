@@ -46,6 +46,27 @@ def test_a_pipe_in_the_place_of_a_workspaces_file_is_refused(here, name):
     assert f"{name} must be a file, but it is a pipe" in said("add", "slope")
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate", "-o", "model.toml"),
+        ("simulate", "-o", "generated/wheel_pendulum.py"),
+        ("design", "-o", "effects.toml"),
+        ("history", "--json", "history.json"),
+        ("identify", "log.csv", "--json", "log.csv"),
+        ("report", "log.csv", "-o", "log.csv"),
+        ("campaign", "log.csv", "--out", "campaign.csv", "--json", "campaign.csv"),
+        ("campaign", "log.csv", "--out", "model.toml"),
+        ("identify", "log.csv", "--model", "other.toml", "--json", "other.toml"),
+    ],
+)
+def test_no_command_writes_over_what_it_reads_or_over_a_file_of_a_workspace(here, command):
+    (here / "other.toml").write_bytes((here / "model.toml").read_bytes())
+    before = {path: path.read_bytes() for path in here.rglob("*") if path.is_file()}
+    assert "Name another." in said(*command)
+    assert {path: path.read_bytes() for path in here.rglob("*") if path.is_file()} == before
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, "ms"), (1e6, "us"), (1e9, "ns")])
 def test_times_in_another_unit_are_refused_with_that_unit(here, factor, unit):
     log = simulated(duration=2.0)

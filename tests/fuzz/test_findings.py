@@ -1,5 +1,7 @@
 """What the fuzzing found, each as small as it became."""
 
+import random
+
 import pytest
 
 from tests.fuzz.cases import Case
@@ -28,6 +30,31 @@ def rows(line, count=40):
     """A log whose rows follow from their number."""
     return HEADER + b"".join(line(k).encode() + b"\n" for k in range(count))
 
+
+def noise_on_wheel(table):
+    """The wheel's angle lost in noise of 1 rad, from which the fitted machine falls."""
+    for k, row in enumerate(table[1:]):
+        row[2] = str(random.Random(7000 + k).gauss(0, 1))
+
+
+def model_with_effect(name):
+    return fresh_files()["model.toml"].replace(b"effects = []", f'effects = ["{name}"]'.encode())
+
+
+OWN_LAW = """
+[own_drag]
+family = "drive"
+sentence = "A drag of mine."
+on = "drive"
+law = "{law}"
+dissipates = true
+
+[own_drag.parameters.c]
+unit = "V"
+typical = 0.1
+minimum = 0
+maximum = 10
+"""
 
 FINDINGS = {
     "RecursionError in wheelpend/model/toml_file.py:parse_model_file": Case(
@@ -67,6 +94,24 @@ FINDINGS = {
         "model changed",
         (("generate", "--check"), ("effects",)),
         {"model.toml": b'"\\u0090\\u202e\\u001b[31m" = 1'},
+    ),
+    "KeyError in derive/grammar.py:_float_value": Case(
+        "effects law", (("add", "own_drag"),), {"effects.toml": OWN_LAW.format(law="log(c)").encode()}
+    ),
+    "TypeError in wheelpend/logs/read.py:save_log": Case(
+        "command simulate", (("simulate", "-o", "\udcff.csv", "--duration", "1"),)
+    ),
+    "ValueError in wheelpend/identification/energy.py:rates_by_spline": Case(
+        "csv noise",
+        (("identify", "hostile.csv", "--method", "energy", "--json", "-"),),
+        {"hostile.csv": sound_log(noise_on_wheel)},
+    ),
+    "ValueError in wheelpend/model/equations.py:equation_sections": Case(
+        "model effects", (("equations",),), {"model.toml": model_with_effect("backlash")}
+    ),
+    "the generated code is stale afterwards": Case("command simulate", (("simulate", "-o", "model.toml"),)),
+    "a failed command changed the workspace": Case(
+        "command history", (("history", "--json", "model.toml", "--plant", "~"),)
     ),
 }
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from wheelpend import interruption
 from wheelpend.reports.console import err
+from wheelpend.reports.outputs import note_given
 
 
 class Commands(TyperGroup):
@@ -24,7 +25,26 @@ class Commands(TyperGroup):
             raise typer.Exit(interruption.EXIT_CODE) from None
 
 
-app = typer.Typer(
+class Command(TyperCommand):
+    """A command whose paths are known, so that it writes over none that it reads."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        values = [ctx.params.get(p.name) for p in self.params if p.name == "json" or p.type.name == "path"]
+        flat = [v for value in values for v in (value if isinstance(value, (list, tuple)) else [value])]
+        note_given([str(v) for v in flat if v is not None])
+        return super().invoke(ctx)
+
+
+class Application(typer.Typer):
+    """An application of such commands."""
+
+    def command(self, *names: Any, **options: Any) -> Any:
+        """Register a command."""
+        return super().command(*names, **{"cls": Command} | options)
+
+
+app = Application(
     cls=Commands,
     no_args_is_help=True,
     add_completion=False,

@@ -34,6 +34,7 @@ from wheelpend.reports.console import (
     print_warnings,
     progress,
 )
+from wheelpend.reports.outputs import check_output
 
 
 @app.command()
@@ -134,7 +135,10 @@ def campaign(
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
-    with exit_on_failure(json, out):
+    with exit_on_failure(json):
+        check_output(
+            out, may_be_given=True
+        )  # it may be among the logs: what an earlier campaign wrote is left out of them
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
         run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)

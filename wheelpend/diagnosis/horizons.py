@@ -22,7 +22,6 @@ PREDICTION_HORIZONS_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0)  
 MAX_FITTED_START_HORIZON_S = 2.0  # s, beyond which initial states are fitted to the beginning of a segment alone
 START_DURATION_S = 0.5  # s, that beginning
 MIN_START_SAMPLES = 6
-DIVERGED_RANGES = 10.0  # measured ranges of a channel, beyond which an error says no more than that it is lost
 
 
 @dataclass(frozen=True)
@@ -162,14 +161,6 @@ def is_out_of_range(module: KernelModule, segments: Segments, residual: np.ndarr
     """
     channel = module.RANGE_OUTPUT
     if channel < 0:
-        return is_lost(segments, residual)
+        return segments.are_lost(residual)
     angle = segments.log.measured[:, channel] - residual[:, channel] * segments.sigma[channel]
     return bool(np.nanmax(np.abs(np.concatenate([angle[a:b] for a, b in segments.bounds]))) > RANGE_LIMIT_RAD)
-
-
-def is_lost(segments: Segments, residual: np.ndarray) -> bool:
-    """A prediction that is off by many times all that a channel did, by its residual (N, channels) [σ]."""
-    measured = segments.log.measured
-    did = np.nanmax(measured, axis=0) - np.nanmin(measured, axis=0)
-    off = np.concatenate([np.abs(residual[a:b]) for a, b in segments.bounds]) * segments.sigma
-    return bool(np.any(off > DIVERGED_RANGES * did))  # NaN, where a sensor gave no value, is not

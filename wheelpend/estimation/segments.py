@@ -10,6 +10,8 @@ import numpy as np
 
 from wheelpend.logs.log import Log, segments_of_ranges
 
+DIVERGED_RANGES = 10.0  # measured ranges of a channel, beyond which an error says no more than that it is lost
+
 
 @dataclass(frozen=True)
 class Segments:
@@ -24,6 +26,12 @@ class Segments:
     def values(self) -> int:
         """Number of measured values in the segments."""
         return int(sum(np.isfinite(self.log.measured[a:b]).sum() for a, b in self.bounds))
+
+    def are_lost(self, residual: np.ndarray) -> bool:
+        """A prediction that is off by many times all that a channel did, by its residual (N, channels) [σ]."""
+        did = np.nanmax(self.log.measured, axis=0) - np.nanmin(self.log.measured, axis=0)
+        off = np.concatenate([np.abs(residual[a:b]) for a, b in self.bounds]) * self.sigma
+        return bool(np.any(off > DIVERGED_RANGES * did))  # NaN, where a sensor gave no value, is not
 
     @cached_property
     def warm_up(self) -> np.ndarray:

@@ -123,6 +123,11 @@ def _open_loop_bootstrap(
     ranges = [(s.begin, s.end) for s in log.stretches]  # the warm-up too: readings there are drawn anew as well
     whole = replace(segments, bounds=segments_of_ranges(log, problem.horizon, ranges))
     _, linearisation = fit_states(problem.simulator, whole, initial_states(problem.module, whole), parameters)
+    words = model.plant_signature.words
+    if whole.are_lost(linearisation.residual):
+        raise Failure(f"{log.name}: a simulated {words.machine} must {words.stay} within {problem.horizon:g} s, but "
+                      f"with the parameters found by shooting it {words.leaves}. Check the log with "
+                      "`wheelpend inspect`.")  # fmt: skip
     smooth = log.measured - np.nan_to_num(linearisation.residual) * segments.sigma
     keys = [fitted.place(n) for n in module.LINEAR]
     centre = kernel_parameters(module, values, log)
@@ -133,7 +138,6 @@ def _open_loop_bootstrap(
 
     estimate = np.array([values[n] for n in module.LINEAR])
     covariance = fitted.covariance[np.ix_(keys, keys)]
-    words = model.plant_signature.words
     return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None, words)
 
 

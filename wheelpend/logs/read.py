@@ -152,11 +152,11 @@ def save_log(
         if len(column) != len(log):
             raise Failure(f"Every column must have {len(log)} values to be saved; {name} has {len(column)}.")
     frame = pl.DataFrame(data).fill_nan(None)
-    with replacing(path) as partial:
+    with replacing(path) as partial, partial.open("wb") as file:  # opened here: Polars takes no name that is not UTF-8
         if path.suffix in (".parquet", ".pq"):
-            frame.write_parquet(partial)
+            frame.write_parquet(file)
         else:
-            frame.write_csv(partial)
+            frame.write_csv(file)
 
 
 def find_time_column(file: Table, likely: str, free: Sequence[str]) -> ColumnMap | None:

@@ -42,13 +42,15 @@ def equation_sections(derived: derive.Model, write: Writer) -> dict[str, list[st
         "Assumptions": [f"{k} = {v}" for k, v in derived.assumptions.items()],
         "Equivalent parameters": [f"{n} = {write(sp.together(d))}" for n, d in names],
     }
-    for coordinate, row in zip(derived.plant.coordinates, derived.residual, strict=True):
+    for coordinate, row in zip(derived.plant.moving, derived.residual, strict=True):
         unit = derived.plant.plant_signature.force_unit(coordinate.unit)
         found[f"Equation of motion, {coordinate.row} row: 0{'' if unit == '1' else f' [{unit}]'} ="] = [
             signed_term_text(t, write) for t in sp.Add.make_args(sp.expand(row))
         ]
     for surface in derived.surfaces:
         found[f"Dry friction at the {surface.port}, against its slip, or what holds it still"] = [write(surface.law)]
+    for h in derived.hystereses:
+        found[f"Hysteresis force, {h.path} [rad] of slip after it was {h.before}: {h.force} ="] = [write(h.law)]
     found |= {"Input": input_lines(derived, write)} if input_lines(derived, write) else {}
     readings = zip(derived.plant.channels, derived.readings, strict=True)
     return found | {

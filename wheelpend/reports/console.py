@@ -16,8 +16,9 @@ from rich.console import Console
 from rich.table import Table
 
 from wheelpend.errors import Failure
-from wheelpend.files import check_writable, write_text
+from wheelpend.files import write_text
 from wheelpend.reports.characters import visible
+from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
@@ -33,11 +34,13 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
     That JSON or one of the ``outputs`` cannot be written is said before anything is done for it. What nobody foresaw is
     a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised as it is.
     """
+    failure_file = json_file if json_file == "-" else None  # none before the file is known to be free
     try:
         if json_file is not None and json_file != "-":
-            check_writable(Path(json_file))
+            check_output(Path(json_file))
+        failure_file = json_file
         for path in filter(None, outputs):
-            check_writable(path)
+            check_output(path)
         yield
     except (BrokenPipeError, typer.Exit, typer.Abort, typer.BadParameter):
         raise  # whoever read the output has ended, or all is said
@@ -45,9 +48,9 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
         if not isinstance(error, (Failure, OSError, MemoryError)) and os.environ.get(TRACEBACK_VARIABLE):
             raise
         said = [_failure_text(error)]
-        if json_file is not None:
+        if failure_file is not None:
             try:
-                emit_json({"schema": 1, "failure": said[0]}, json_file)
+                emit_json({"schema": 1, "failure": said[0]}, failure_file)
             except (Failure, OSError) as unwritten:
                 said.append(_failure_text(unwritten))
         for text in dict.fromkeys(said):
