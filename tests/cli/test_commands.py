@@ -2,11 +2,13 @@
 
 import json
 import re
+import shlex
 
 import numpy as np
 import pytest
+import typer
 
-from tests.support import DATA, ROOT, run, simulated
+from tests.support import DATA, ROOT, app, run, simulated
 from wheelpend import Model, save_log
 
 
@@ -105,6 +107,58 @@ def test_the_equations_of_a_model_with_whatever_effect_are_printed(workspace, na
     added = {"drive_compliance": 1, "backlash": 1, "wheel_slip": 1, "slosh": 1}.get(name, 0)
     assert rows[:2] == ["wheel", "body"] and len(set(rows)) == len(rows) == 2 + added
     assert f"{name}." in said.partition("Equation of motion")[2]  # its parameters, in some law
+
+
+def next_steps(said):
+    return [line.partition(": ")[2] for line in said.stderr.splitlines() if line.startswith("Next, ")]
+
+
+def test_every_command_says_what_to_do_next_with_a_command_line_that_is_one(workspace):
+    simulated = run("simulate", "-o", "my log.csv", "--duration", "6", "--hide", "coulomb_drive=0.3")
+    assert next_steps(simulated) == ["wheelpend compare 'my log.csv'"]
+    compared = run(*shlex.split(next_steps(simulated)[0])[1:])
+    assert next_steps(compared) == ["wheelpend diagnose 'my log.csv'"]
+    diagnosed = run(*shlex.split(next_steps(compared)[0])[1:])
+    assert next_steps(diagnosed) == ["wheelpend add coulomb_drive 'my log.csv'"]
+    added = run(*shlex.split(next_steps(diagnosed)[0])[1:])
+    assert next_steps(added) == ["wheelpend diagnose 'my log.csv'"]
+    again = run("diagnose", "my log.csv")
+    assert next_steps(again) == ["wheelpend identify --save 'my log.csv'"]
+    assert next_steps(run(*shlex.split(next_steps(again)[0])[1:])) == ["wheelpend compare 'my log.csv'"]
+    assert next_steps(run("remove", "coulomb_drive")) == ["wheelpend history"]
+
+
+def test_no_next_step_is_said_to_a_program(workspace):
+    assert next_steps(run("compare", "log.csv", "--json", "-")) == []
+    assert next_steps(run("compare", "log.csv", "--json", "out.json")) != []
+
+
+def test_the_report_takes_what_explain_takes(workspace):
+    options = (
+        "--max-effects",
+        "1",
+        "--without",
+        "coulomb_drive",
+        "--save",
+        "--json",
+        "report.json",
+        "--out",
+        "page.html",
+    )
+    said = run("report", "log.csv", *options)
+    found = json.loads((workspace / "report.json").read_text())
+    assert len(found["steps"]) <= 1 and "coulomb_drive" not in found["effects"] and "nominal_error" in found
+    assert Model.open(workspace).effects == tuple(found["effects"])
+    assert "Wrote page.html." in said.stdout
+    assert "wheelpend report --without coulomb_drive --max-effects 1 log.csv" in (workspace / "page.html").read_text()
+
+
+def test_the_help_lists_every_command_once_by_the_way_of_working(workspace):
+    said = run("--help").stdout
+    listed = re.findall(r"^  ([a-z]+)  +[A-Z]", said, re.MULTILINE)
+    assert sorted(listed) == sorted(typer.main.get_command(app).commands)
+    assert listed.index("compare") < listed.index("diagnose") < listed.index("add") < listed.index("report")
+    assert max(map(len, said.splitlines())) <= 80
 
 
 def test_an_unknown_switch_lists_the_known_ones(workspace):

@@ -5,6 +5,7 @@ In: arguments. Out: results as text or JSON, exit codes. Question: what did the 
 main         entry point
 commands     the application with every command
 app          the Typer application
+next_step    what to do after a command
 options      arguments and options that several commands share, or that make one long
 loop         identify, compare, diagnose, add, remove, explain, report, demo
 logs         simulate, inspect, design, campaign

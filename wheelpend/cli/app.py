@@ -11,9 +11,25 @@ from wheelpend import interruption
 from wheelpend.reports.console import err
 from wheelpend.reports.outputs import note_given
 
+COMMAND_GROUPS = {  # in the order of the way of working
+    "Begin": ("demo", "new", "inspect"),
+    "Compare, and see where it fails": ("identify", "compare", "residuals"),
+    "Learn what is missing, and add it": ("diagnose", "add", "remove", "explain", "history", "report"),
+    "More logs": ("design", "simulate", "campaign"),
+    "The model and its code": ("effects", "equations", "generate", "warm"),
+    "The paper": ("verify", "reproduce"),
+}
+
 
 class Commands(TyperGroup):
-    """Commands that Ctrl-C ends in words, with one exit code."""
+    """Commands that Ctrl-C ends in words, with one exit code, listed as one works with them."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands, by COMMAND_GROUPS."""
+        width = max(map(len, self.commands))
+        for title, names in COMMAND_GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), self.commands[name].get_short_help_str(500)) for name in names])
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
@@ -47,7 +63,7 @@ class Application(typer.Typer):
 app = Application(
     cls=Commands,
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
+from wheelpend.cli.next_step import Asked
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     CampaignMethod,
@@ -39,7 +40,9 @@ from wheelpend.reports.outputs import check_output
 
 @app.command()
 def simulate(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="LOG", help="File to write, CSV or Parquet.")],
+    output: Annotated[
+        Path, typer.Option("-o", "--out", "--output", metavar="LOG", help="File to write, CSV or Parquet.")
+    ],
     command: Annotated[
         str,
         typer.Option(help="What is to be followed: simple, aggressive, upright, or a CSV file of `design`."),
@@ -68,6 +71,7 @@ def simulate(
         machine = "the machine of [simulation]" if opened.simulation else "the model as identified"
         extra = ", with " + ", ".join(f"{k} = {v:g}" for k, v in hidden.items()) if hidden else ""
         print_line(f"Wrote {output}: {machine}{extra}.")
+    Asked([output], (), model, plant).say_next("how well the model predicts it, and where it fails", "compare")
 
 
 @app.command()
@@ -79,7 +83,7 @@ def design(
     between: Annotated[
         str | None, typer.Option(metavar="EFFECT,EFFECT", help="Two effects that it is to tell apart.")
     ] = None,
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="FILE", help="CSV file to write.")] = Path(
+    output: Annotated[Path, typer.Option("-o", "--out", "--output", metavar="FILE", help="CSV file to write.")] = Path(
         "designed.csv"
     ),
     pitch_limit: Annotated[
@@ -168,6 +172,7 @@ def inspect_(
             loaded, result = inspect_file(opened, log)
         print_warnings([w for w in loaded.warnings if not any(f.sentence in w for f in result.findings)])
         print_result(result, json, lambda: print_text(inspection_text(loaded, result)))
+        Asked([log], (), model, plant, json).say_next("how well the model predicts it, and where it fails", "compare")
 
 
 def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> None:
@@ -183,3 +188,6 @@ def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> No
     warnings = look.log.warnings if look.log else ()
     print_warnings([w for w in warnings if not any(f.sentence in w for f in findings)])
     print_result(look, json, lambda: print_text(first_look_text(look)))
+    if look.model and not look.refusal:
+        asked = Asked((), (), DEFAULT_MODEL_PATH, plant, json)
+        asked.say_next("a workspace that begins with this", "new", "robot", "--from", str(log))

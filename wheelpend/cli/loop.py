@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from wheelpend.cli.app import app
+from wheelpend.cli.next_step import Asked, say_after_comparison, say_after_diagnosis
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
+    MAX_EFFECTS,
     Accept,
     Data,
     Forgetting,
@@ -19,10 +21,12 @@ from wheelpend.cli.options import (
     Json,
     Law,
     Logs,
+    MaxEffects,
     Method,
     ModelFile,
     PlantFile,
     RefitLogs,
+    SaveExplanation,
     Tau,
     TauMap,
     Without,
@@ -85,15 +89,18 @@ def identify(
             from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
 
             save_error_maps(result.guide, tau_map)
+        asked = Asked(logs, (), model, plant, json)
+        asked.say_next("how well the model predicts, and where it fails", "compare")
 
 
-def _print_judged(opened: Model, logs: list[Path], json: str | None, judge: Callable, text: Callable) -> None:
+def _print_judged(opened: Model, asked: Asked, judge: Callable, text: Callable) -> Any:
     """Say what the logs' faults are, then what a judgement of the model on them finds, its warnings first."""
-    said = print_log_findings(logs, opened)
+    said = print_log_findings(list(asked.logs), opened)
     with progress("reading") as update:
         result = judge(update)
     print_warnings(result.warnings, said)
-    print_result(result, json, lambda: print_text(text(result, opened)))
+    print_result(result, asked.json, lambda: print_text(text(result, opened)))
+    return result
 
 
 @app.command()
@@ -109,7 +116,9 @@ def residuals(
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        _print_judged(opened, logs, json, lambda update: run(opened, logs, progress=update), residuals_text)
+        asked = Asked(logs, (), model, plant, json)
+        _print_judged(opened, asked, lambda update: run(opened, logs, progress=update), residuals_text)
+        asked.say_next("which physical effect is missing", "diagnose")
 
 
 @app.command()
@@ -126,9 +135,11 @@ def compare(
 
     with exit_on_failure(json):
         opened = open_model(model, plant)
-        _print_judged(
-            opened, logs, json, lambda update: run(opened, logs, holdout or [], progress=update), comparison_text
+        asked = Asked(logs, holdout or (), model, plant, json)
+        result = _print_judged(
+            opened, asked, lambda update: run(opened, logs, holdout or [], progress=update), comparison_text
         )
+        say_after_comparison(asked, result.error, result.noise_floor)
 
 
 @app.command()
@@ -156,8 +167,12 @@ def diagnose(
             result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(diagnosis_text(result, opened, asked)))
+        files = Asked(logs, holdout or (), model, plant, json)
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
+            files.say_next("add it and watch the error fall", "add", accept)
+        else:
+            say_after_diagnosis(files, result)
 
 
 @app.command()
@@ -173,7 +188,13 @@ def add(
     """Add an effect: re-derive, regenerate, refit, and show the error before and after."""
     from wheelpend.cli.change import change
 
-    change(effect, [*(logs or []), *(data or [])], holdout or [], opened_to_change(model, plant), json, remove=False)
+    named = [*(logs or []), *(data or [])]
+    change(effect, named, holdout or [], opened_to_change(model, plant), json, remove=False)
+    asked = Asked(named, holdout or (), model, plant, json)
+    if named:
+        asked.say_next("whether more is missing", "diagnose")
+    else:
+        asked.say_next("refit", "identify", "LOG", "--save")
 
 
 @app.command()
@@ -189,18 +210,20 @@ def remove(
     """Remove an effect from the model; the opposite of add."""
     from wheelpend.cli.change import change
 
-    change(effect, [*(logs or []), *(data or [])], holdout or [], opened_to_change(model, plant), json, remove=True)
+    named = [*(logs or []), *(data or [])]
+    change(effect, named, holdout or [], opened_to_change(model, plant), json, remove=True)
+    Asked((), (), model, plant, json).say_next("every change and what it did", "history")
 
 
 @app.command()
 def explain(
     logs: Logs,
     holdout: Holdout = None,
-    max_effects: Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)] = 4,
+    max_effects: MaxEffects = MAX_EFFECTS,
     without: Without = None,
     law: Law = False,
     accept: Accept = None,
-    save: Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")] = False,
+    save: SaveExplanation = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -227,25 +250,41 @@ def explain(
             print_line(saved)
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
+        files = Asked(logs, holdout or (), model, plant, json)
+        if result.steps and not save:
+            files.say_next("the same once more, and keep it", "explain", "--save")
+        files.say_next("all of it on one page", "report")
 
 
 @app.command()
 def report(
     logs: Logs,
     holdout: Holdout = None,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The page to write.")] = Path("report.html"),
+    output: Annotated[Path, typer.Option("-o", "--out", "--output", help="The page to write.")] = Path("report.html"),
+    max_effects: MaxEffects = MAX_EFFECTS,
+    without: Without = None,
     law: Law = False,
+    save: SaveExplanation = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
+    json: Json = None,
 ) -> None:
-    """One self-contained HTML page with everything above."""
+    """One self-contained HTML page with everything above; the JSON is that of explain."""
     from wheelpend.api import explain as run
+    from wheelpend.cli.change import save_explanation
     from wheelpend.reports.page.page import write_report
     from wheelpend.version import version
 
-    with exit_on_failure(None, output):
+    with exit_on_failure(json, output), opened_to_change(model, plant, save) as opened:
+        left_out, asked = without or [], Asked(logs, holdout or (), model, plant, json)
         with progress("reading") as update:
-            result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
-        parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
-        command = " ".join(parts)
-        print_line(f"Wrote {write_report(result, output, version=version(), command=command)}.")
+            result = run(
+                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=law, progress=update
+            )
+        words = [part for name in left_out for part in ("--without", name)] + ["--law"] * law
+        words += ["--max-effects", str(max_effects)] * (max_effects != MAX_EFFECTS)
+        saved = save_explanation(result, logs, holdout or [], opened) if save else ""
+        written = write_report(result, output, version=version(), command=asked.line("report", *words))
+        print_result(result, json, lambda: print_line(f"Wrote {written}."))
+        if saved and json != "-":
+            print_line(saved)

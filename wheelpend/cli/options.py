@@ -35,6 +35,11 @@ PlantFile = Annotated[
     typer.Option("--plant", metavar="FILE.py", help="A plant of your own: Python code, run because it is named here."),
 ]
 
+# of explain and report
+MAX_EFFECTS = 4
+MaxEffects = Annotated[int, typer.Option(help="Add at most so many.", min=1, max=8)]
+SaveExplanation = Annotated[bool, typer.Option("--save", help="Keep effects and values in the workspace.")]
+
 # of identify
 Method = Annotated[
     str, typer.Option(help="filter_error, shooting, filtered, iv, recursive, energy, inverse or differentiation.")
@@ -66,7 +71,9 @@ SimulatedEffects = Annotated[
 CampaignTask = Annotated[str, typer.Option(help="identify, compare, diagnose or explain.")]
 CampaignMethod = Annotated[str, typer.Option(help="Of identify: as there.")]
 CampaignTau = Annotated[str | None, typer.Option(metavar="T1,T2|auto", help="Of identify: as there.")]
-CampaignTable = Annotated[Path, typer.Option(metavar="FILE", help="CSV file to write, one line per log.")]
+CampaignTable = Annotated[
+    Path, typer.Option("-o", "--out", metavar="FILE", help="CSV file to write, one line per log.")
+]
 
 DEFAULT_MODEL_PATH = Path("model.toml")
 

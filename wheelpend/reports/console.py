@@ -168,6 +168,11 @@ def print_line(text: str) -> None:
     out.print(_without_markup(text))
 
 
+def print_hint(text: str) -> None:
+    """Print what may be done next on standard error."""
+    err.print(_without_markup(text))
+
+
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
     """Print warnings on standard error, without those that stand in one that was said before."""
     for warning in (w for w in warnings if not any(w in earlier for earlier in said)):

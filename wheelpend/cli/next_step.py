@@ -1,0 +1,66 @@
+"""What to do after a command, as the command line that does it, on standard error."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from wheelpend.cli.options import DEFAULT_MODEL_PATH
+from wheelpend.reports.console import print_hint
+
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.verdict import Diagnosis
+
+NEARLY_NOISE = 1.05  # error over the noise floor up to which a model may well lack nothing
+
+
+class Asked(NamedTuple):
+    """Files that a command was given, which the next one takes too."""
+
+    logs: Sequence[Path]
+    holdout: Sequence[Path] = ()
+    model: Path = DEFAULT_MODEL_PATH
+    plant: Path | None = None
+    json: str | None = None
+
+    def say_next(self, why: str, command: str, *words: str) -> None:
+        """Say the next command on these files; nothing where a program reads the result."""
+        if self.json != "-":
+            print_hint(f"Next, {why}: {self.line(command, *words)}")
+
+    def line(self, command: str, *words: str) -> str:
+        """A command line on these files."""
+        parts = ["wheelpend", command, *words, *map(str, self.logs)]
+        parts += [part for log in self.holdout for part in ("--holdout", str(log))]
+        parts += ["--model", str(self.model)] * (self.model != DEFAULT_MODEL_PATH)
+        parts += ["--plant", str(self.plant)] * (self.plant is not None)
+        return shlex.join(parts)
+
+
+def say_after_comparison(asked: Asked, error: float | None, noise_floor: float | None) -> None:
+    """What to do where a model has been compared with measurements."""
+    if error is not None and noise_floor is not None and error <= NEARLY_NOISE * noise_floor:
+        asked.say_next("whether anything is left that the noise does not explain", "diagnose")
+    else:
+        asked.say_next("which physical effect is missing", "diagnose")
+
+
+def say_after_diagnosis(asked: Asked, found: Diagnosis) -> None:
+    """What to do with a verdict."""
+    if found.verdict in ("effect_missing", "ambiguous"):
+        effect = found.candidates[0].effect
+        others = list(found.candidates[0].equivalent_to)
+        if found.verdict == "ambiguous" and others:
+            asked._replace(holdout=()).say_next(
+                "a command that tells them apart", "design", "--between", f"{effect},{others[0]}"
+            )
+        asked.say_next("add it and watch the error fall", "add", effect)
+    elif found.verdict == "unexplained":
+        asked.say_next("what law the rest follows, about a minute longer", "diagnose", "--law")
+    else:
+        asked._replace(holdout=()).say_next("keep the fitted values", "identify", "--save")
+
+
+__all__ = ["Asked", "say_after_comparison", "say_after_diagnosis"]
