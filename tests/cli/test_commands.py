@@ -129,23 +129,15 @@ def test_every_command_says_what_to_do_next_with_a_command_line_that_is_one(work
 
 
 def test_no_next_step_is_said_to_a_program(workspace):
+    save_log(workspace / "other.csv", simulated(duration=4.0, seed=3))
     assert next_steps(run("compare", "log.csv", "--json", "-")) == []
-    assert next_steps(run("compare", "log.csv", "--json", "out.json")) != []
+    (said,) = next_steps(run("compare", "log.csv", "--holdout", "other.csv", "--json", "out.json"))
+    assert said == "wheelpend diagnose log.csv --holdout other.csv"
 
 
 def test_the_report_takes_what_explain_takes(workspace):
-    options = (
-        "--max-effects",
-        "1",
-        "--without",
-        "coulomb_drive",
-        "--save",
-        "--json",
-        "report.json",
-        "--out",
-        "page.html",
-    )
-    said = run("report", "log.csv", *options)
+    options = ["--max-effects", "1", "--without", "coulomb_drive", "--save"]
+    said = run("report", "log.csv", *options, "--json", "report.json", "--out", "page.html")
     found = json.loads((workspace / "report.json").read_text())
     assert len(found["steps"]) <= 1 and "coulomb_drive" not in found["effects"] and "nominal_error" in found
     assert Model.open(workspace).effects == tuple(found["effects"])
