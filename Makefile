@@ -9,7 +9,7 @@ PEERS := .venv-peers
 
 MINUTES ?= 60
 
-.PHONY: install demo test test-all test-extras mutate fuzz check bench benchmark generate clean
+.PHONY: install demo test test-all test-extras docs mutate fuzz check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -26,7 +26,7 @@ $(DEV): $(STAMP)
 	touch $(DEV)
 
 $(EXTRAS): $(DEV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags,docs]'
 	touch $(EXTRAS)
 
 demo: install
@@ -36,7 +36,7 @@ demo: install
 test: $(DEV)
 	$(BIN)/python -m pytest -m "not slow"
 
-# Everything, also what takes long and what needs MuJoCo or rosbags: within 45 minutes.
+# Everything, also what takes long and what needs MuJoCo, rosbags or Sphinx: within 45 minutes.
 test-all: $(EXTRAS)
 	$(BIN)/python -m pytest
 
@@ -52,6 +52,11 @@ mutate: $(DEV)
 # Hostile logs, models, laws and command lines, for an hour or MINUTES; goes on where it was, findings are in .fuzz/.
 fuzz: $(DEV)
 	$(BIN)/python tests/fuzz/run.py --minutes $(MINUTES)
+
+# The site, in build/docs; a warning or a link that leads nowhere fails.
+docs: $(EXTRAS)
+	$(BIN)/sphinx-build -q -W --keep-going -c docs -d build/doctrees . build/docs
+	@echo "The site is build/docs/docs/index.html"
 
 check: $(DEV)
 	$(BIN)/wheelpend generate --check

@@ -1,0 +1,51 @@
+"""The site: `make docs` builds it from the Markdown of docs/ and of the root, which stays readable where it is."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from wheelpend.version import version as installed_version
+
+project = "wheelpend"
+release = version = installed_version()
+copyright = "the wheelpend authors"
+extensions = ["myst_parser", "sphinx.ext.autodoc"]
+root_doc = "docs/index"
+include_patterns = ["docs/*.md", "README.md", "CHANGELOG.md", "SECURITY.md", "data/README.md"]
+html_theme = "furo"
+html_title = "wheelpend"
+myst_heading_anchors = 4  # links to headings, as they stand in the Markdown
+myst_enable_extensions = ["deflist"]
+autodoc_typehints = "description"
+autodoc_preserve_defaults = True
+suppress_warnings = ["myst.header"]  # pages that a command fills begin their sections at the second level
+
+CONTENTS = """
+
+```{toctree}
+:hidden:
+:caption: %s
+
+%s
+```
+"""
+CHAPTERS = {
+    "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
+    "Use": ("commands", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels"),
+    "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
+    "How it works, and how far to trust it": (
+        "method", "statistics", "trust", "benchmark", "performance", "paper", "reproduction", "architecture",
+    ),
+    "Reference": ("reference", "/CHANGELOG", "/SECURITY", "/data/README"),
+}  # fmt: skip
+
+
+def add_contents(app: Any, page: str, source: list[str]) -> None:
+    """Give the first page the list of all pages, which a reader of the Markdown has no use for."""
+    if page == root_doc:
+        source[0] += "".join(CONTENTS % (title, "\n".join(names)) for title, names in CHAPTERS.items())
+
+
+def setup(app: Any) -> None:
+    """Connect what is above to Sphinx."""
+    app.connect("source-read", add_contents)
