@@ -32,7 +32,8 @@ KNOWN_FUNCTIONS = {
 }  # fmt: skip
 FLOAT_FUNCTIONS: dict[type, Callable[[float], float]] = {
     sp.sin: math.sin, sp.cos: math.cos, sp.tan: math.tan, sp.exp: math.exp, sp.log: math.log, sp.tanh: math.tanh,
-    sp.atan: math.atan, Magnitude: abs, Sign: lambda x: float((x > 0) - (x < 0)), Ramp: lambda x: max(x, 0.0),
+    sp.atan: math.atan, sp.Abs: abs, Magnitude: abs, Sign: lambda x: float((x > 0) - (x < 0)),
+    Ramp: lambda x: max(x, 0.0),
 }  # fmt: skip
 BOUNDED_FUNCTIONS = (sp.sin, sp.cos)  # near whose zeros rounding counts as beside 1
 TOKEN_PATTERN = re.compile(r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)"
@@ -56,7 +57,7 @@ def parse(text: str, names: Mapping[str, sp.Expr]) -> sp.Expr:
     if not isinstance(text, str) or len(text) > MAX_TEXT_LENGTH:
         raise GrammarError(f"An expression must be a text of at most {MAX_TEXT_LENGTH} characters.")
     parser = _Parser(text, names)
-    found = parser.sum(0).value
+    found = parser.sum(0).value.replace(sp.Abs, Magnitude)  # which SymPy makes of the root of a square
     if parser.next.kind != "end":
         raise parser.refuse("an operator or the end")
     if found.has(sp.I, sp.zoo, sp.nan, sp.oo, -sp.oo):
@@ -228,8 +229,6 @@ def _float_value(expression: sp.Expr, values: Mapping[sp.Symbol, float]) -> tupl
         return values[expression], abs(values[expression])
     if expression.is_Number or expression.is_NumberSymbol:
         return float(expression), abs(float(expression))
-    if expression in (sp.zoo, sp.oo, -sp.oo, sp.nan):  # log(0), say, that SymPy has put in
-        return math.nan, math.nan
     parts = [_float_value(a, values) for a in expression.args]
     if expression.is_Add:
         return sum(v for v, _ in parts), sum(size for _, size in parts)
@@ -238,6 +237,8 @@ def _float_value(expression: sp.Expr, values: Mapping[sp.Symbol, float]) -> tupl
     if expression.is_Pow:
         (base, _), (exponent, _) = parts
         value = math.pow(base, exponent)
-    else:
+    elif expression.func in FLOAT_FUNCTIONS:
         value = FLOAT_FUNCTIONS[expression.func](parts[0][0])
+    else:  # what SymPy has made of it is outside of this grammar: an infinity, say
+        return math.nan, math.nan
     return value, max(abs(value), 1.0 if expression.func in BOUNDED_FUNCTIONS else 0.0)

@@ -18,6 +18,7 @@ NAMES = {"s": S, "F": F, "v": V}
     ("s**2/v/2", S**2 / V / 2),
     ("1e-3 + .5*abs(s)", sp.Rational(1, 1000) + Magnitude(S) / 2),
     ("(s - v)*(s + v)", (S - V) * (S + V)),
+    ("sqrt(s*s)*v", Magnitude(S) * V),
     ("F*exp(-(s/v)^2)", F * sp.exp(-((S / V) ** 2))),
 ])  # fmt: skip
 def test_an_expression_means_what_it_says(text, meant):

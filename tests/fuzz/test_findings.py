@@ -98,6 +98,11 @@ FINDINGS = {
     "KeyError in derive/grammar.py:_float_value": Case(
         "effects law", (("add", "own_drag"),), {"effects.toml": OWN_LAW.format(law="log(c)").encode()}
     ),
+    "KeyError(Abs) in derive/grammar.py:_float_value": Case(
+        "effects law",
+        (("effects", "own_drag"), ("add", "own_drag")),
+        {"effects.toml": OWN_LAW.format(law="sqrt(c*c)*sign(speed)").encode()},
+    ),
     "TypeError in wheelpend/logs/read.py:save_log": Case(
         "command simulate", (("simulate", "-o", "\udcff.csv", "--duration", "1"),)
     ),
