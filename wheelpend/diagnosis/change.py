@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import derive
@@ -24,7 +23,7 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
@@ -67,8 +66,8 @@ class Change:
 def add(
     model: Model,
     effect: str,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     remove: bool = False,
     progress: Callable[[str], None] = lambda text: None,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +32,7 @@ from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import remainder_at, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
@@ -96,8 +95,8 @@ class ComparedModel(NamedTuple):
 @with_one_blas_thread
 def compare(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
@@ -147,9 +146,7 @@ def compare(
     )
 
 
-def model_to_compare(
-    model: Model, logs: Sequence[str | Path | Log], holdout: Sequence[str | Path | Log], progress: Progress
-) -> ComparedModel:
+def model_to_compare(model: Model, logs: LogsLike, holdout: LogsLike, progress: Progress) -> ComparedModel:
     """The model with its values, fitted to the logs where it has none, and with each log's own parameters."""
     problem = prepare(model, logs, use_all=True)
     values = known_values(model)
@@ -160,7 +157,8 @@ def model_to_compare(
         values = fit_model(problem, start, free_names(problem, model.effects)).of_log(0)
     step = stable_step(problem.module, values, problem.logs[0])
     problem = replace(problem, max_step=step)
-    validation = prepare(model, logs, holdout).data.validation if holdout else ()
+    held_out = as_list(holdout)
+    validation = prepare(model, logs, held_out).data.validation if held_out else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
 
 

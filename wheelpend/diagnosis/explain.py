@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,7 +35,7 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
@@ -130,8 +129,8 @@ class Ladder:
 @with_one_blas_thread
 def explain(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     max_effects: int = MAX_ADDED_EFFECTS,
     without: Sequence[str] = (),

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,7 +49,7 @@ from wheelpend.identification.remainder_warnings import (
 from wheelpend.identification.time_constants import TimeConstantChoice
 from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model, check_finite
 from wheelpend.parallel import with_one_blas_thread
 
@@ -132,7 +131,7 @@ class Identification:
 @with_one_blas_thread
 def identify(
     model: Model,
-    logs: Sequence[str | Path | Log],
+    logs: LogsLike,
     *,
     method: str = DEFAULT_METHOD,
     tau: TauOption = None,
@@ -160,7 +159,7 @@ def identify(
 
 
 def _identify_by_filter_error(
-    model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress
+    model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress
 ) -> Identification:
     found = filter_error_fit(model, logs, progress)
     problem, left, table = found.problem, found.remainder, with_astray_marked(found.table)
@@ -181,7 +180,7 @@ def _identify_by_filter_error(
     )  # fmt: skip
 
 
-def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
+def _identify_by_shooting(model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress) -> Identification:
     problem, fitted = shooting_fit(model, logs, progress)
     _require_moved(problem, fitted)
     table = parameter_table(problem, fitted)

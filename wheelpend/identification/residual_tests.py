@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,7 @@ from wheelpend.identification.filter_error_method import estimator_at, filter_er
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import likeliest_point, require_finite
 from wheelpend.kernels.load import free_force_module
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
@@ -94,9 +93,7 @@ class ResidualTests:
 
 
 @with_one_blas_thread
-def residuals(
-    model: Model, logs: Sequence[str | Path | Log], *, progress: Progress = lambda text: None
-) -> ResidualTests:
+def residuals(model: Model, logs: LogsLike, *, progress: Progress = lambda text: None) -> ResidualTests:
     """Test the model's residuals on every sample of some logs, at its values and with its random force.
 
     Without identified or nominal values the model is fitted first; without a random force in it the likeliest one is
