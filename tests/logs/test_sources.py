@@ -13,7 +13,12 @@ from wheelpend.logs.sources import as_list
 def columns(**changed) -> dict:
     """A simulated log as a dict of arrays."""
     log = simulated(duration=4.0)
-    return {"t": log.t, "v_in": log.voltage, **dict(zip(CHANNELS, log.measured.T.copy(), strict=True)), **changed}
+    return {
+        "t": log.t.copy(),
+        "v_in": log.voltage.copy(),
+        **dict(zip(CHANNELS, log.measured.T.copy(), strict=True)),
+        **changed,
+    }
 
 
 class PandasLikeFrame:
@@ -67,10 +72,12 @@ def test_a_log_in_memory_is_read_as_its_file_is(make, tmp_path):
 def test_arrays_become_a_log_of_their_own():
     data = columns()
     log = Log.from_arrays(**data, name="drive")
-    expected = log.measured.copy()
-    data["theta_p"][:] = 7.0
+    expected, commanded = log.measured.copy(), log.voltage.copy()
+    for values in data.values():
+        values[:] = 7.0
     assert log.name == "drive" and log.channels == CHANNELS
     np.testing.assert_array_equal(log.measured, expected)
+    np.testing.assert_array_equal(log.voltage, commanded)
 
 
 def test_lists_and_masked_arrays_and_missing_values_are_taken():

@@ -34,11 +34,12 @@ from wheelpend.identification.remainder_at import remainder_at, remainder_or_war
 from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(NotebookResult):
     """Prediction errors of a model on logs, and where they come from."""
 
     error: float  # [σ]
@@ -76,6 +77,16 @@ class Comparison:
             "per_log": self.per_log,
             "remainder": self.remainder,
         }
+
+    def headline(self) -> str:
+        """The error, over which horizon, and what noise alone would leave."""
+        error = f"error {self.error:.3g} σ over {self.horizon_s:g} s at a noise floor of {self.noise_floor:.3g} σ"
+        return f"Comparison: {error}{', of the model as fitted first' if self.fitted_first else ''}"
+
+    def table(self) -> ResultTable:
+        """A row per channel: share that is predicted [%], and root mean square error in the channel's unit."""
+        rows = [(name, self.fit_percent.get(name), rmse) for name, rmse in self.rmse.items()]
+        return ResultTable({"channel": str, "fit_percent": float, "rmse": float}, rows)
 
 
 class ComparedModel(NamedTuple):

@@ -51,14 +51,15 @@ from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model, check_finite
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 Progress = Callable[[str], None]
 MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmoved start promises: it is no optimum
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(NotebookResult):
     """Identified parameters; every value that is identifiable is finite."""
 
     method: str
@@ -104,6 +105,18 @@ class Identification:
             "covariance": self.covariance,
             "widening": self.widening,
         }
+
+    def headline(self) -> str:
+        """The method, the samples, and the error where the method tells it."""
+        left = "" if self.error is None else f", error {self.error:.3g} σ"
+        floor = "" if self.noise_floor is None else f" at a noise floor of {self.noise_floor:.3g} σ"
+        return f"Identification by {self.method} from {self.samples} samples{left}{floor}"
+
+    def table(self) -> ResultTable:
+        """A row per parameter; a value that is not identifiable means nothing."""
+        columns = {"parameter": str, "value": float, "sigma": float, "unit": str, "identifiable": bool}
+        rows = [(n, e.value, e.sigma, e.unit, e.identifiable) for n, e in self.parameters.items()]
+        return ResultTable(columns, rows)
 
     @cached_property
     def model(self) -> Model:

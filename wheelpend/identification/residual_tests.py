@@ -30,6 +30,7 @@ from wheelpend.identification.remainder_at import likeliest_point, require_finit
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
@@ -72,8 +73,8 @@ class ChannelResidual:
         }
 
 
-@dataclass(frozen=True)
-class ResidualTests:
+@dataclass(frozen=True, repr=False)
+class ResidualTests(NotebookResult):
     """Residual tests of a model on some logs."""
 
     channels: dict[str, ChannelResidual]
@@ -90,6 +91,20 @@ class ResidualTests:
             "fitted_first": self.fitted_first,
             "warnings": self.warnings,
         }
+
+    def headline(self) -> str:
+        """Which channels' residuals are white."""
+        coloured = [name for name, found in self.channels.items() if not found.white]
+        return "Residual tests: " + (f"not white in {', '.join(coloured)}" if coloured else "all channels are white")
+
+    def table(self) -> ResultTable:
+        """A row per channel."""
+        columns = {
+            "channel": str, "white": bool, "whiteness_p": float, "independent_of_input_p": float,
+            "sigma_ratio": float, "kurtosis": float, "samples": int,
+        }  # fmt: skip
+        rows = [(name, *(getattr(found, key) for key in list(columns)[1:])) for name, found in self.channels.items()]
+        return ResultTable(columns, rows)
 
 
 @with_one_blas_thread
