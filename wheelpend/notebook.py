@@ -36,7 +36,7 @@ class NotebookResult:
         import polars as pl  # imported late: it is slow to load
 
         columns, rows = self.table()
-        return pl.DataFrame(list(rows), schema=dict(columns), orient="row")
+        return pl.DataFrame(list(rows), schema=dict(columns), orient="row").fill_nan(None)
 
     def __repr__(self) -> str:
         lines = [self.headline(), *_aligned(self.table()), *self._remarks()]

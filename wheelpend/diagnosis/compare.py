@@ -15,7 +15,7 @@ from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, whe
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop
 from wheelpend.estimation.continuation import fit_model
-from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
+from wheelpend.estimation.criteria import DEFAULT_HORIZON_S, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values, per_log_names
@@ -157,9 +157,11 @@ def compare(
     )
 
 
-def model_to_compare(model: Model, logs: LogsLike, holdout: LogsLike, progress: Progress) -> ComparedModel:
+def model_to_compare(
+    model: Model, logs: LogsLike, holdout: LogsLike, progress: Progress, horizon: float = DEFAULT_HORIZON_S
+) -> ComparedModel:
     """The model with its values, fitted to the logs where it has none, and with each log's own parameters."""
-    problem = prepare(model, logs, use_all=True)
+    problem = prepare(model, logs, horizon=horizon, use_all=True)
     values = known_values(model)
     fitted_first = not all(n in values for n in problem.base)
     if fitted_first:
@@ -169,7 +171,7 @@ def model_to_compare(model: Model, logs: LogsLike, holdout: LogsLike, progress: 
     step = stable_step(problem.module, values, problem.logs[0])
     problem = replace(problem, max_step=step)
     held_out = as_list(holdout)
-    validation = prepare(model, logs, held_out).data.validation if held_out else ()
+    validation = prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
 
 
