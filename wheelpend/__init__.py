@@ -17,6 +17,8 @@ _HOMES = {
     "identify": "identification.identify",
     "residuals": "identification.residual_tests",
     "compare": "diagnosis.compare",
+    "predict": "diagnosis.predict",
+    "linearize": "simulation.linearize",
     "diagnose": "api",
     "explain": "api",
     "add": "diagnosis.change",

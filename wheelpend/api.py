@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from wheelpend.diagnosis.criteria import MAX_ADDED_EFFECTS
 from wheelpend.diagnosis.explain import Ladder
@@ -12,14 +11,14 @@ from wheelpend.diagnosis.explain import explain as error_ladder
 from wheelpend.diagnosis.stepwise import diagnose as diagnose_stepwise
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.experiments.advice import with_advice
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 
 
 def diagnose(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     without: Sequence[str] = (),
     law: bool = False,
@@ -35,8 +34,8 @@ def diagnose(
 
 def explain(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     max_effects: int = MAX_ADDED_EFFECTS,
     without: Sequence[str] = (),

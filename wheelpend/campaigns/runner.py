@@ -24,7 +24,8 @@ from wheelpend.campaigns.partial_results import PartialResults
 from wheelpend.campaigns.summary import Summary, summarise
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
 from wheelpend.identification.method_options import METHOD_NAMES, check_tau
-from wheelpend.logs.log import Log
+from wheelpend.logs.read import load_log
+from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model import precompile
 from wheelpend.model.record import Model
 from wheelpend.model.user_plants import plant_file
@@ -58,7 +59,7 @@ class Campaign:
 
 def campaign(
     model: Model,
-    logs: Sequence[str | Path | Log] = (),
+    logs: LogsLike = (),
     *,
     seeds: Collection[int] = (),
     command: str = "aggressive",
@@ -79,7 +80,7 @@ def campaign(
     Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
-    sources = check_sources(logs, seeds)
+    sources = check_sources(model, logs, seeds)
     setting = CampaignSetting(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
@@ -89,15 +90,21 @@ def campaign(
     return Campaign(do, identified, simulated, results, summarise(model, simulated, results), model)
 
 
-def check_sources(logs: Sequence[str | Path | Log], seeds: Collection[int]) -> list[LogSource]:
-    """Measured logs or seeds; raises Failure unless they are of one kind, and each there once."""
+def check_sources(model: Model, given: LogsLike, seeds: Collection[int]) -> list[LogSource]:
+    """Measured logs or seeds; raises Failure unless they are of one kind, and each there once.
+
+    What is in memory becomes a log here; files are read by the process that analyses them.
+    """
+    logs = as_list(given)
     if bool(logs) == bool(seeds):
         raise Failure("A campaign must have measured logs or the seeds of simulated ones, not "
                       f"{'both' if logs else 'neither'}.")  # fmt: skip
-    files = {str(Path(p).resolve()) for p in logs if not isinstance(p, Log)}
-    if len(files) < sum(not isinstance(p, Log) for p in logs):
+    files = resolved_paths(logs)
+    if len(set(files)) < len(files):
         raise Failure("Every log must be given once: a log that counts twice agrees with itself. Leave out the second.")
-    return [*logs, *map(int, seeds)]
+    named = zip(logs, names_of(logs), strict=True)
+    measured = [s if isinstance(s, (str, Path)) else load_log(s, model.columns, model.table, name=n) for s, n in named]
+    return [*measured, *map(int, seeds)]
 
 
 def _time_constants(tau: Sequence[float] | Literal["auto"] | None) -> tuple[float, ...] | Literal["auto"] | None:

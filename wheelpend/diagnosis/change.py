@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import derive
 from derive.parameter_name import short_name
 from wheelpend.diagnosis.evidence import estimates_per_log
-from wheelpend.diagnosis.explain import Step, fitted_model
+from wheelpend.diagnosis.explain import STEP_COLUMNS, Step, fitted_model, step_rows
 from wheelpend.diagnosis.refit import Progress, refit_with
 from wheelpend.estimation.continuation import fit_model
 from wheelpend.estimation.data import prepare
@@ -24,13 +23,14 @@ from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 
-@dataclass(frozen=True)
-class Change:
+@dataclass(frozen=True, repr=False)
+class Change(NotebookResult):
     """A model with an effect added or removed, and the fits of both."""
 
     step: Step
@@ -62,13 +62,22 @@ class Change:
             "warnings": self.warnings,
         }
 
+    def headline(self) -> str:
+        """The effect, and the errors without and with the change."""
+        step = self.step
+        return f"Change: {step.effect}, error {step.error_before:.3g} -> {step.error_after:.3g} σ"
+
+    def table(self) -> ResultTable:
+        """A row per parameter of the effect; sizes in the row's unit, errors in σ."""
+        return ResultTable(STEP_COLUMNS, step_rows(1, self.step))
+
 
 @with_one_blas_thread
 def add(
     model: Model,
     effect: str,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     remove: bool = False,
     progress: Callable[[str], None] = lambda text: None,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +15,7 @@ from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, whe
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop
 from wheelpend.estimation.continuation import fit_model
-from wheelpend.estimation.criteria import MAX_NOISE_LEVEL_ERROR_RATIO
+from wheelpend.estimation.criteria import DEFAULT_HORIZON_S, MAX_NOISE_LEVEL_ERROR_RATIO
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names, known_values, per_log_names
@@ -33,13 +32,14 @@ from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import remainder_at, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(NotebookResult):
     """Prediction errors of a model on logs, and where they come from."""
 
     error: float  # [σ]
@@ -78,6 +78,16 @@ class Comparison:
             "remainder": self.remainder,
         }
 
+    def headline(self) -> str:
+        """The error, over which horizon, and what noise alone would leave."""
+        error = f"error {self.error:.3g} σ over {self.horizon_s:g} s at a noise floor of {self.noise_floor:.3g} σ"
+        return f"Comparison: {error}{', of the model as fitted first' if self.fitted_first else ''}"
+
+    def table(self) -> ResultTable:
+        """A row per channel: share that is predicted [%], and root mean square error in the channel's unit."""
+        rows = [(name, self.fit_percent.get(name), rmse) for name, rmse in self.rmse.items()]
+        return ResultTable({"channel": str, "fit_percent": float, "rmse": float}, rows)
+
 
 class ComparedModel(NamedTuple):
     """A model with values, and the segments of each log that it is compared with."""
@@ -96,8 +106,8 @@ class ComparedModel(NamedTuple):
 @with_one_blas_thread
 def compare(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
@@ -148,10 +158,10 @@ def compare(
 
 
 def model_to_compare(
-    model: Model, logs: Sequence[str | Path | Log], holdout: Sequence[str | Path | Log], progress: Progress
+    model: Model, logs: LogsLike, holdout: LogsLike, progress: Progress, horizon: float = DEFAULT_HORIZON_S
 ) -> ComparedModel:
     """The model with its values, fitted to the logs where it has none, and with each log's own parameters."""
-    problem = prepare(model, logs, use_all=True)
+    problem = prepare(model, logs, horizon=horizon, use_all=True)
     values = known_values(model)
     fitted_first = not all(n in values for n in problem.base)
     if fitted_first:
@@ -160,7 +170,8 @@ def model_to_compare(
         values = fit_model(problem, start, free_names(problem, model.effects)).of_log(0)
     step = stable_step(problem.module, values, problem.logs[0])
     problem = replace(problem, max_step=step)
-    validation = prepare(model, logs, holdout).data.validation if holdout else ()
+    held_out = as_list(holdout)
+    validation = prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
 
 

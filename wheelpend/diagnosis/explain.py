@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.diagnosis.stepwise import Rounds, stepwise
 from wheelpend.diagnosis.structures import Structure, probability_of
 from wheelpend.diagnosis.verdict import (
+    CANDIDATE_COLUMNS,
     Diagnosis,
     and_what_replaced,
     revise_verdict,
@@ -36,8 +36,9 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 if TYPE_CHECKING:
@@ -81,8 +82,11 @@ class Step(EffectEstimate):
         }
 
 
-@dataclass(frozen=True)
-class Ladder:
+STEP_COLUMNS = {"step": int, **CANDIDATE_COLUMNS, "error_before": float, "error_after": float}
+
+
+@dataclass(frozen=True, repr=False)
+class Ladder(NotebookResult):
     """The error ladder of a model on its logs."""
 
     verdict: str
@@ -126,12 +130,27 @@ class Ladder:
             "structures": self.structures,
         }
 
+    def headline(self) -> str:
+        """The verdict, and how far the error fell."""
+        fall = f"error {self.base_error:.3g} -> {self.error:.3g} σ at a noise floor of {self.noise_floor:.3g} σ"
+        return f"Ladder: {self.verdict}, {fall}, {len(self.steps)} step{'' if len(self.steps) == 1 else 's'}"
+
+    def table(self) -> ResultTable:
+        """A row per parameter of every step, in order; sizes in the row's unit, errors in σ."""
+        return ResultTable(STEP_COLUMNS, [row for k, step in enumerate(self.steps, 1) for row in step_rows(k, step)])
+
+
+def step_rows(number: int, step: Step) -> list[tuple]:
+    """Rows of STEP_COLUMNS of a step."""
+    judged = (step.p_value, step.probability, step.error_before, step.error_after)
+    return [(number, *row, *judged) for row in step.rows()]
+
 
 @with_one_blas_thread
 def explain(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     max_effects: int = MAX_ADDED_EFFECTS,
     without: Sequence[str] = (),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from wheelpend.diagnosis.alternatives import with_backlash
 from wheelpend.diagnosis.criteria import (
@@ -33,7 +32,7 @@ from wheelpend.estimation.free_parameters import free_names, values_of_model_eff
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
 
@@ -45,8 +44,8 @@ Rounds = list[Diagnosis]
 @with_one_blas_thread
 def diagnose(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     without: Sequence[str] = (),
     law: bool = False,

@@ -21,6 +21,7 @@ from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.diagnosis.structures import RoundEvidence, Structure, probability_of, structures
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO, MAX_NOISE_LEVEL_ERROR_RATIO
+from wheelpend.estimation.estimate import ESTIMATE_COLUMNS
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import per_log_names
 from wheelpend.estimation.noise_alarm import overstated_noise
@@ -29,13 +30,16 @@ from wheelpend.estimation.validation import fit_percent
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
+from wheelpend.notebook import NotebookResult, ResultTable
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 
+CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}  # of tables of effects
 
-@dataclass(frozen=True)
-class Diagnosis:
+
+@dataclass(frozen=True, repr=False)
+class Diagnosis(NotebookResult):
     """What is missing in a model, according to logs."""
 
     verdict: str  # nothing_missing, effect_missing, ambiguous or unexplained
@@ -102,6 +106,20 @@ class Diagnosis:
             "remainder": self.remainder,
             "structures": self.structures,
         }
+
+    def headline(self) -> str:
+        """The verdict, and the error of the model without any candidate."""
+        return f"Diagnosis: {self.verdict}, error {self.error:.3g} σ at a noise floor of {self.noise_floor:.3g} σ"
+
+    def table(self) -> ResultTable:
+        """A row per parameter of every candidate, best candidate first; sizes and errors in the row's unit."""
+        columns = {**CANDIDATE_COLUMNS, "error_after": float, "physical": bool, "equivalent_to": str}
+        rows = [
+            (*row, c.p_value, c.probability, c.error_after, c.physical, ", ".join(c.equivalent_to))
+            for c in self.candidates
+            for row in c.rows()
+        ]
+        return ResultTable(columns, rows)
 
     @property
     def named(self) -> tuple[CandidateFit, ...]:

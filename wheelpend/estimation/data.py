@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from wheelpend.logs.noise import Noise, sensor_noise
 from wheelpend.logs.outliers import outliers_of, without_outliers
 from wheelpend.logs.read import load_log
 from wheelpend.logs.same_record import shared_rows
+from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
 
@@ -32,15 +32,17 @@ COUPLED_SEGMENTS_PER_RUN = 10  # short segments taken in a row where the model c
 INITIAL_MAX_STEP_S = 0.002  # s, until a start gives the machine's fastest motion
 
 
-def read_logs(paths: Sequence[str | Path | Log], model: Model) -> tuple[Log, ...]:
+def read_logs(given: LogsLike, model: Model) -> tuple[Log, ...]:
     """Logs, loaded with the columns and units of the model's [columns], without outliers; a Log needs no loading.
 
     Raises Failure for one in which nothing moves.
     """
-    logs = tuple(p if isinstance(p, Log) else load_log(p, model.columns, model.table) for p in paths)
+    sources = as_list(given)
+    named = zip(sources, names_of(sources), strict=True)
+    logs = tuple(load_log(source, model.columns, model.table, name=name) for source, name in named)
     stated = model.columns["t"].unit if "t" in model.columns else ""
-    for path, log in zip(paths, logs, strict=True):
-        check_interval(log, "" if isinstance(path, Log) else stated)
+    for source, log in zip(sources, logs, strict=True):
+        check_interval(log, "" if isinstance(source, Log) else stated)
         check_motion(log, model.table)
     return tuple(without_outliers(log, outliers_of(log, model.table)) for log in logs)
 
@@ -54,8 +56,8 @@ def noise_of(log: Log, model: Model) -> Noise:
 
 def prepare(
     model: Model,
-    logs: Sequence[str | Path | Log],
-    holdout: Sequence[str | Path | Log] = (),
+    logs: LogsLike,
+    holdout: LogsLike = (),
     *,
     horizon: float = DEFAULT_HORIZON_S,
     use_all: bool = False,
@@ -118,10 +120,9 @@ def _require_known_effects(model: Model, names: Sequence[str]) -> None:
             raise Failure(f"No effect named '{name}' can be left out.{did_you_mean(name, known)}")
 
 
-def _require_distinct_logs(logs: Sequence, holdout: Sequence) -> None:
-    both = {str(Path(p).resolve()) for p in logs if not isinstance(p, Log)} & {
-        str(Path(p).resolve()) for p in holdout if not isinstance(p, Log)
-    }
+def _require_distinct_logs(logs: LogsLike, holdout: LogsLike) -> None:
+    fitted, held_out = (set(resolved_paths(given)) for given in (logs, holdout))
+    both = fitted & held_out
     if both:
         raise Failure(f"A log must not be on both sides, but {', '.join(sorted(both))} is given to fit and to hold "
                       "out. Leave it out of one.")  # fmt: skip

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import polars as pl
 
 
 class LogValue(NamedTuple):
@@ -51,6 +54,16 @@ class Covariance:
         """The covariance under the keys of JSON."""
         return {"names": self.names, "matrix": self.matrix}
 
+    def to_frame(self) -> pl.DataFrame:
+        """The covariance as a Polars DataFrame: a row and a column per name, in products of the units."""
+        import polars as pl  # imported late: it is slow to load
+
+        columns = dict(zip(self.names, self.matrix.T, strict=True))
+        return pl.DataFrame({"parameter": self.names, **columns})
+
+
+ESTIMATE_COLUMNS = {"effect": str, "parameter": str, "value": float, "sigma": float, "unit": str}  # of rows of these
+
 
 @dataclass(frozen=True)
 class EffectEstimate:
@@ -58,6 +71,10 @@ class EffectEstimate:
 
     effect: str
     estimates: dict[str, Estimate]  # by the parameter's name within the effect
+
+    def rows(self) -> list[tuple[str, str, float, float, str]]:
+        """A row of ESTIMATE_COLUMNS per parameter."""
+        return [(self.effect, name, e.value, e.sigma, e.unit) for name, e in self.estimates.items()]
 
     @property
     def coefficients(self) -> dict[str, float]:

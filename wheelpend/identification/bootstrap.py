@@ -5,9 +5,8 @@ The estimates of a method from such replicas give its bias and its standard devi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -28,6 +27,7 @@ from wheelpend.identification.instrumental import LoggedLoop
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log, segments_of_ranges
 from wheelpend.logs.noise import Noise
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 
 INITIAL_STATE_FIT_DURATION_S = 0.5  # s of the log to which the first state of its replicas is fitted
@@ -141,9 +141,7 @@ def _open_loop_bootstrap(
     return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None, words)
 
 
-def shooting_fit(
-    model: Model, logs: Sequence[str | Path | Log], progress: Callable[[str], None]
-) -> tuple[EstimationProblem, Fit]:
+def shooting_fit(model: Model, logs: LogsLike, progress: Callable[[str], None]) -> tuple[EstimationProblem, Fit]:
     """Multiple shooting on all samples of the logs."""
     problem = prepare(model, logs, use_all=True, lean=True)
     progress("finding a start")

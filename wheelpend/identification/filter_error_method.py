@@ -30,6 +30,7 @@ from wheelpend.identification.remainder import Remainder, modelled_forces, remai
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 
 Progress = Callable[[str], None]
@@ -50,7 +51,7 @@ class FilterErrorFit(NamedTuple):
     error: float  # over segments [σ], as every error is judged
 
 
-def filter_error_fit(model: Model, logs: Sequence, progress: Progress) -> FilterErrorFit:
+def filter_error_fit(model: Model, logs: LogsLike, progress: Progress) -> FilterErrorFit:
     """Fit a model and the random sources that it needs to all samples of some logs.
 
     Raises Failure where no start can be simulated.

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -50,16 +49,17 @@ from wheelpend.identification.remainder_warnings import (
 from wheelpend.identification.time_constants import TimeConstantChoice
 from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model, check_finite
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 Progress = Callable[[str], None]
 MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmoved start promises: it is no optimum
 
 
-@dataclass(frozen=True)
-class Identification:
+@dataclass(frozen=True, repr=False)
+class Identification(NotebookResult):
     """Identified parameters; every value that is identifiable is finite."""
 
     method: str
@@ -106,6 +106,18 @@ class Identification:
             "widening": self.widening,
         }
 
+    def headline(self) -> str:
+        """The method, the samples, and the error where the method tells it."""
+        left = "" if self.error is None else f", error {self.error:.3g} σ"
+        floor = "" if self.noise_floor is None else f" at a noise floor of {self.noise_floor:.3g} σ"
+        return f"Identification by {self.method} from {self.samples} samples{left}{floor}"
+
+    def table(self) -> ResultTable:
+        """A row per parameter; a value that is not identifiable means nothing."""
+        columns = {"parameter": str, "value": float, "sigma": float, "unit": str, "identifiable": bool}
+        rows = [(n, e.value, e.sigma, e.unit, e.identifiable) for n, e in self.parameters.items()]
+        return ResultTable(columns, rows)
+
     @cached_property
     def model(self) -> Model:
         """The model with the identified values, and with what they leave to chance where that is known."""
@@ -132,7 +144,7 @@ class Identification:
 @with_one_blas_thread
 def identify(
     model: Model,
-    logs: Sequence[str | Path | Log],
+    logs: LogsLike,
     *,
     method: str = DEFAULT_METHOD,
     tau: TauOption = None,
@@ -160,7 +172,7 @@ def identify(
 
 
 def _identify_by_filter_error(
-    model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress
+    model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress
 ) -> Identification:
     found = filter_error_fit(model, logs, progress)
     problem, left, table = found.problem, found.remainder, with_astray_marked(found.table)
@@ -181,7 +193,7 @@ def _identify_by_filter_error(
     )  # fmt: skip
 
 
-def _identify_by_shooting(model: Model, logs: Sequence, unused: tuple[str, ...], progress: Progress) -> Identification:
+def _identify_by_shooting(model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress) -> Identification:
     problem, fitted = shooting_fit(model, logs, progress)
     _require_moved(problem, fitted)
     table = parameter_table(problem, fitted)

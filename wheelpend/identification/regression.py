@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import NamedTuple
@@ -27,6 +27,7 @@ from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import model_module
 from wheelpend.logs.commands import longest_known_part
 from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 
 
@@ -46,7 +47,7 @@ class RegressionProblem:
         return parametric_bootstrap(self.model, self.module, self.log, self.parameters, self.progress)
 
 
-def regression_problem(model: Model, logs: Sequence, method: str, progress: Callable[[str], None]) -> RegressionProblem:
+def regression_problem(model: Model, logs: LogsLike, method: str, progress: Callable[[str], None]) -> RegressionProblem:
     """The regression on a log; raises Failure for more logs than one."""
     loaded = read_logs(logs, model)
     if len(loaded) != 1:

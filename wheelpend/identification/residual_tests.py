@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,8 +28,9 @@ from wheelpend.identification.filter_error_method import estimator_at, filter_er
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import likeliest_point, require_finite
 from wheelpend.kernels.load import free_force_module
-from wheelpend.logs.log import Log
+from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
+from wheelpend.notebook import NotebookResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
@@ -73,8 +73,8 @@ class ChannelResidual:
         }
 
 
-@dataclass(frozen=True)
-class ResidualTests:
+@dataclass(frozen=True, repr=False)
+class ResidualTests(NotebookResult):
     """Residual tests of a model on some logs."""
 
     channels: dict[str, ChannelResidual]
@@ -92,11 +92,23 @@ class ResidualTests:
             "warnings": self.warnings,
         }
 
+    def headline(self) -> str:
+        """Which channels' residuals are white."""
+        coloured = [name for name, found in self.channels.items() if not found.white]
+        return "Residual tests: " + (f"not white in {', '.join(coloured)}" if coloured else "all channels are white")
+
+    def table(self) -> ResultTable:
+        """A row per channel."""
+        columns = {
+            "channel": str, "white": bool, "whiteness_p": float, "independent_of_input_p": float,
+            "sigma_ratio": float, "kurtosis": float, "samples": int,
+        }  # fmt: skip
+        rows = [(name, *(getattr(found, key) for key in list(columns)[1:])) for name, found in self.channels.items()]
+        return ResultTable(columns, rows)
+
 
 @with_one_blas_thread
-def residuals(
-    model: Model, logs: Sequence[str | Path | Log], *, progress: Progress = lambda text: None
-) -> ResidualTests:
+def residuals(model: Model, logs: LogsLike, *, progress: Progress = lambda text: None) -> ResidualTests:
     """Test the model's residuals on every sample of some logs, at its values and with its random force.
 
     Without identified or nominal values the model is fitted first; without a random force in it the likeliest one is

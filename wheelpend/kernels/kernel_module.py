@@ -87,6 +87,9 @@ class SimulationKernels(Protocol):
     acting_voltage: Callable[[Times, Inputs, Vector], Inputs]
     """t, voltage, parameters → the input (N,) that acts at each sample just before its command"""
 
+    read_sensors: Callable[[float, State, Vector, Array], None]
+    """t, state, parameters, readings (NY,), which are written"""
+
     simulate: Callable[[Times, Inputs, State, Vector, float], States]
     """t, voltage, state, parameters, max_step → states (N, NX)"""
 

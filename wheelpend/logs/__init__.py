@@ -1,11 +1,12 @@
 """Measurement logs: from files as people have them to one record of sampled channels.
 
-In: CSV, Parquet, MATLAB files and bags, with the columns that a plant has. Out: `Log`, in SI units and continuous, and
-the noise of its channels. Question: what was measured, when, and how well?
+In: CSV, Parquet, MATLAB files, bags, DataFrames and arrays, with the columns that a plant has. Out: `Log`, in SI units
+and continuous, and the noise of its channels. Question: what was measured, when, and how well?
 
 - log: the record `Log`, its gapless ranges and segments
 - columns: the columns that a plant needs, their units, and how a file's columns are mapped onto them
-- read: files to logs and back
+- read: files, frames and arrays to logs, and logs to files
+- sources: what a log is taken from, and tables in memory
 - guess: column maps guessed from names, units and clock
 - commands: an input without values for a while, or logged only when it changes
 - checks: errors and warnings of a log that was read

@@ -144,6 +144,16 @@ def check_interval(log: Log, unit: str = "") -> None:
         raise Failure(f"{log.name}: {sentence}")
 
 
+def check_interval_in_memory(log: Log) -> None:
+    """The same of times in memory, which can be divided."""
+    if sentence := interval_text(log):
+        unit = unit_of_interval(log.dt)
+        divided = (
+            f" Or give it in s: divide it by {1.0 / UNIT_CONVERSIONS[unit][1]:g}." if unit not in ("", "s") else ""
+        )
+        raise Failure(f"{log.name}: {sentence}{divided}")
+
+
 def interval_text(log: Log, read_in: str = "s") -> str:
     """The sentence that samples are too far apart or too close for their times to be in s; nothing where they are not.
 

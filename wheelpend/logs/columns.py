@@ -158,10 +158,12 @@ def find_sources(
     table: ColumnTable,
     columns: Mapping[str, ColumnMap],
     file_units: Mapping[str, str] | None = None,
+    kind: str = "file",
 ) -> tuple[dict[str, ColumnSource], list[str]]:
     """The column and factor of each quantity in a file, with remarks; raises Failure when one is missing.
 
-    ``file_units`` are those that the file itself states, by its columns; a unit in ``columns`` goes before.
+    ``file_units`` are those that the file itself states, by its columns; a unit in ``columns`` goes before. ``kind`` is
+    what sentences call the source.
     """
     sources, notes = {}, []
     for name in table.names:
@@ -178,7 +180,7 @@ def find_sources(
                 notes.append(f"[columns] maps {name} to '{mapped.column}', which is not in the file; '{name}' is read.")
     absent = [n for n in table.required if n not in sources]
     if absent:
-        raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table))
+        raise Failure(missing_columns_text(log, names, absent, {s.column for s in sources.values()}, table, kind))
     return sources, notes
 
 
@@ -209,8 +211,10 @@ def unit_factor(name: str, unit: str, own: str, inputs: Sequence[str] = ()) -> f
     return value
 
 
-def missing_columns_text(log: str, names: Sequence[str], absent: list[str], used: set[str], table: ColumnTable) -> str:
-    """Message that lists the file's columns and the lines of a model.toml that would map them."""
+def missing_columns_text(
+    log: str, names: Sequence[str], absent: list[str], used: set[str], table: ColumnTable, kind: str = "file"
+) -> str:
+    """Message that lists the source's columns and the lines of a model.toml that would map them."""
     guesses = guess_columns([n for n in names if n not in used], absent, table)
     lines = [
         f'{name} = {{ column = "{guesses[name] or "..."}"{unit_entry(table.units[name], guesses[name])} }}'
@@ -219,7 +223,7 @@ def missing_columns_text(log: str, names: Sequence[str], absent: list[str], used
     nameless = all(n == f"column {k}" for k, n in enumerate(names, 1))
     what = f"the column {absent[0]} is" if len(absent) == 1 else f"the columns {', '.join(absent)} are"
     return (
-        f"{log}: {what} missing. The file has{', without a header' if nameless else ''}: {', '.join(names)}. "
+        f"{log}: {what} missing. The {kind} has{', without a header' if nameless else ''}: {', '.join(names)}. "
         "If they are there under another name, say so in model.toml:\n\n[columns]\n" + "\n".join(lines)
     )
 

@@ -12,10 +12,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from derive.effects import INPUT_MEMORY_S
 from derive.plants import wheel_pendulum as default_plant
-from wheelpend.errors import Failure
+from wheelpend.errors import Failure, did_you_mean
+from wheelpend.logs.columns import DEFAULT_TABLE, ColumnTable
 from wheelpend.logs.finding import Finding
 
 MIN_SEGMENT_SAMPLES = 5  # samples
@@ -58,6 +60,30 @@ class Log:
     memory_s: float = INPUT_MEMORY_S  # for which what is fitted to it may remember a command
     breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
     faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
+
+    @classmethod
+    def from_arrays(
+        cls, t: ArrayLike, *, name: str = "log", table: ColumnTable = DEFAULT_TABLE, **channels: ArrayLike
+    ) -> Log:
+        """Make a log from one array (N,) per column: ``Log.from_arrays(t=t, v_in=u, theta_w=..., ...)``.
+
+        ``t`` [s] grows strictly, and counts from its first value. ``channels`` are the plant's inputs, held from each
+        sample until the next, and its channels, in its units (V, rad, rad/s, ...); NaN where a value is missing.
+        ``table`` has the columns of another plant: ``model.table``. The arrays are copied, and treated as a file's
+        columns are: wrapped angles become continuous. Raises Failure where a column is missing, unknown, of another
+        length or no numbers, and where the log cannot be used.
+        """
+        from wheelpend import load_log  # the public one, found as it is used: it stands above this record
+
+        for given in channels:
+            if given not in table.names:
+                known = ", ".join(table.names)
+                raise Failure(f"{name}: every array must be a column of the plant ({known}), but one is called "
+                              f"'{given}'.{did_you_mean(given, table.names)}")  # fmt: skip
+        absent = [n for n in table.required[1:] if n not in channels]
+        if absent:
+            raise Failure(f"{name}: every input and channel of the plant must be given; missing: {', '.join(absent)}.")
+        return load_log({"t": t, **channels}, table=table, name=name)
 
     def __len__(self) -> int:
         """Count the samples."""

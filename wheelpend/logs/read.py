@@ -1,4 +1,4 @@
-"""Measurement files: one row per sample, as CSV, Parquet or MATLAB file.
+"""Measurement files and tables in memory: one row per sample, as CSV, Parquet, MATLAB file, DataFrame or arrays.
 
 Angles in rad, rates in rad/s, times in s, voltages in V after reading, whatever the file used. Rows are counted from 1,
 the header not included.
@@ -18,6 +18,7 @@ from wheelpend.files import replacing
 from wheelpend.logs.bags import bag_table, is_bag
 from wheelpend.logs.checks import (
     check_input_acts,
+    check_interval_in_memory,
     check_readable_interval,
     check_time,
     check_values,
@@ -36,6 +37,7 @@ from wheelpend.logs.columns import (
 from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
+from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.tables import Table, check_length, open_table
 from wheelpend.logs.unwrap import make_continuous
 
@@ -44,33 +46,48 @@ MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ
 
 
 def load_log(
-    path: str | os.PathLike,
+    source: LogLike,
     columns: Mapping[str, ColumnMap] | None = None,
     table: ColumnTable = DEFAULT_TABLE,
+    *,
+    name: str = "log",
 ) -> Log:
-    """Read a measurement file of a plant whose columns are those of ``table``.
+    """Make a log of a plant whose columns are those of ``table``, from a file or from what is in memory.
 
-    ``columns`` maps our names to the file's where they differ. Angles that wrap and encoders that start again are made
-    continuous. Raises Failure when the file cannot be used; the log's ``warnings`` say what is odd about one that can.
+    ``source`` is a path, a DataFrame of pandas or Polars, or a dict of arrays (N,): t [s], strictly increasing, inputs
+    and channels in the plant's units, NaN where a value is missing; ``name`` is what a log from memory is called. A Log
+    is returned as it is. ``columns`` maps our names to the source's, and units, where they differ. Angles that wrap and
+    encoders that start again are made continuous. Raises Failure when the source cannot be used; the log's ``warnings``
+    say what is odd about one that can.
     """
-    path = Path(path)
-    file = open_file(path)
-    sources, notes = find_sources(path.name, file.names, table, columns or {}, file.units)
-    raw_t, columns_by_name = read_scaled_columns(path.name, file, sources, table)
+    if isinstance(source, Log):
+        return source
+    if isinstance(source, (str, os.PathLike)):
+        path = Path(source)
+        return log_of_table(path.name, open_file(path), columns or {}, table)
+    log = log_of_table(name, table_in_memory(name, source), columns or {}, table)
+    check_interval_in_memory(log)
+    return log
+
+
+def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], table: ColumnTable) -> Log:
+    """The log of a file's columns, or of columns in memory; raises Failure when they cannot be used."""
+    sources, notes = find_sources(log_name, file.names, table, columns, file.units, file.kind)
+    raw_t, columns_by_name = read_scaled_columns(log_name, file, sources, table)
     for name in table.required[1:]:
-        check_values(path.name, name, columns_by_name[name])
+        check_values(log_name, name, columns_by_name[name])
     for name in table.inputs:
-        columns_by_name[name], remarks = held_commands(path.name, name, columns_by_name[name])
+        columns_by_name[name], remarks = held_commands(log_name, name, columns_by_name[name])
         notes += remarks
-    check_input_acts(path.name, columns_by_name, table)
+    check_input_acts(log_name, columns_by_name, table)
     seams = seams_of(raw_t, columns_by_name, table)  # before they are made continuous
     notes += unwrap_positions(columns_by_name, raw_t, table)
     for name, source in sources.items():  # not before: an encoder that starts again does so at its own zero
         if source.offset:
             columns_by_name[name] = columns_by_name[name] + source.offset
     t = (raw_t - raw_t[0]) * sources["t"].factor  # subtract first: a clock's large offset would cost digits
-    check_readable_interval(path.name, t)
-    as_read = log_of_columns(path.name, t, columns_by_name, table)
+    check_readable_interval(log_name, t)
+    as_read = log_of_columns(log_name, t, columns_by_name, table)
     log = cured(as_read, table, seams)
     faults = [f"{f.sentence} {f.cure}" for f in log.faults]
     return replace(log, warnings=(*faults, *notes, *log_warnings(as_read, table, sources)))

@@ -33,6 +33,7 @@ class Table(NamedTuple):
     # The same of a file with several clocks; the second list names columns with zero-order hold.
     read_on_one_clock: Callable[[list[str], list[str]], dict[str, np.ndarray]] | None = None
     units: Mapping[str, str] = {}  # by name, where the file has a row of units
+    kind: str = "file"  # of source, as sentences call it
 
 
 def open_table(path: Path) -> Table:
