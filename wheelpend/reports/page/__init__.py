@@ -6,6 +6,8 @@ page               the page from its template (page.html.j2, sections/) and styl
 rows               rows of its tables
 equations          equations of motion before and after
 charts             its charts as markup
+packing            figures as text, and the script that reads it
+thinning           samples that a chart draws
 figures            ladder, predictions, parameters
 force_figures      the missing force over time and states
 effect_figures     every effect drawn with its band

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.files import write_text
@@ -18,7 +17,7 @@ from wheelpend.model.units import plant_units_of
 from wheelpend.reports.html import rendered_page
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import error_text, typeset_estimate_text, typeset_number_text, typeset_p_value_text
-from wheelpend.reports.page.charts import DRAWING_SCRIPT, page_charts, script_hash
+from wheelpend.reports.page.charts import DRAWING_SCRIPT, PLOTTING_SCRIPT, page_charts, script_hash
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
@@ -50,7 +49,7 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
     """Text of the page."""
     quantities = plant_units_of(explanation.model)
     first = explanation.first
-    plotly = get_plotlyjs()
+    plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
     return rendered_page(
         Path(__file__).parent,
