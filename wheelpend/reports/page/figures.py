@@ -60,17 +60,17 @@ def ladder_figure(explanation: Ladder) -> go.Figure:
     figure.add_vline(x=floor, line={"color": NOISE_FLOOR_COLOUR, "dash": "dash", "width": 2})
     figure.add_annotation(x=np.log10(floor) if wide else floor, y=1.0, yref="paper", yanchor="bottom", showarrow=False,
                           text=f"noise floor {floor:.3g}", font={"color": NOISE_FLOOR_COLOUR})  # fmt: skip
-    return with_page_style(figure, 110 + 46 * len(rungs))
+    return with_page_style(figure, 110 + 46 * len(rungs)).update_layout(margin={"l": 20, "r": 48})
 
 
 def _scale_error_axis(figure: go.Figure, errors: Sequence[float]) -> bool:
     """Scale the axis of errors; True where it is logarithmic."""
     low, high = min(errors), max(errors)
     wide = high > MIN_LOGARITHMIC_RATIO * low > 0
-    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
+    span = [np.log10(low * 0.6), np.log10(high * 1.5)] if wide else [0, high * 1.15]
     decades = 1 if wide and high > MIN_DECADE_TICKS_RATIO * low else None
     figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=decades,
-                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+                        title=f"error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
     return wide
 
 
