@@ -3,6 +3,7 @@
 In: a Ladder. Out: one file that needs no network. Question: what was missing, and how is it known?
 
 page               the page from its template (page.html.j2, sections/) and style sheet (style.css)
+story              what the workspace's history tells of earlier changes
 rows               rows of its tables
 equations          equations of motion before and after
 charts             its charts as markup

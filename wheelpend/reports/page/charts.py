@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.standstill import standstills
 from wheelpend.model.units import PlantUnits
+from wheelpend.reports.ladder import Rung
 from wheelpend.reports.page.effect_figures import EffectDrawing, effect_drawings
 from wheelpend.reports.page.figures import (
     ladder_figure,
@@ -49,8 +51,8 @@ class PageCharts(NamedTuple):
     effects: list[tuple[EffectDrawing, Markup]]
 
 
-def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
-    """Draw every chart."""
+def page_charts(explanation: Ladder, quantities: PlantUnits, earlier: Sequence[Rung] = ()) -> PageCharts:
+    """Draw every chart; the ladder begins with the ``earlier`` rungs."""
     first = explanation.first
     logs, left_out = _prediction_charts(explanation, quantities)
     state = state_figure(first, quantities)
@@ -59,7 +61,7 @@ def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
     forces = [(m.log, force_figure(m, rows, quantities, MAX_FORCE_POINTS // (len(drawn) * len(rows)))) for m in drawn]
     drawings = effect_drawings(explanation)
     return PageCharts(
-        ladder=chart_markup("ladder", ladder_figure(explanation)),
+        ladder=chart_markup("ladder", ladder_figure(explanation, earlier)),
         logs=logs,
         left_out=left_out,
         force=[(name, chart_markup(f"force{k}", figure)) for k, (name, figure) in enumerate(forces)],

@@ -35,7 +35,7 @@ from wheelpend.reports.page.style import (
 )
 from wheelpend.reports.page.thinning import segment_samples
 
-RUNG_COLOURS = {"nominal": MUTED_COLOUR, "refitted": BEFORE_COLOUR, "step": AFTER_COLOUR}
+RUNG_COLOURS = {"earlier": MUTED_COLOUR, "nominal": MUTED_COLOUR, "refitted": BEFORE_COLOUR, "step": AFTER_COLOUR}
 MIN_LOGARITHMIC_RATIO = 5  # of the largest to the smallest error: from it on the ladder's axis is logarithmic
 MIN_DECADE_TICKS_RATIO = 50  # of the same: from it on only decades are ticked
 
@@ -45,9 +45,9 @@ def labelled_rungs(explanation: Ladder) -> list[Rung]:
     return ladder_rungs(explanation, "nominal values")
 
 
-def ladder_figure(explanation: Ladder) -> go.Figure:
-    """Held-out error from the nominal model to the last step, with the noise floor."""
-    rungs = [r for r in labelled_rungs(explanation) if np.isfinite(r.error)]
+def ladder_figure(explanation: Ladder, earlier: Sequence[Rung] = ()) -> go.Figure:
+    """Held-out error from the first model that is known to the last step, with the noise floor."""
+    rungs = [r for r in (*earlier, *labelled_rungs(explanation)) if np.isfinite(r.error)]
     errors = tuple(r.error for r in rungs)
     figure = go.Figure(go.Bar(
         x=errors, y=tuple(r.label for r in rungs), orientation="h",

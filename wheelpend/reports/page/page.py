@@ -21,6 +21,7 @@ from wheelpend.reports.page.charts import DRAWING_SCRIPT, PLOTTING_SCRIPT, page_
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
+from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_sentences
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
 from wheelpend.reports.text.remainder import remainder_sentences
@@ -50,6 +51,8 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
     quantities = plant_units_of(explanation.model)
     first = explanation.first
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
+    changes, remarks = earlier_changes(explanation)
+    earlier = earlier_rungs(changes)
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
     return rendered_page(
         Path(__file__).parent,
@@ -60,7 +63,8 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         drawing=Markup(DRAWING_SCRIPT),
         script_hashes=Markup(" ".join(map(script_hash, (plotly, DRAWING_SCRIPT)))),
         title=title_text(explanation),
-        headline=headline_sentences(explanation, quantities),
+        headline=[*headline_sentences(explanation, quantities), *story_sentences(changes)],
+        remarks=[*explanation.warnings, *remarks],
         verdict=short_verdict_text(explanation),
         doubts=ambiguity_sentences(explanation),
         remains=typeset_force_ranges(still_missing, quantities),
@@ -68,9 +72,9 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
-        charts=page_charts(explanation, quantities),
+        charts=page_charts(explanation, quantities, earlier),
         places=typeset_force_ranges(explanation.first.where, quantities),
-        rungs=labelled_rungs(explanation),
+        rungs=[*earlier, *labelled_rungs(explanation)],
         candidates=[candidate_row(t, quantities, first.problem.plant) for t in first.candidates],
         detectable=typeset_detectable_rows(explanation.last),
         parameters=parameter_rows(explanation),
