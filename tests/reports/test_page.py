@@ -134,6 +134,7 @@ def test_every_section_is_readable_without_scripts(page: str):
     ]
     assert headings[4:] == [
         "The effects, drawn",
+        "Is the rest noise?",
         "How the parameters moved",
         "The equations before and after",
         "Provenance",

@@ -248,4 +248,5 @@ def report(
             result = run(open_model(model, plant), logs, holdout or [], law=law, progress=update)
         parts = ["wheelpend report", *map(str, logs), *(f"--holdout {h}" for h in holdout or []), *["--law"] * law]
         command = " ".join(parts)
-        print_line(f"Wrote {write_report(result, output, version=version(), command=command)}.")
+        files = [*logs, *(holdout or [])]
+        print_line(f"Wrote {write_report(result, output, version=version(), command=command, files=files)}.")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -13,13 +13,17 @@ from markupsafe import Markup
 
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.files import write_text
+from wheelpend.identification.residual_tests import ResidualTests
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.html import rendered_page
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import error_text, typeset_estimate_text, typeset_number_text, typeset_p_value_text
 from wheelpend.reports.page.charts import DRAWING_SCRIPT, PLOTTING_SCRIPT, page_charts, script_hash
+from wheelpend.reports.page.correlations import correlation_table
+from wheelpend.reports.page.digests import file_rows
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
+from wheelpend.reports.page.innovations import residual_section, residual_tests_of
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
 from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_sentences
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
@@ -39,15 +43,25 @@ TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
 }
 
 
-def write_report(explanation: Ladder, path: Path, *, version: str = "", command: str = "") -> Path:
-    """Write the page, complete or not at all, and return its path."""
+def write_report(
+    explanation: Ladder, path: Path, *, version: str = "", command: str = "", files: Sequence[Path] = ()
+) -> Path:
+    """Write the page, complete or not at all, and return its path; ``files`` are those that the logs were read from."""
     path = Path(path)
-    write_text(path, page_html(explanation, version=version, command=command))
+    tests = residual_tests_of(explanation)
+    write_text(path, page_html(explanation, version=version, command=command, tests=tests, files=files))
     return path
 
 
-def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> str:
-    """Text of the page."""
+def page_html(
+    explanation: Ladder,
+    *,
+    version: str = "",
+    command: str = "",
+    tests: ResidualTests | str | None = None,
+    files: Sequence[Path] = (),
+) -> str:
+    """Text of the page, with tests of the residuals where they, or why there are none, are given."""
     quantities = plant_units_of(explanation.model)
     first = explanation.first
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
@@ -77,9 +91,12 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         rungs=[*earlier, *labelled_rungs(explanation)],
         candidates=[candidate_row(t, quantities, first.problem.plant) for t in first.candidates],
         detectable=typeset_detectable_rows(explanation.last),
+        tests=residual_section(tests, explanation.model),
         parameters=parameter_rows(explanation),
+        correlations=correlation_table(explanation.fit),
         equations=equation_rows(explanation),
         logs=log_rows(explanation.problem),
+        files=file_rows(files),
         software=software_versions(version),
         command=command,
     )
