@@ -36,6 +36,9 @@ def test_the_wheel_installs_package_derivation_templates_and_data_but_no_generat
     assert (unpacked / "derive" / "templates" / "module.py.j2").exists()
     assert (unpacked / "wheelpend" / "data" / "demo.csv").exists()
     assert (unpacked / "wheelpend" / "reports" / "page" / "sections" / "header.html.j2").exists()
+    assert {p.name for p in (unpacked / "wheelpend" / "reports" / "page" / "plotly_basic").iterdir()} == {
+        "LICENSE", "README.md", "plotly-basic.min.js"
+    }  # fmt: skip
     assert (unpacked / "wheelpend" / "reproduction" / "gallery.css").exists()
     assert not (unpacked / "wheelpend" / "benchmarks").exists()
 

@@ -1,6 +1,7 @@
 """Every option of a command reaches what it is for."""
 
 import json
+from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -114,7 +115,9 @@ def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, 
     result = SimpleNamespace(model=model, steps=steps)
     said = change.save_explanation(result, [Path("log0.csv")], [Path("log1.csv")], opened)
     assert said == "Saved model.toml and regenerated its kernels."
-    assert folders.history(workspace) == [
+    entries = folders.history(workspace)
+    assert [date.fromisoformat(entry.pop("date")).year >= 2026 for entry in entries] == [True, True]
+    assert entries == [
         {"change": "add slope", "error_before": 9.0, "error_after": 3.0, "logs": ["log0.csv", "log1.csv"]},
         {"change": "add coulomb_drive", "error_before": 3.0, "error_after": 1.0, "logs": ["log0.csv", "log1.csv"]},
     ]

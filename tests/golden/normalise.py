@@ -17,6 +17,8 @@ COMPILED = re.compile(r"(Compiled the kernels of .* in|Every kernel of .* took) 
 VERSIONS = re.compile(r"wheelpend \S+, Python [\w.]+(, \w+ [\w.+]+)+")
 LIBRARY = re.compile(r"<script[^>]*>\s*/\*\*\s*\* plotly\.js.*?</script>", re.DOTALL)
 ARRAY = re.compile(r'\{"dtype":"(\w+)","bdata":"([^"]*)"(?:,"shape":"[^"]*")?\}')
+PACKED = re.compile(r'\{"packed":"([^"]*)","middle":([^,]*),"step":([^}]*)\}')
+DATE = re.compile(r'("date": ?)"[\d-]{10}"')
 PICTURE = re.compile(r"data:image/png;base64,([A-Za-z0-9+/=]+)")
 
 
@@ -39,10 +41,16 @@ def without_times(text: str) -> str:
     return COMPILED.sub("<compiled>.", text)
 
 
+def without_dates(text: str) -> str:
+    """A history without the days of its changes."""
+    return DATE.sub(r'\1"<date>"', text)
+
+
 def page_text(page: str) -> str:
     """A page without plotly's code and without versions; figures have their numbers in plain text."""
     page = VERSIONS.sub("<versions>", LIBRARY.sub("<plotly.js>", page))
     page = ARRAY.sub(lambda found: _numbers(found[1], found[2]), page)
+    page = PACKED.sub(lambda found: _packed_numbers(found[1], float(found[2]), float(found[3])), page)
     return PICTURE.sub(lambda found: fingerprint(base64.b64decode(found[1])), page)
 
 
@@ -54,3 +62,8 @@ def fingerprint(content: bytes) -> str:
 def _numbers(kind: str, encoded: str) -> str:
     values = np.frombuffer(base64.b64decode(json.loads(f'"{encoded}"')), dtype=np.dtype(kind))
     return f"[{', '.join(str(v) for v in values.tolist())}]"
+
+
+def _packed_numbers(encoded: str, middle: float, step: float) -> str:
+    values = middle + step * np.frombuffer(base64.b64decode(encoded), dtype="<i2")
+    return f"[{', '.join(f'{v:.6g}' for v in values.tolist())}]"

@@ -18,7 +18,7 @@ from pathlib import Path
 from time import monotonic
 
 from cases import LOGS, WARM, Chain, Cut, Edit, Step
-from normalise import fingerprint, page_text, without_paths, without_progress, without_times
+from normalise import fingerprint, page_text, without_dates, without_paths, without_progress, without_times
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
@@ -75,7 +75,7 @@ def run_step(out: Path, step: Step, workspace: Path, checkout: Path, threads: in
         texts[f"files/{name}{'.sha256' if path.suffix == '.png' else ''}"] = file_text(path)
     for place, text in texts.items():
         (out / place).parent.mkdir(parents=True, exist_ok=True)
-        (out / place).write_text(without_paths(text, folders), encoding="utf-8")
+        (out / place).write_text(without_dates(without_paths(text, folders)), encoding="utf-8")
 
 
 def written(workspace: Path, patterns: Iterable[str]) -> list[Path]:

@@ -14,7 +14,8 @@ from wheelpend.reports.page.page import page_html
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 OPTIONS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync",
-           "--disable-background-networking", "--disable-component-update", "--virtual-time-budget=20000")  # fmt: skip
+           "--disable-background-networking", "--disable-component-update", "--virtual-time-budget=20000",
+           "--allow-file-access-from-files")  # fmt: skip
 TIME_LIMIT_S = 120
 RUN = "document.title='it ran'"
 HOSTILE = (
@@ -28,6 +29,24 @@ HOSTILE = (
     "\u202evsc.gol\u2066",
     f"<iframe srcdoc='<script>parent.{RUN}</script>'>",
 )
+
+
+FRAME = """
+<iframe src="report.html" style="border: 0; width: WIDTHpx; height: 900px"></iframe>
+<script>
+onload = () => setTimeout(() => {
+  const page = document.querySelector("iframe").contentDocument;
+  const inside = (element) => element.closest(".wide, svg, head, script") === null;
+  const wide = [...page.querySelectorAll("*")].filter(inside).filter((e) => e.getBoundingClientRect().right > WIDTH);
+  const cut = [...page.querySelectorAll(".main-svg text")].filter((text) => {
+    const [own, chart] = [text, text.closest(".chart")].map((e) => e.getBoundingClientRect());
+    return own.width > 0 && (own.right > chart.right + 1 || own.left < chart.left - 1);
+  });
+  const charts = page.querySelectorAll(".chart .main-svg").length;
+  const [names, texts] = [wide.map((e) => e.outerHTML.slice(0, 60)), cut.map((e) => e.textContent)];
+  document.title = `charts ${charts}, wide ${names}, cut ${texts}.`;
+}, 5000);
+</script>"""
 
 
 class Elements(HTMLParser):
@@ -52,15 +71,16 @@ def hostile_page(explanation):  # noqa: F811
         return page_html(said, version=HOSTILE[0], command=" ".join(HOSTILE))
 
 
-def shown(page, folder):
-    """The page after a browser has run its scripts, as text."""
+def shown(page, folder, frame=""):
+    """The page, or a frame around it, after a browser has run its scripts, as text."""
     (folder / "report.html").write_text(page, encoding="utf-8")
+    (folder / "frame.html").write_text(frame, encoding="utf-8")
     command = [
         BROWSER,
         *OPTIONS,
         f"--user-data-dir={folder / 'profile'}",
         "--dump-dom",
-        (folder / "report.html").as_uri(),
+        (folder / ("frame.html" if frame else "report.html")).as_uri(),
     ]
     return subprocess.run(command, capture_output=True, text=True, timeout=TIME_LIMIT_S, check=True).stdout
 
@@ -94,3 +114,12 @@ def test_in_a_browser_the_policy_stops_a_script_that_got_into_the_page(page, tmp
     open_page = re.sub(r"<meta http-equiv=.*?>\n", "", page).replace("</main>", f"{injected}</main>")
     (tmp_path / "open").mkdir()
     assert "it ran</title>" in shown(open_page, tmp_path / "open"), "the test would notice a script that runs"
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+@pytest.mark.parametrize("width", [420, 1400])
+def test_in_a_browser_nothing_sticks_out_of_a_page_as_narrow_as_a_telephone(explanation, tmp_path, width):  # noqa: F811
+    dom = shown(page_html(explanation), tmp_path, FRAME.replace("WIDTH", str(width)))
+    found = re.search(r"<title>charts (\d+), wide (.*), cut (.*)\.</title>", dom)
+    assert int(found[1]) > 3, "the charts were drawn when this was measured"
+    assert found.group(2, 3) == ("", "")

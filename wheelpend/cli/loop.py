@@ -283,8 +283,9 @@ def report(
             )
         words = [part for name in left_out for part in ("--without", name)] + ["--law"] * law
         words += ["--max-effects", str(max_effects)] * (max_effects != MAX_EFFECTS)
-        saved = save_explanation(result, logs, holdout or [], opened) if save else ""
-        written = write_report(result, output, version=version(), command=asked.line("report", *words))
+        command, files = asked.line("report", *words), [*logs, *(holdout or [])]
+        written = write_report(result, output, version=version(), command=command, files=files)
+        saved = save_explanation(result, logs, holdout or [], opened) if save else ""  # the page tells what was before
         print_result(result, json, lambda: print_line(f"Wrote {written}."))
         if saved and json != "-":
             print_line(saved)

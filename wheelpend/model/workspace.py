@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,7 +21,10 @@ HISTORY_FILE = "history.json"
 
 
 class HistoryEntry(NamedTuple):
-    """A change of the model, and the validation errors [σ] before and after it where it was refitted."""
+    """A change of the model, and the validation errors [σ] before and after it where it was refitted.
+
+    In history.json it has the date on which it was saved, too.
+    """
 
     change: str  # add or remove, and the effect
     error_before: float | None
@@ -83,7 +87,8 @@ def save(model: Model, entries: Sequence[HistoryEntry] = (), *, opened: Model | 
         if opened is not None:
             require_unchanged(opened)
         if entries:
-            changes = [*history(folder), *map(plain_data, entries)]
+            today = {"date": date.today().isoformat()}
+            changes = [*history(folder), *(plain_data(entry) | today for entry in entries)]
             files[HISTORY_FILE] = json.dumps(changes, indent=1).encode()
         replace_together(folder, files)
 

@@ -18,7 +18,7 @@ TOP_MARGIN_PX = BOTTOM_MARGIN_PX = 36  # px
 MIN_BAR_LENGTH_PX = 4  # px, of an error at the noise floor
 SVG_COLOURS = {"nominal": "#9aa0a6", "refitted": "#d9622b", "step": "#2166ac"}
 
-RungKind = Literal["nominal", "refitted", "step"]
+RungKind = Literal["earlier", "nominal", "refitted", "step"]
 
 
 class Rung(NamedTuple):
@@ -28,6 +28,7 @@ class Rung(NamedTuple):
     label: str
     error: float  # σ
     force: float | None = None  # random force that is left, as a share of the drive; None unless every rung has one
+    said: str = ""  # of an earlier one: when, and on which logs
 
     @property
     def text(self) -> str:

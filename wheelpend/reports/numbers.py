@@ -144,6 +144,11 @@ def typeset_p_value_text(p: float | None) -> str:
     return "< 10⁻¹²" if p < MIN_TYPESET_P_VALUE else typeset_number_text(p, 1)
 
 
+def correlation_text(value: float) -> str:
+    """A correlation to two decimals for the page."""
+    return f"{value:.2f}".replace("-", "−")
+
+
 def percent_text(share: float, decimals: int = 0) -> str:
     """A share in percent."""
     return f"{100 * share:.{decimals}f} %"

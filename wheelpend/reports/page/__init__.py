@@ -3,13 +3,19 @@
 In: a Ladder. Out: one file that needs no network. Question: what was missing, and how is it known?
 
 page               the page from its template (page.html.j2, sections/) and style sheet (style.css)
+story              what the workspace's history tells of earlier changes
 rows               rows of its tables
 equations          equations of motion before and after
+innovations        tests of the final model's residuals
+correlations       how parameters depend on each other
 charts             its charts as markup
+packing            figures as text, and the script that reads it
+thinning           samples that a chart draws
 figures            ladder, predictions, parameters
 force_figures      the missing force over time and states
 effect_figures     every effect drawn with its band
 effect_laws        axes and lines of an effect's drawing
+digests            files that the logs were read from
 law_expressions    laws as expressions and as functions of arrays
 style              colours and frames
 """

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from collections.abc import Sequence
 from hashlib import sha256
+from pathlib import Path
 from typing import NamedTuple
 
 import plotly.graph_objects as go
@@ -13,6 +15,7 @@ from wheelpend.diagnosis.explain import Ladder
 from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.standstill import standstills
 from wheelpend.model.units import PlantUnits
+from wheelpend.reports.ladder import Rung
 from wheelpend.reports.page.effect_figures import EffectDrawing, effect_drawings
 from wheelpend.reports.page.figures import (
     ladder_figure,
@@ -21,14 +24,16 @@ from wheelpend.reports.page.figures import (
     residual_comparisons,
 )
 from wheelpend.reports.page.force_figures import force_figure, most_repeatable_figure, state_figure
-from wheelpend.reports.page.style import MAX_DRAWN_LOGS
+from wheelpend.reports.page.packing import UNPACKING_SCRIPT, figure_text
+from wheelpend.reports.page.style import MAX_DRAWN_LOGS, MAX_FORCE_POINTS, MAX_PREDICTION_POINTS
 
-DRAWING_SCRIPT = """
-for (const data of document.querySelectorAll("script[data-chart]")) {
-  const figure = JSON.parse(data.textContent);
+PLOTTING_SCRIPT = Path(__file__).parent / "plotly_basic" / "plotly-basic.min.js"  # bars and scatter traces
+DRAWING_SCRIPT = f"""{UNPACKING_SCRIPT}
+for (const data of document.querySelectorAll("script[data-chart]")) {{
+  const figure = unpacked(data.textContent);
   Plotly.newPlot(data.dataset.chart, figure.data, figure.layout,
-                 {responsive: true, displaylogo: false, displayModeBar: false});
-}
+                 {{responsive: true, displaylogo: false, displayModeBar: false}});
+}}
 """
 
 
@@ -46,16 +51,17 @@ class PageCharts(NamedTuple):
     effects: list[tuple[EffectDrawing, Markup]]
 
 
-def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
-    """Draw every chart."""
+def page_charts(explanation: Ladder, quantities: PlantUnits, earlier: Sequence[Rung] = ()) -> PageCharts:
+    """Draw every chart; the ladder begins with the ``earlier`` rungs."""
     first = explanation.first
     logs, left_out = _prediction_charts(explanation, quantities)
     state = state_figure(first, quantities)
     rows = first.problem.module.ROWS
-    forces = [(m.log, force_figure(m, rows, quantities)) for m in first.missing[:MAX_DRAWN_LOGS]]
+    drawn = first.missing[:MAX_DRAWN_LOGS]
+    forces = [(m.log, force_figure(m, rows, quantities, MAX_FORCE_POINTS // (len(drawn) * len(rows)))) for m in drawn]
     drawings = effect_drawings(explanation)
     return PageCharts(
-        ladder=chart_markup("ladder", ladder_figure(explanation)),
+        ladder=chart_markup("ladder", ladder_figure(explanation, earlier)),
         logs=logs,
         left_out=left_out,
         force=[(name, chart_markup(f"force{k}", figure)) for k, (name, figure) in enumerate(forces)],
@@ -70,10 +76,12 @@ def page_charts(explanation: Ladder, quantities: PlantUnits) -> PageCharts:
 def _prediction_charts(explanation: Ladder, quantities: PlantUnits) -> tuple[list[tuple[str, Markup]], int]:
     """Charts of the first logs with their names, and the number of the others."""
     comparisons, charts = residual_comparisons(explanation), []
-    for k, comparison in enumerate(comparisons[:MAX_DRAWN_LOGS]):
+    drawn = comparisons[:MAX_DRAWN_LOGS]
+    for k, comparison in enumerate(drawn):
         log = comparison.segments.log
+        points = MAX_PREDICTION_POINTS // (len(drawn) * len(log.channels))
         still = standstills(log, noise_of(log, explanation.model), explanation.model.table)
-        figure = prediction_figure(comparison, bool(explanation.steps), quantities, still)
+        figure = prediction_figure(comparison, bool(explanation.steps), quantities, still, points)
         charts.append((log.name, chart_markup(f"log{k}", figure)))
     return charts, len(comparisons) - MAX_DRAWN_LOGS
 
@@ -82,11 +90,10 @@ def chart_markup(name: str, figure: go.Figure | None) -> Markup:
     """A figure's place in the page and its data, which no browser executes; DRAWING_SCRIPT draws it."""
     if figure is None:
         return Markup("")
-    data = figure.to_json().replace("<", "\\u003c").replace(">", "\\u003e")
     # only our own identifier and escaped JSON go into the page as they are
     return Markup(
         f'<div class="chart" id="{name}" style="min-height:{int(figure.layout.height)}px"></div>\n'
-        f'<script type="application/json" data-chart="{name}">{data}</script>'
+        f'<script type="application/json" data-chart="{name}">{figure_text(figure)}</script>'
     )
 
 

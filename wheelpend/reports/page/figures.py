@@ -27,15 +27,15 @@ from wheelpend.reports.page.style import (
     AFTER_COLOUR,
     BEFORE_COLOUR,
     MAX_MARKED_STANDSTILLS,
-    MAX_TRACE_POINTS,
     MEASURED_COLOUR,
     MUTED_COLOUR,
     NOISE_FLOOR_COLOUR,
     STEP_COLOURS,
     with_page_style,
 )
+from wheelpend.reports.page.thinning import segment_samples
 
-RUNG_COLOURS = {"nominal": MUTED_COLOUR, "refitted": BEFORE_COLOUR, "step": AFTER_COLOUR}
+RUNG_COLOURS = {"earlier": MUTED_COLOUR, "nominal": MUTED_COLOUR, "refitted": BEFORE_COLOUR, "step": AFTER_COLOUR}
 MIN_LOGARITHMIC_RATIO = 5  # of the largest to the smallest error: from it on the ladder's axis is logarithmic
 MIN_DECADE_TICKS_RATIO = 50  # of the same: from it on only decades are ticked
 
@@ -45,9 +45,9 @@ def labelled_rungs(explanation: Ladder) -> list[Rung]:
     return ladder_rungs(explanation, "nominal values")
 
 
-def ladder_figure(explanation: Ladder) -> go.Figure:
-    """Held-out error from the nominal model to the last step, with the noise floor."""
-    rungs = [r for r in labelled_rungs(explanation) if np.isfinite(r.error)]
+def ladder_figure(explanation: Ladder, earlier: Sequence[Rung] = ()) -> go.Figure:
+    """Held-out error from the first model that is known to the last step, with the noise floor."""
+    rungs = [r for r in (*earlier, *labelled_rungs(explanation)) if np.isfinite(r.error)]
     errors = tuple(r.error for r in rungs)
     figure = go.Figure(go.Bar(
         x=errors, y=tuple(r.label for r in rungs), orientation="h",
@@ -60,17 +60,17 @@ def ladder_figure(explanation: Ladder) -> go.Figure:
     figure.add_vline(x=floor, line={"color": NOISE_FLOOR_COLOUR, "dash": "dash", "width": 2})
     figure.add_annotation(x=np.log10(floor) if wide else floor, y=1.0, yref="paper", yanchor="bottom", showarrow=False,
                           text=f"noise floor {floor:.3g}", font={"color": NOISE_FLOOR_COLOUR})  # fmt: skip
-    return with_page_style(figure, 110 + 46 * len(rungs))
+    return with_page_style(figure, 110 + 46 * len(rungs)).update_layout(margin={"l": 20, "r": 48})
 
 
 def _scale_error_axis(figure: go.Figure, errors: Sequence[float]) -> bool:
     """Scale the axis of errors; True where it is logarithmic."""
     low, high = min(errors), max(errors)
     wide = high > MIN_LOGARITHMIC_RATIO * low > 0
-    span = [np.log10(low * 0.6), np.log10(high * 2.0)] if wide else [0, high * 1.15]
+    span = [np.log10(low * 0.6), np.log10(high * 1.5)] if wide else [0, high * 1.15]
     decades = 1 if wide and high > MIN_DECADE_TICKS_RATIO * low else None
     figure.update_xaxes(type="log" if wide else "linear", range=span, dtick=decades,
-                        title=f"held-out error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
+                        title=f"error [σ], {'logarithmic' if wide else 'linear'}")  # fmt: skip
     return wide
 
 
@@ -104,19 +104,21 @@ def prediction_figure(
     changed: bool,
     units: PlantUnits,
     standstills: Mapping[str, list[tuple[float, float]]],
+    points: int,
 ) -> go.Figure:
     """Per channel: measured and predicted values above, residuals in σ below; ``changed`` where the models differ.
 
-    Where a place stands still is marked.
+    Where a place stands still is marked. A line has some ``points`` at most.
     """
     segments = comparison.segments
     channels = segments.log.channels
     figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
                            row_heights=[2.0, 1.0] * len(channels))  # fmt: skip
-    chosen = thinned_samples(segments)
     before = [("before", BEFORE_COLOUR, comparison.before)] if changed else []
     models = [*before, ("after" if changed else "predicted", AFTER_COLOUR, comparison.after)]
     for c, channel in enumerate(channels):
+        shown = [segments.log.measured[:, c], *(residual[:, c] for _, _, residual in models)]
+        chosen = segment_samples(segments.bounds, shown, points)
         _add_channel(figure, segments, chosen, c, [(n, k, r[:, c]) for n, k, r in models])
         for begin, end in standstills.get(channel, [])[:MAX_MARKED_STANDSTILLS]:
             figure.add_vrect(begin, end, row=2 * c + 1, col=1, fillcolor=MUTED_COLOUR, opacity=0.18, line_width=0)
@@ -143,14 +145,6 @@ def _line(t: np.ndarray, y: np.ndarray, name: str, colour: str, *, width: float)
         x=t, y=y, name=name, legendgroup=name, showlegend=False, mode="lines", line={"color": colour, "width": width},
         connectgaps=False,
     )  # fmt: skip
-
-
-def thinned_samples(segments: Segments) -> np.ndarray:
-    """Indices of the samples to draw, evenly thinned; −1 stands for the break after a segment."""
-    bounds = segments.bounds
-    total = int((bounds[:, 1] - bounds[:, 0]).sum())
-    stride = max(1, -(-total // (MAX_TRACE_POINTS - 2 * len(bounds)))) if total > MAX_TRACE_POINTS else 1
-    return np.concatenate([np.append(np.arange(a, b, stride), -1) for a, b in bounds])
 
 
 def _with_gaps(values: np.ndarray, chosen: np.ndarray) -> np.ndarray:

@@ -28,11 +28,12 @@ from wheelpend.reports.page.law_expressions import LAMBDIFY_MODULES, resistance_
 from wheelpend.reports.page.style import (
     BEFORE_COLOUR,
     BEFORE_RGB,
-    MAX_TRACE_POINTS,
+    MAX_CLOUD_POINTS,
     MUTED_COLOUR,
     STEP_COLOURS,
     with_page_style,
 )
+from wheelpend.reports.page.thinning import extreme_samples
 
 MAX_BINS = 24
 BAND_STANDARD_ERRORS = 2.0  # half width of a band
@@ -40,14 +41,13 @@ BAND_NAME = "± 2 standard deviations"
 SHOWN_FORCE_QUANTILES = (0.005, 0.995)  # of the missing force, between which the chart over a state lies
 
 
-def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits) -> go.Figure:
-    """Missing force on each row over time, with a band of two standard deviations."""
+def force_figure(missing: MissingForce, rows: Sequence[str], q: PlantUnits, points: int) -> go.Figure:
+    """Missing force on each row over time, with a band of two standard deviations, at some ``points`` at most."""
     figure = make_subplots(rows=len(rows), cols=1, shared_xaxes=True, vertical_spacing=0.06)
     order = np.argsort(missing.t)
-    order = order[:: max(1, -(-len(order) // MAX_TRACE_POINTS))]
-    t = missing.t[order]
     for k, row in enumerate(rows):
-        force, band = missing.force[order, k], BAND_STANDARD_ERRORS * missing.sigma[order, k]
+        shown = order[extreme_samples([missing.force[order, k]], 0, len(order), points)]
+        t, force, band = missing.t[shown], missing.force[shown, k], BAND_STANDARD_ERRORS * missing.sigma[shown, k]
         edge = np.concatenate([force + band, (force - band)[::-1]])
         figure.add_trace(go.Scatter(
             x=np.concatenate([t, t[::-1]]).astype(np.float32), y=edge.astype(np.float32), fill="toself", mode="none",
@@ -111,7 +111,7 @@ def _add_force_over_state(
 ) -> None:
     """Draw the samples, their means over ranges of the state, and the band of a single one there."""
     x, force, sigma = missing.variables[place[1]], missing.force[:, place[0]], missing.sigma[:, place[0]]
-    thin = slice(None, None, max(1, -(-len(x) // MAX_TRACE_POINTS)))
+    thin = slice(None, None, max(1, -(-len(x) // MAX_CLOUD_POINTS)))
     figure.add_trace(go.Scatter(
         x=x[thin].astype(np.float32), y=force[thin].astype(np.float32), mode="markers", name="missing force",
         marker={"color": MUTED_COLOUR, "size": 3, "opacity": 0.5}, **force_hover(force[thin], q, name),

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 from pathlib import Path
 from typing import Any
 
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.files import write_text
+from wheelpend.identification.residual_tests import ResidualTests
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.html import rendered_page
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import error_text, typeset_estimate_text, typeset_number_text, typeset_p_value_text
-from wheelpend.reports.page.charts import DRAWING_SCRIPT, page_charts, script_hash
+from wheelpend.reports.page.charts import DRAWING_SCRIPT, PLOTTING_SCRIPT, page_charts, script_hash
+from wheelpend.reports.page.correlations import correlation_table
+from wheelpend.reports.page.digests import file_rows
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
+from wheelpend.reports.page.innovations import residual_section, residual_tests_of
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
+from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_sentences
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
 from wheelpend.reports.text.remainder import remainder_sentences
@@ -39,18 +43,30 @@ TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
 }
 
 
-def write_report(explanation: Ladder, path: Path, *, version: str = "", command: str = "") -> Path:
-    """Write the page, complete or not at all, and return its path."""
+def write_report(
+    explanation: Ladder, path: Path, *, version: str = "", command: str = "", files: Sequence[Path] = ()
+) -> Path:
+    """Write the page, complete or not at all, and return its path; ``files`` are those that the logs were read from."""
     path = Path(path)
-    write_text(path, page_html(explanation, version=version, command=command))
+    tests = residual_tests_of(explanation)
+    write_text(path, page_html(explanation, version=version, command=command, tests=tests, files=files))
     return path
 
 
-def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> str:
-    """Text of the page."""
+def page_html(
+    explanation: Ladder,
+    *,
+    version: str = "",
+    command: str = "",
+    tests: ResidualTests | str | None = None,
+    files: Sequence[Path] = (),
+) -> str:
+    """Text of the page, with tests of the residuals where they, or why there are none, are given."""
     quantities = plant_units_of(explanation.model)
     first = explanation.first
-    plotly = get_plotlyjs()
+    plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
+    changes, remarks = earlier_changes(explanation)
+    earlier = earlier_rungs(changes)
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
     return rendered_page(
         Path(__file__).parent,
@@ -61,7 +77,8 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         drawing=Markup(DRAWING_SCRIPT),
         script_hashes=Markup(" ".join(map(script_hash, (plotly, DRAWING_SCRIPT)))),
         title=title_text(explanation),
-        headline=headline_sentences(explanation, quantities),
+        headline=[*headline_sentences(explanation, quantities), *story_sentences(changes)],
+        remarks=[*explanation.warnings, *remarks],
         verdict=short_verdict_text(explanation),
         doubts=ambiguity_sentences(explanation),
         remains=typeset_force_ranges(still_missing, quantities),
@@ -69,14 +86,17 @@ def page_html(explanation: Ladder, *, version: str = "", command: str = "") -> s
         repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
-        charts=page_charts(explanation, quantities),
+        charts=page_charts(explanation, quantities, earlier),
         places=typeset_force_ranges(explanation.first.where, quantities),
-        rungs=labelled_rungs(explanation),
+        rungs=[*earlier, *labelled_rungs(explanation)],
         candidates=[candidate_row(t, quantities, first.problem.plant) for t in first.candidates],
         detectable=typeset_detectable_rows(explanation.last),
+        tests=residual_section(tests, explanation.model),
         parameters=parameter_rows(explanation),
+        correlations=correlation_table(explanation.fit),
         equations=equation_rows(explanation),
         logs=log_rows(explanation.problem),
+        files=file_rows(files),
         software=software_versions(version),
         command=command,
     )

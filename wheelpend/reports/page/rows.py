@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import sympy as sp
+
 import derive
+from derive.base_equations import base_parameters
 from derive.plant_signature import PlantSignature
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Ladder
@@ -15,6 +18,8 @@ from wheelpend.reports.numbers import small_estimate_text, typeset_estimate_text
 from wheelpend.reports.page.equations import term_text
 from wheelpend.reports.text.effect_sizes import candidate_size_lines
 from wheelpend.reports.text.unexplained import law_parts, law_summary_text
+
+PARAMETER_KINDS = (("s²", "inertia"), (" s", "damping and back-EMF"))  # by what a unit has beside that of a force
 
 
 class LawTable(NamedTuple):
@@ -58,19 +63,35 @@ class ParameterRow(NamedTuple):
     first: float
     steps: list[tuple[float, float | None]]  # value, change from the first in %
     final: str
+    unit: str
+    meaning: str
 
 
 def parameter_rows(explanation: Ladder) -> list[ParameterRow]:
     """Values of each base parameter: nominal, of the first fit, after every step, final."""
-    rows = []
+    rows, meanings = [], parameter_meanings(explanation)
     for name in explanation.problem.base:
         given, first = explanation.model.parameters.get(name), explanation.first.fit.values[name]
         values = [s.parameters[name] for s in explanation.steps if name in s.parameters]
         steps = [(v, 100.0 * (v / first - 1.0) if first else None) for v in values]
         final = explanation.parameters.get(name)
         row = typeset_estimate_text(final.value, final.sigma) if final else typeset_estimate_text(first, None)
-        rows.append(ParameterRow(name, given.nominal if given else None, first, steps, row))
+        rows.append(ParameterRow(name, given.nominal if given else None, first, steps, row, *meanings[name]))
     return rows
+
+
+def parameter_meanings(explanation: Ladder) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each base parameter: what kind it is, and what it is made of."""
+    plant, assumptions = explanation.model.plant, explanation.model.assumptions
+    model = derive.compose(plant, assumptions, explanation.effects)
+    found = base_parameters(model.plant, model.grouping)
+    definitions = [term_text(str(sp.together(d))) for d in model.grouping.definitions]
+    return {p.name: (unit_text(p.unit), f"{_kind(p.unit)}: {text}") for p, text in zip(found, definitions, strict=True)}
+
+
+def _kind(unit: str) -> str:
+    """The kind of a base parameter, which its unit tells."""
+    return next((kind for ending, kind in PARAMETER_KINDS if ending in unit), "weight")
 
 
 class LogRow(NamedTuple):

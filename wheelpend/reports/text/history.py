@@ -8,13 +8,14 @@ from typing import Any
 from wheelpend.reports.numbers import number_text
 from wheelpend.reports.text.table import Table
 
-HISTORY_COLUMNS = ("change", "error before", "error after", "logs")
+HISTORY_COLUMNS = ("date", "change", "error before", "error after", "logs")
 
 
 def history_block(entries: Sequence[Mapping[str, Any]]) -> Table | str:
     """Every change with the errors before and after it, or that there is none."""
     rows = [
         (
+            str(e.get("date", "")),
             e["change"],
             number_text(e.get("error_before")),
             number_text(e.get("error_after")),

@@ -22,16 +22,19 @@ def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
     """The tests of every channel, their meaning, and what the filter expects by chance."""
     if result.fitted_first:
         yield "The model has no parameter values yet: it was fitted to the logs first."
-    yield Table("Residuals of the filter", RESIDUAL_COLUMNS, [_cells(name, c) for name, c in result.channels.items()])
+    yield Table(
+        "Residuals of the filter", RESIDUAL_COLUMNS, [(name, *residual_cells(c)) for name, c in result.channels.items()]
+    )
     for name, channel in result.channels.items():
         yield f"{name}: {meaning_text(channel)}"
     yield from remainder_sentences(result.remainder, model)
     yield CLOSING_SENTENCE
 
 
-def _cells(name: str, one: ChannelResidual) -> tuple[str, ...]:
+def residual_cells(one: ChannelResidual) -> tuple[str, ...]:
+    """The tests of a channel under RESIDUAL_COLUMNS, its name apart."""
     past = "" if one.independent_of_input_p is None else p_value_text(one.independent_of_input_p)
-    return (name, "yes" if one.white else "no", p_value_text(one.whiteness_p), past, digits_text(one.sigma_ratio, 3),
+    return ("yes" if one.white else "no", p_value_text(one.whiteness_p), past, digits_text(one.sigma_ratio, 3),
             digits_text(one.kurtosis, 2))  # fmt: skip
 
 

@@ -241,4 +241,7 @@ def headline_sentences(explanation: Ladder, quantities: PlantUnits) -> list[str]
 def _step_sentence(step: Step, explanation: Ladder, quantities: PlantUnits) -> str:
     row = library.in_plant_units(library.find(step.effect), explanation.problem.plant)
     sentence = row.sentence.rstrip(".")
-    return f"{sentence} ({step.effect}): {step_size_text(step, explanation, quantities)}."
+    size = step_size_text(step, explanation, quantities)
+    several = is_number(step.error_before) and is_number(step.error_after) and len(explanation.steps) > 1
+    fall = f"; error from {error_text(step.error_before)} to {error_text(step.error_after)}" if several else ""
+    return f"{sentence} ({step.effect}): {size}{fall}."

@@ -1,0 +1,67 @@
+"""The report says whether the rest is noise, what its parameters are, and which files it was made from."""
+
+import hashlib
+import re
+from dataclasses import replace
+
+import numpy as np
+
+from tests.reports.test_page import explanation  # noqa: F401  # a fixture
+from wheelpend.errors import Failure
+from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
+from wheelpend.reports.page import innovations
+from wheelpend.reports.page.correlations import correlation_table
+from wheelpend.reports.page.page import page_html
+
+WHITE = ChannelResidual(True, 0.6, 0.4, 1.0, 1e-3, False, 0.0, (0.1,), (0.01,), (0.05,), (), 900)
+COLOURED = replace(WHITE, white=False, whiteness_p=1e-9, independent_of_input_p=1e-5, sigma_ratio=2.5)
+
+
+def test_the_page_says_of_each_channel_whether_its_rest_is_noise(explanation):  # noqa: F811
+    tests = ResidualTests({"theta_w": WHITE, "theta_p": COLOURED}, None, False, ())
+    page = page_html(explanation, tests=tests)
+    section = page[page.index("Is the rest noise?") : page.index("How the parameters moved")]
+    cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)]
+    assert [row[:2] + row[4:5] for row in cells if row] == [["θw", "yes", "1"], ["θp", "no", "2.5"]]
+    assert "<p>θw: white, at the noise that is assumed.</p>" in section
+    assert "It is 2.5 times as large as expected: something is missing in the model. Past inputs predict it" in section
+    assert "Is the rest noise?" not in page_html(explanation)
+
+
+def test_residuals_that_cannot_be_tested_are_a_sentence(explanation, monkeypatch):  # noqa: F811
+    monkeypatch.setattr(innovations, "MAX_TESTED_SAMPLES", 10)
+    assert "3001 samples were not tested here" in innovations.residual_tests_of(explanation)
+    monkeypatch.undo()
+
+    def failing(*_):
+        raise Failure("no start")
+
+    monkeypatch.setattr(innovations, "residuals", failing)
+    said = innovations.residual_tests_of(explanation)
+    assert f"<p>{said}</p>" in page_html(explanation, tests=said) and said.endswith("tested: no start")
+
+
+def test_parameters_that_hide_behind_each_other_are_named(explanation):  # noqa: F811
+    known = explanation.fit
+    covariance = np.diag(np.arange(1.0, len(known.names) + 1.0))
+    assert correlation_table(replace(known, covariance=covariance)).sentence.startswith("No two parameters hide")
+    covariance[0, 2] = covariance[2, 0] = -0.95 * np.sqrt(covariance[0, 0] * covariance[2, 2])
+    found = replace(explanation, fit=replace(known, covariance=covariance))
+    page = page_html(found)
+    assert "These logs know a combination of X1 and X3 better than each of them" in page
+    assert re.findall(r"<b>(−.*?)</b>", page) == ["−0.95"]
+
+
+def test_each_parameter_has_its_unit_and_what_it_is_made_of(explanation):  # noqa: F811
+    rows = dict(re.findall(r"<tr><td>(X\d)</td><td>(.*?</td><td>.*?)</td></tr>", page_html(explanation)))
+    assert rows["X2"] == "V·s²/rad</td><td>inertia: 2·J_m·epsilon²/alpha"
+    assert rows["X5"] == "V</td><td>weight: L·M·g/alpha"
+    assert rows["X7"] == "V·s/rad</td><td>damping and back-EMF: (K_b·alpha + 2·f_m)/alpha"
+
+
+def test_the_files_have_their_digests(explanation, tmp_path):  # noqa: F811
+    path = tmp_path / "drive.csv"
+    path.write_bytes(b"t,v_in\n0,1\n")
+    page = page_html(explanation, files=[path, path, tmp_path])
+    row = f"<td>drive.csv</td><td><code>{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}</code></td>"
+    assert page.count(row) == 1 and page.count("<code>") == 1
