@@ -48,6 +48,7 @@ def test_parameters_that_hide_behind_each_other_are_named(explanation):  # noqa:
     known = explanation.fit
     covariance = np.diag(np.arange(1.0, len(known.names) + 1.0))
     assert correlation_table(replace(known, covariance=covariance)).sentence.startswith("No two parameters hide")
+    assert "−0.00" not in page_html(replace(explanation, fit=replace(known, covariance=covariance)))
     covariance[0, 2] = covariance[2, 0] = -0.95 * np.sqrt(covariance[0, 0] * covariance[2, 2])
     found = replace(explanation, fit=replace(known, covariance=covariance))
     page = page_html(found)
