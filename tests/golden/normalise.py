@@ -65,5 +65,5 @@ def _numbers(kind: str, encoded: str) -> str:
 
 
 def _packed_numbers(encoded: str, middle: float, step: float) -> str:
-    values = middle + step * np.frombuffer(base64.b64decode(encoded), dtype="<i2")
+    values = middle + step * np.frombuffer(base64.b64decode(json.loads(f'"{encoded}"')), dtype="<i2")
     return f"[{', '.join(f'{v:.6g}' for v in values.tolist())}]"

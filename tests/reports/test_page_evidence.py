@@ -3,15 +3,18 @@
 import hashlib
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
 from tests.reports.test_page import explanation  # noqa: F401  # a fixture
 from wheelpend.errors import Failure
 from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
+from wheelpend.model.record import Model
 from wheelpend.reports.page import innovations
 from wheelpend.reports.page.correlations import correlation_table
 from wheelpend.reports.page.page import page_html
+from wheelpend.reports.page.rows import parameter_meanings
 
 WHITE = ChannelResidual(True, 0.6, 0.4, 1.0, 1e-3, False, 0.0, (0.1,), (0.01,), (0.05,), (), 900)
 COLOURED = replace(WHITE, white=False, whiteness_p=1e-9, independent_of_input_p=1e-5, sigma_ratio=2.5)
@@ -45,6 +48,7 @@ def test_parameters_that_hide_behind_each_other_are_named(explanation):  # noqa:
     known = explanation.fit
     covariance = np.diag(np.arange(1.0, len(known.names) + 1.0))
     assert correlation_table(replace(known, covariance=covariance)).sentence.startswith("No two parameters hide")
+    assert "−0.00" not in page_html(replace(explanation, fit=replace(known, covariance=covariance)))
     covariance[0, 2] = covariance[2, 0] = -0.95 * np.sqrt(covariance[0, 0] * covariance[2, 2])
     found = replace(explanation, fit=replace(known, covariance=covariance))
     page = page_html(found)
@@ -65,3 +69,10 @@ def test_the_files_have_their_digests(explanation, tmp_path):  # noqa: F811
     page = page_html(explanation, files=[path, path, tmp_path])
     row = f"<td>drive.csv</td><td><code>{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}</code></td>"
     assert page.count(row) == 1 and page.count("<code>") == 1
+
+
+def test_a_parameter_of_a_free_pendulum_has_no_back_emf():
+    free, driven = (SimpleNamespace(model=Model.default(plant), effects=()) for plant in ("pendulum", "cart_pole"))
+    assert {said.partition(":")[0] for _, said in parameter_meanings(free).values()} == {"inertia"}
+    said = {name: (unit, text.partition(":")[0]) for name, (unit, text) in parameter_meanings(driven).items()}
+    assert said["X4"] == ("V·m", "weight") and said["X5"] == ("V·s/m", "damping and back-EMF")

@@ -8,6 +8,7 @@ import pytest
 
 from tests.reports.test_page import charts_of, explanation  # noqa: F401  # a fixture
 from wheelpend.reports.page.page import page_html
+from wheelpend.reports.text.history import history_block
 
 SLOPE = {"change": "add slope", "error_before": 99.5, "error_after": 70.25, "logs": ["old/first.csv"],
          "date": "2026-01-31"}  # fmt: skip
@@ -54,3 +55,10 @@ def test_a_history_that_is_none_is_a_warning_and_strange_entries_are_left_out(wi
     assert "What was changed earlier is not told" in with_history("{")
     strange = [{"change": "<b>x</b>"}, {"change": 3}, {"change": "add slope", "error_after": 10**400, "logs": 5}]
     assert "3. + slope" in with_history(strange) and "<b>x</b>" not in with_history(strange)
+
+
+def test_the_history_on_the_terminal_has_the_day_of_each_change():
+    assert [row[:2] for row in history_block([SLOPE, UNJUDGED]).rows] == [
+        ("2026-01-31", "add slope"),
+        ("", "remove slope"),
+    ]

@@ -146,7 +146,7 @@ def typeset_p_value_text(p: float | None) -> str:
 
 def correlation_text(value: float) -> str:
     """A correlation to two decimals for the page."""
-    return f"{value:.2f}".replace("-", "−")
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")  # no minus before zero
 
 
 def percent_text(share: float, decimals: int = 0) -> str:

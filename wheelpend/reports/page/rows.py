@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
 import sympy as sp
@@ -19,7 +20,7 @@ from wheelpend.reports.page.equations import term_text
 from wheelpend.reports.text.effect_sizes import candidate_size_lines
 from wheelpend.reports.text.unexplained import law_parts, law_summary_text
 
-PARAMETER_KINDS = (("s²", "inertia"), (" s", "damping and back-EMF"))  # by what a unit has beside that of a force
+DAMPING_UNIT = re.compile(r"(^| )s(/|$| )")  # seconds in the unit of a parameter
 
 
 class LawTable(NamedTuple):
@@ -76,7 +77,9 @@ def parameter_rows(explanation: Ladder) -> list[ParameterRow]:
         steps = [(v, 100.0 * (v / first - 1.0) if first else None) for v in values]
         final = explanation.parameters.get(name)
         row = typeset_estimate_text(final.value, final.sigma) if final else typeset_estimate_text(first, None)
-        rows.append(ParameterRow(name, given.nominal if given else None, first, steps, row, *meanings[name]))
+        rows.append(
+            ParameterRow(name, given.nominal if given else None, first, steps, row, *meanings.get(name, ("", "")))
+        )
     return rows
 
 
@@ -86,12 +89,19 @@ def parameter_meanings(explanation: Ladder) -> dict[str, tuple[str, str]]:
     model = derive.compose(plant, assumptions, explanation.effects)
     found = base_parameters(model.plant, model.grouping)
     definitions = [term_text(str(sp.together(d))) for d in model.grouping.definitions]
-    return {p.name: (unit_text(p.unit), f"{_kind(p.unit)}: {text}") for p, text in zip(found, definitions, strict=True)}
+    signature = model.plant.plant_signature
+    damping = "damping and back-EMF" if signature.driven and signature.input_unit == "V" else "damping"
+    kinds = [_kind(p.unit, damping) for p in found]
+    return {
+        p.name: (unit_text(p.unit), f"{kind}: {text}") for p, kind, text in zip(found, kinds, definitions, strict=True)
+    }
 
 
-def _kind(unit: str) -> str:
-    """The kind of a base parameter, which its unit tells."""
-    return next((kind for ending, kind in PARAMETER_KINDS if ending in unit), "weight")
+def _kind(unit: str, damping: str) -> str:
+    """The kind of a base parameter, told by the seconds in its unit beside that of a force."""
+    if "s²" in unit:
+        return "inertia"
+    return damping if DAMPING_UNIT.search(unit) else "weight"
 
 
 class LogRow(NamedTuple):
