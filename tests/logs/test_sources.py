@@ -177,8 +177,14 @@ def test_one_log_counts_as_a_list_of_one():
     for one in ("drive.csv", frame, log, columns()):
         assert len(as_list(one)) == 1
     assert as_list((frame, log)) == [frame, log]
-    with pytest.raises(Failure, match="not int"):
-        as_list(3)
+    for wrong, kind in ((3, "int"), (np.zeros((4, 5)), "ndarray"), ((one for one in (log,)), "generator")):
+        with pytest.raises(Failure, match=f"not {kind}"):
+            as_list(wrong)
+
+
+def test_without_a_log_nothing_can_be_learnt():
+    with pytest.raises(Failure, match="the list of logs is empty"):
+        prepare(Model.default(), [])
 
 
 def test_logs_in_memory_are_called_by_their_place():
