@@ -26,7 +26,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find which effect of the library is missing, those named in ``without`` apart. Changes nothing.
 
-    With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
+    ``logs`` and ``holdout`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of
+    ``load_log``. With ``law`` a free-form law is fitted to what no effect explains; that takes about a minute.
     Raises Failure where the logs or the model cannot be used.
     """
     return with_advice(diagnose_stepwise(model, logs, holdout, without=without, law=law, progress=progress))
@@ -44,7 +45,8 @@ def explain(
 ) -> Ladder:
     """Add effects, the best first, until nothing is missing or max_effects were added. Writes no files.
 
-    Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
+    ``logs`` and ``holdout`` are those of ``diagnose``. Effects named in ``without`` are not tried. With ``law`` a
+    free-form law is fitted to what no effect explains.
     Raises Failure where the logs or the model cannot be used.
     """
     found = error_ladder(model, logs, holdout, max_effects=max_effects, without=without, law=law, progress=progress)

@@ -59,6 +59,18 @@ def test_what_is_asked_can_be_handed_to_another_process(monkeypatch):
     assert campaign(Model.default(), seeds=[0], duration=SHORT, method="inverse").logs[0].failure is None
 
 
+def test_logs_in_memory_answer_as_logs_do():
+    logs = [simulated(seed=seed, duration=SHORT) for seed in (0, 1)]
+    columns = [{"t": x.t, "v_in": x.voltage, **dict(zip(x.channels, x.measured.T, strict=True))} for x in logs]
+    found = campaign(Model.default(), columns, method="inverse").logs
+    assert [answer.log for answer in found] == ["log 1", "log 2"]
+    for answer, log in zip(found, logs, strict=True):
+        assert answer.parameters == campaign(Model.default(), log, method="inverse").logs[0].parameters
+    del columns[1]["v_in"]
+    with pytest.raises(Failure, match="log 2: the column v_in is missing"):
+        campaign(Model.default(), columns, method="inverse")
+
+
 def test_a_campaign_hides_what_simulate_hides():
     found = campaign(Model.default(), seeds=[3], duration=SHORT, hide={"coulomb_drive": 0.3}, method="inverse")
     alone = identify(Model.default(), [simulated(seed=3, duration=SHORT, coulomb_drive__torque=0.3)], method="inverse")

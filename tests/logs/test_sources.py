@@ -177,8 +177,14 @@ def test_one_log_counts_as_a_list_of_one():
     for one in ("drive.csv", frame, log, columns()):
         assert len(as_list(one)) == 1
     assert as_list((frame, log)) == [frame, log]
-    with pytest.raises(Failure, match="not int"):
-        as_list(3)
+    for wrong, kind in ((3, "int"), (np.zeros((4, 5)), "ndarray"), ((one for one in (log,)), "generator")):
+        with pytest.raises(Failure, match=f"not {kind}"):
+            as_list(wrong)
+
+
+def test_without_a_log_nothing_can_be_learnt():
+    with pytest.raises(Failure, match="the list of logs is empty"):
+        prepare(Model.default(), [])
 
 
 def test_logs_in_memory_are_called_by_their_place():
@@ -189,3 +195,30 @@ def test_logs_in_memory_are_called_by_their_place():
 def test_frames_on_both_sides_that_share_rows_are_refused():
     with pytest.raises(Failure, match="A record must not be on both sides"):
         prepare(Model.default(), PandasLikeFrame(columns()), PandasLikeFrame(columns()))
+
+
+def test_a_log_shows_itself_by_its_size_and_ranges():
+    log = Log.from_arrays(**columns(), name="drive")
+    lines = repr(log).splitlines()
+    assert lines[0] == "Log drive: 4001 samples, 4 s at 1000 Hz"
+    assert lines[1].split() == ["column", "least", "most", "missing"]
+    rows = {name: row for name, *row in log.table().rows}
+    assert list(rows) == ["v_in", *CHANNELS]
+    assert rows["v_in"] == [log.voltage.min(), log.voltage.max(), 0]
+
+
+def test_a_logs_frame_is_a_log_again():
+    log = load_log(columns(theta_p=np.where(np.arange(4001) == 5, np.nan, columns()["theta_p"])))
+    frame = log.to_frame()
+    assert frame.columns == ["t", "v_in", *CHANNELS] and frame["theta_p"].null_count() == 1
+    again = load_log(frame)
+    np.testing.assert_array_equal(again.measured, log.measured)
+    np.testing.assert_array_equal(again.voltage, log.voltage)
+
+
+def test_the_frame_of_another_plants_log_has_its_names_where_its_table_is_given():
+    model = Model.default("slide")
+    t = np.arange(200) * 1e-2
+    log = Log.from_arrays(t, table=model.table, **{n: np.sin(3.0 * t) for n in model.table.required[1:]})
+    assert log.to_frame(model.table).columns == list(model.table.required)
+    assert log.to_frame().columns == ["t", "input", *model.table.channels]

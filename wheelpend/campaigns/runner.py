@@ -74,9 +74,10 @@ def campaign(
     """Identify, compare, diagnose or explain every log by itself, measured ones or one simulated with each seed.
 
     ``command``, ``duration`` [s] and ``hide`` are those of ``simulate``, ``method`` and ``tau`` [s] those of
-    ``identify``. A log that cannot be used has a failure in its result, and the others go on. ``keep`` is a file for
-    the results as they come, from which an interrupted campaign of the same setting goes on. On several cores the logs
-    are analysed in processes of their own, so a script that calls this needs the usual ``if __name__ == "__main__":``.
+    ``identify``. A log that cannot be used has a failure in its result, and the others go on; one in memory is refused
+    at once. ``keep`` is a file for the results as they come, from which an interrupted campaign of the same setting
+    goes on. On several cores the logs are analysed in processes of their own, so a script that calls this needs the
+    usual ``if __name__ == "__main__":``.
     Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None

@@ -84,7 +84,9 @@ def add(
 ) -> Change:
     """Refit a model with one more effect (or, with ``remove``, one less) and judge both on validation data.
 
-    Returns the new model; writes nothing. Raises Failure where no data can tell an effect that is to be added.
+    ``logs`` and ``holdout`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of
+    ``load_log``. Returns the new model; writes nothing. Raises Failure where no data can tell an effect that is
+    to be added, and where the logs or the model cannot be used.
     """
     if not remove:
         require_testable(derive.effects.find(effect), model)

@@ -113,8 +113,10 @@ def compare(
 ) -> Comparison:
     """Compare the model with every sample of the logs, or with the hold-out logs where some are given.
 
-    Parameters that each log has for itself are estimated on that log, on a hold-out log on its first third, which is
-    then not compared. A model with neither identified nor nominal values is fitted to the logs first.
+    ``logs`` and ``holdout`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of
+    ``load_log``. Parameters that each log has for itself are estimated on that log, on a hold-out log on its first
+    third, which is then not compared. A model with neither identified nor nominal values is fitted to the logs first.
+    Raises Failure where the logs or the model cannot be used.
     """
     compared = model_to_compare(model, logs, holdout, progress)
     problem, log_segments, log_values, fitted_first = compared

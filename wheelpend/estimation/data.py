@@ -69,8 +69,10 @@ def prepare(
     Without validation logs the last third of each log is held out; with ``use_all`` nothing is. Effects named in
     ``without`` are no candidates. ``lean`` takes the model's own kernels, which contain no other effects and are
     several times faster, and judges logs from where these effects alone have forgotten what came before. Raises
-    Failure where a log, or part of its record, stands on both sides, or a log yields no segments.
+    Failure without a log, where a log, or part of its record, stands on both sides, or a log yields no segments.
     """
+    if not as_list(logs):
+        raise Failure("There must be a log to learn from, but the list of logs is empty. Give one or several.")
     _require_known_effects(model, without)
     _require_distinct_logs(logs, holdout)
     module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)

@@ -155,6 +155,7 @@ def identify(
 ) -> Identification:
     """Identify the model's parameters from all samples of the logs.
 
+    ``logs`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of ``load_log``.
     ``tau`` are the filters' time constants [s], 'auto' to choose them for the log, None for the method's own; a single
     one for the method 'energy'. ``hold`` is 'zero' or 'first' for 'filtered' and 'recursive', ``forgetting`` a factor
     for 'recursive'. ``test_bias`` tests least squares for bias by a parametric bootstrap of the log. Raises Failure for

@@ -111,6 +111,7 @@ class ResidualTests(NotebookResult):
 def residuals(model: Model, logs: LogsLike, *, progress: Progress = lambda text: None) -> ResidualTests:
     """Test the model's residuals on every sample of some logs, at its values and with its random force.
 
+    ``logs`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of ``load_log``.
     Without identified or nominal values the model is fitted first; without a random force in it the likeliest one is
     sought. Raises Failure where the logs or the model cannot be used.
     """

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,10 @@ from derive.plants import wheel_pendulum as default_plant
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnTable
 from wheelpend.logs.finding import Finding
+from wheelpend.notebook import NotebookResult, ResultTable
+
+if TYPE_CHECKING:
+    import polars as pl
 
 MIN_SEGMENT_SAMPLES = 5  # samples
 EXCERPT_SAMPLES, EXCERPT_PARTS = (
@@ -43,8 +47,8 @@ class Stretch(NamedTuple):
     end: int
 
 
-@dataclass(frozen=True, eq=False)
-class Log:
+@dataclass(frozen=True, eq=False, repr=False)
+class Log(NotebookResult):
     """A measured or simulated log; t grows strictly and starts at 0 for a whole log."""
 
     name: str  # file name, for messages
@@ -84,6 +88,37 @@ class Log:
         if absent:
             raise Failure(f"{name}: every input and channel of the plant must be given; missing: {', '.join(absent)}.")
         return load_log({"t": t, **channels}, table=table, name=name)
+
+    def headline(self) -> str:
+        """The name, samples, duration and rate."""
+        rate = f"{self.duration:.4g} s at {1.0 / self.dt:.4g} Hz" if len(self) > 1 else "at one moment"
+        return f"Log {self.name}: {len(self)} samples, {rate}"
+
+    def table(self) -> ResultTable:
+        """A row per input and channel: range in its unit, and samples without a value."""
+        columns = {"column": str, "least": float, "most": float, "missing": int}
+        values = self._columns(DEFAULT_TABLE).items()
+        return ResultTable(columns, [(name, *_range(v), int(np.isnan(v).sum())) for name, v in values if name != "t"])
+
+    def to_frame(self, table: ColumnTable = DEFAULT_TABLE) -> pl.DataFrame:
+        """A row per sample: t [s], inputs, channels and the reference, null where there is no value.
+
+        The names of inputs and reference are those of ``table``; give ``model.table`` for another plant than the
+        default one, as they would be ``input`` otherwise.
+        """
+        import polars as pl  # imported late: it is slow to load
+
+        return pl.DataFrame(self._columns(table)).fill_nan(None)
+
+    def _columns(self, table: ColumnTable) -> dict[str, np.ndarray]:
+        """Every column (N,) by name, in the order of a file."""
+        known = table.channels == self.channels
+        numbered = ["input", *(f"input_{k}" for k in range(2, len(self.inputs) + 1))]
+        data = {"t": self.t, **dict(zip(table.inputs if known else numbered, self.inputs, strict=False))}
+        data |= dict(zip(self.channels, self.measured.T, strict=True))
+        if self.reference is not None:
+            data[table.reference if known and table.reference else "reference"] = self.reference
+        return data
 
     def __len__(self) -> int:
         """Count the samples."""
@@ -186,6 +221,12 @@ class Log:
             earlier=(self.t[before], self.voltage[before]) if first else self.earlier,
             breaks=tuple(k - first for k in self.breaks if first < k < last),
         )
+
+
+def _range(values: np.ndarray) -> tuple[float | None, float | None]:
+    """Least and largest of values (N,) that are known; None where none is."""
+    known = values[np.isfinite(values)]
+    return (float(known.min()), float(known.max())) if known.size else (None, None)
 
 
 def stack_inputs(inputs: Sequence[np.ndarray], samples: int) -> np.ndarray:

@@ -34,10 +34,10 @@ LogsLike = Union[LogLike, Sequence[LogLike]]
 
 
 def as_list(logs: LogsLike) -> list[LogLike]:
-    """Some logs, or one, as a list; raises Failure for what holds no logs."""
+    """Some logs, or one, as a list; raises Failure for what holds no logs, and for what can be gone through once."""
     if isinstance(logs, (str, os.PathLike, Log, Mapping)) or hasattr(logs, "columns"):
         return [logs]
-    if isinstance(logs, np.ndarray) or not hasattr(logs, "__iter__"):
+    if not isinstance(logs, Sequence):
         raise Failure(f"Logs must each be {LOG_KINDS}, one or a list of them, not {type(logs).__name__}.")
     return list(logs)
 
