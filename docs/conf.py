@@ -31,7 +31,9 @@ CONTENTS = """
 """
 CHAPTERS = {
     "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
-    "Use": ("commands", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels"),
+    "Use": (
+        "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
+    ),
     "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
     "How it works, and how far to trust it": (
         "method", "statistics", "trust", "benchmark", "performance", "paper", "reproduction", "architecture",

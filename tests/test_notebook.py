@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support import simulated
-from wheelpend import Model, compare, explain, identify, residuals
+from wheelpend import Model, compare, explain, identify, linearize, predict, residuals
 from wheelpend.diagnosis.change import Change
 
 SLOW_TO_REFUTE = ["slosh", "drive_compliance", "backlash", "wheel_slip", "load_friction", "payload_step"]
@@ -112,3 +112,15 @@ def test_the_covariance_of_the_estimates_has_their_standard_errors():
     frame = found.covariance.to_frame()
     assert frame.columns == ["parameter", *found.covariance.names]
     np.testing.assert_array_equal(frame.drop("parameter").to_numpy(), found.covariance.matrix)
+
+
+def test_a_model_says_in_one_line_what_it_is():
+    model = Model.default().with_effects(["coulomb_drive"])
+    assert repr(model) == f"<Model {str(model.path or 'not saved')!r}: wheel_pendulum with coulomb_drive; 7 values>"
+
+
+def test_a_model_predicts_and_is_linearised_by_its_own_methods_too():
+    log, model = simulated(duration=2.0), Model.default()
+    assert np.array_equal(model.predict(log).predicted, predict(model, log).predicted, equal_nan=True)
+    assert np.array_equal(model.linearize().A, linearize(model).A)
+    assert model.predict(log, horizon=1.0).to_frame()["segment"].max() < model.predict(log).to_frame()["segment"].max()

@@ -49,6 +49,11 @@ class Model:
     random_force: Mapping[str, RandomForce] = field(default_factory=dict)  # by row, as the identified values leave it
     sensor_error: Mapping[str, SensorNoise] = field(default_factory=dict)  # by channel, likewise
 
+    def __repr__(self) -> str:
+        known = sum(v.best is not None for v in (*self.parameters.values(), *self.effect_values.values()))
+        effects = ", ".join(self.effects) or "no effects"
+        return f"<Model {str(self.path or 'not saved')!r}: {self.plant} with {effects}; {known} values>"
+
     @classmethod
     def open(cls, path: str | os.PathLike = MODEL_FILE) -> Model:
         """Read a model from its file or its workspace; raises Failure when it is not there or not valid."""
@@ -111,6 +116,18 @@ class Model:
         text = with_tables(self.text, "random_force", {row: _stated(f) for row, f in forces.items()})
         text = with_tables(text, "sensor_error", {channel: _stated(e) for channel, e in errors.items()})
         return self if text == self.text else Model.parse(text, self.path)
+
+    def predict(self, log: Any, **options: Any) -> Any:
+        """Predict a log, sample by sample: ``wheelpend.predict``, whose ``options`` these are."""
+        from wheelpend import predict  # the public one, found as it is used: it stands above this record
+
+        return predict(self, log, **options)
+
+    def linearize(self, near: Mapping[str, float] | None = None) -> Any:
+        """Linearise the model at rest: ``wheelpend.linearize``."""
+        from wheelpend import linearize  # likewise
+
+        return linearize(self, near)
 
     def with_effects(self, effects: Iterable[str]) -> Model:
         """Return the model with exactly these effects; the tables of those that leave go with them.
