@@ -38,7 +38,7 @@ from wheelpend.model import workspace
 COMMANDS: dict[str, click.Command] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
 TIME_LIMIT_S = 20.0  # of processor time, of a command on a tiny log; with kernels that are compiled already
 PATIENCE = 10.0  # by how much longer a command may take on a busy machine
-WORKSPACE_FILES = ("model.toml", "history.json", "effects.toml", "generated/")
+WORKSPACE_FILES, GENERATED = ("model.toml", "history.json", "effects.toml"), "generated/"
 PASSING_WORDS = (".partial", ".wheelpend-")  # in names of files that no command may leave
 STEERING = {"Cc", "Cf", "Cs"}  # categories of characters that a terminal obeys, or that turn text around
 HARMLESS = {"\n", "\t", "\u00ad", "\u200d"}
@@ -128,7 +128,7 @@ def check_command(command: Sequence[str], folder: Path, limit_s: float) -> int:
 
 def of_workspace(files: dict[str, bytes]) -> dict[str, bytes]:
     """Those of a folder's files that a workspace consists of."""
-    return {name: data for name, data in files.items() if name.startswith(WORKSPACE_FILES)}
+    return {name: data for name, data in files.items() if name in WORKSPACE_FILES or name.startswith(GENERATED)}
 
 
 def is_up_to_date(folder: Path) -> bool:
