@@ -118,6 +118,7 @@ READERS = (("history",), ("generate", "--check"), ("effects",))
 def here(tmp_path, monkeypatch):
     """A folder with a workspace and a log, the current one."""
     monkeypatch.setattr(page, "page_html", lambda *arguments, **options: "<p>page</p>" * 500)
+    monkeypatch.setattr(page, "residual_tests_of", lambda explanation: None)
     folder = tmp_path / "workspace"
     workspace.create(folder)
     save_log(folder / "log.csv", simulated(duration=2.0))

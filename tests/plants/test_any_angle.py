@@ -8,7 +8,6 @@ import pytest
 import derive
 from tests.plants.machines import LEVER, LEVER_FILE, log_of, model_of
 from wheelpend import Log, Model, compare, identify, load_log, save_log
-from wheelpend.diagnosis.horizons import is_lost
 from wheelpend.estimation.segments import Segments
 from wheelpend.inspection.inspect import inspect_for_model
 from wheelpend.kernels import load as kernels
@@ -79,9 +78,9 @@ def test_a_prediction_is_lost_ten_measured_ranges_away():
     reach = np.ptp(log.measured[:, 0])
     residual = np.zeros((len(log.t), 4))
     residual[50, 0], residual[60, 1] = 9.9 * reach, np.nan
-    assert not is_lost(segments, residual)
+    assert not segments.are_lost(residual)
     residual[50, 0] = 10.1 * reach
-    assert is_lost(segments, residual)
+    assert segments.are_lost(residual)
 
 
 def test_rates_have_noise_from_the_log_and_are_known_as_rates():
