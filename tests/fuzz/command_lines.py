@@ -92,6 +92,8 @@ def command_lines(draw):
 
 def tame(parts: list[str]) -> list[str]:
     """The line without what would take minutes: a long command gets no log that it can use."""
+    if parts[0] == "--":  # which is passed over
+        return ["--", *tame(parts[1:])] if parts[1:] else parts
     if not LONG_COMMANDS & {parts[0]}:
         return parts
     if parts[0] in ("demo", "warm", "reproduce", "verify"):
