@@ -3,6 +3,8 @@
 import json
 import re
 import shlex
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ import typer
 
 from tests.support import DATA, ROOT, app, run, simulated
 from wheelpend import Model, save_log
+from wheelpend.cli.next_step import Asked, say_after_diagnosis
 
 
 @pytest.fixture()
@@ -126,6 +129,26 @@ def test_every_command_says_what_to_do_next_with_a_command_line_that_is_one(work
     assert next_steps(again) == ["wheelpend identify --save 'my log.csv'"]
     assert next_steps(run(*shlex.split(next_steps(again)[0])[1:])) == ["wheelpend compare 'my log.csv'"]
     assert next_steps(run("remove", "coulomb_drive")) == ["wheelpend history"]
+
+
+def test_the_next_step_asks_the_same_question(workspace):
+    left_out = ("--without", "coulomb_drive", "--max-effects", "1")
+    keep, show = next_steps(run("explain", "log.csv", *left_out))
+    assert keep == "wheelpend explain --without coulomb_drive --max-effects 1 --save log.csv"
+    assert show == "wheelpend report --without coulomb_drive --max-effects 1 log.csv"
+
+
+@pytest.mark.parametrize(
+    ("law", "line"),
+    [
+        (False, "wheelpend diagnose --without cogging --law log.csv --holdout other.csv"),
+        (True, "wheelpend report --without cogging --law log.csv --holdout other.csv"),
+    ],
+)
+def test_what_is_unexplained_is_asked_for_a_law_once(capsys, law, line):
+    files = Asked([Path("log.csv")], [Path("other.csv")])
+    say_after_diagnosis(files, SimpleNamespace(verdict="unexplained"), ["cogging"], law)
+    assert line in " ".join(capsys.readouterr().err.split())
 
 
 def test_no_next_step_is_said_to_a_program(workspace):

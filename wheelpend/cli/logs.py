@@ -140,9 +140,8 @@ def campaign(
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
     with exit_on_failure(json):
-        check_output(
-            out, may_be_given=True
-        )  # it may be among the logs: what an earlier campaign wrote is left out of them
+        # what an earlier campaign wrote is left out of the logs, so that it may be among them
+        check_output(out, may_be_given=True)
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
         run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)

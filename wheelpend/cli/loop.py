@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.next_step import Asked, say_after_comparison, say_after_diagnosis
+from wheelpend.cli.next_step import Asked, question_words, say_after_comparison, say_after_diagnosis
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     MAX_EFFECTS,
@@ -39,7 +39,7 @@ from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
 
 if TYPE_CHECKING:
-    from wheelpend.model.record import Model
+    pass
 
 
 @app.command()
@@ -93,11 +93,12 @@ def identify(
         asked.say_next("how well the model predicts, and where it fails", "compare")
 
 
-def _print_judged(opened: Model, asked: Asked, judge: Callable, text: Callable) -> Any:
+def _print_judged(asked: Asked, judge: Callable, text: Callable, **options: Any) -> Any:
     """Say what the logs' faults are, then what a judgement of the model on them finds, its warnings first."""
-    said = print_log_findings(list(asked.logs), opened)
+    opened, logs = open_model(asked.model, asked.plant), list(asked.logs)
+    said = print_log_findings(logs, opened)
     with progress("reading") as update:
-        result = judge(update)
+        result = judge(opened, logs, **options, progress=update)
     print_warnings(result.warnings, said)
     print_result(result, asked.json, lambda: print_text(text(result, opened)))
     return result
@@ -115,9 +116,8 @@ def residuals(
     from wheelpend.reports.text.residuals import residuals_text
 
     with exit_on_failure(json):
-        opened = open_model(model, plant)
         asked = Asked(logs, (), model, plant, json)
-        _print_judged(opened, asked, lambda update: run(opened, logs, progress=update), residuals_text)
+        _print_judged(asked, run, residuals_text)
         asked.say_next("which physical effect is missing", "diagnose")
 
 
@@ -134,11 +134,8 @@ def compare(
     from wheelpend.reports.text.comparison import comparison_text
 
     with exit_on_failure(json):
-        opened = open_model(model, plant)
         asked = Asked(logs, holdout or (), model, plant, json)
-        result = _print_judged(
-            opened, asked, lambda update: run(opened, logs, holdout or [], progress=update), comparison_text
-        )
+        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout)
         say_after_comparison(asked, result.error, result.noise_floor)
 
 
@@ -172,7 +169,7 @@ def diagnose(
             print_line(accept_law(opened, result.law, accept))
             files.say_next("add it and watch the error fall", "add", accept)
         else:
-            say_after_diagnosis(files, result)
+            say_after_diagnosis(files, result, without or (), asked.law)
 
 
 @app.command()
@@ -251,9 +248,10 @@ def explain(
         if accept is not None:
             print_line(accept_law(opened, result.law, accept))
         files = Asked(logs, holdout or (), model, plant, json)
+        question = question_words(left_out, asked.law, max_effects)
         if result.steps and not save:
-            files.say_next("the same once more, and keep it", "explain", "--save")
-        files.say_next("all of it on one page", "report")
+            files.say_next("the same once more, and keep it", "explain", *question, "--save")
+        files.say_next("all of it on one page", "report", *question)
 
 
 @app.command()
@@ -281,9 +279,8 @@ def report(
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=law, progress=update
             )
-        words = [part for name in left_out for part in ("--without", name)] + ["--law"] * law
-        words += ["--max-effects", str(max_effects)] * (max_effects != MAX_EFFECTS)
-        command, files = asked.line("report", *words), [*logs, *(holdout or [])]
+        command = asked.line("report", *question_words(left_out, law, max_effects))
+        files = [*logs, *(holdout or [])]
         written = write_report(result, output, version=version(), command=command, files=files)
         saved = save_explanation(result, logs, holdout or [], opened) if save else ""  # the page tells what was before
         print_result(result, json, lambda: print_line(f"Wrote {written}."))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from wheelpend.cli.options import DEFAULT_MODEL_PATH
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, MAX_EFFECTS
 from wheelpend.reports.console import print_hint
 
 if TYPE_CHECKING:
@@ -47,8 +47,14 @@ def say_after_comparison(asked: Asked, error: float | None, noise_floor: float |
         asked.say_next("which physical effect is missing", "diagnose")
 
 
-def say_after_diagnosis(asked: Asked, found: Diagnosis) -> None:
-    """What to do with a verdict."""
+def question_words(without: Sequence[str], law: bool, max_effects: int = MAX_EFFECTS) -> list[str]:
+    """The options of `diagnose`, `explain` and `report` that ask the same question again."""
+    words = [part for name in without for part in ("--without", name)] + ["--law"] * law
+    return words + ["--max-effects", str(max_effects)] * (max_effects != MAX_EFFECTS)
+
+
+def say_after_diagnosis(asked: Asked, found: Diagnosis, without: Sequence[str], law: bool) -> None:
+    """What to do with the verdict on a library ``without`` some effects, after which a ``law`` was sought or not."""
     if found.verdict in ("effect_missing", "ambiguous"):
         effect = found.candidates[0].effect
         others = list(found.candidates[0].equivalent_to)
@@ -57,10 +63,12 @@ def say_after_diagnosis(asked: Asked, found: Diagnosis) -> None:
                 "a command that tells them apart", "design", "--between", f"{effect},{others[0]}"
             )
         asked.say_next("add it and watch the error fall", "add", effect)
+    elif found.verdict == "unexplained" and law:
+        asked.say_next("all of it on one page", "report", *question_words(without, law))
     elif found.verdict == "unexplained":
-        asked.say_next("what law the rest follows, about a minute longer", "diagnose", "--law")
+        asked.say_next("what law the rest follows, a minute longer", "diagnose", *question_words(without, law=True))
     else:
         asked._replace(holdout=()).say_next("keep the fitted values", "identify", "--save")
 
 
-__all__ = ["Asked", "say_after_comparison", "say_after_diagnosis"]
+__all__ = ["Asked", "question_words", "say_after_comparison", "say_after_diagnosis"]
