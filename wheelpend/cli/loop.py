@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -37,9 +37,6 @@ from wheelpend.cli.options import (
 )
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, print_warnings, progress
-
-if TYPE_CHECKING:
-    pass
 
 
 @app.command()
