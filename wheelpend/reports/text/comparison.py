@@ -15,6 +15,7 @@ from wheelpend.reports.numbers import (
 )
 from wheelpend.reports.text.force_ranges import missing_force_text
 from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.residuals import residual_lines
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     yield from map(_own_values_sentence, result.per_log)
     yield from force_error_lines(result, quantities)
     yield from remainder_sentences(result.remainder, model)
+    if result.residual_tests:
+        yield from residual_lines(result.residual_tests)
     yield from missing_force_text(result, quantities)
 
 
