@@ -36,6 +36,7 @@ def new(
     from wheelpend.model.user_plants import plant_name
 
     with exit_on_failure(), progress("deriving the model"):
+        workspace.check_new(folder)
         name = plant_name(plant) if plant else ""
         text = proposed_text(log, name) if log else ""
         model = workspace.create(folder, name or plants.DEFAULT_PLANT, text)

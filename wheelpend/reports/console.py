@@ -18,6 +18,7 @@ from rich.table import Table
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.reports.characters import visible
+from wheelpend.reports.inputs import check_logs
 from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
 
@@ -31,8 +32,8 @@ err = Console(stderr=True, highlight=False, soft_wrap=True)
 def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iterator[None]:
     """Turn whatever goes wrong into a message on standard error, JSON where asked for, and exit code 1.
 
-    That JSON or one of the ``outputs`` cannot be written is said before anything is done for it. What nobody foresaw is
-    a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised as it is.
+    That JSON or one of the ``outputs`` cannot be written, or a log cannot be read, is said before anything is done.
+    What nobody foresaw is a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised.
     """
     failure_file = json_file if json_file == "-" else None  # none before the file is known to be free
     try:
@@ -41,6 +42,7 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
         failure_file = json_file
         for path in filter(None, outputs):
             check_output(path)
+        check_logs()
         yield
     except (BrokenPipeError, typer.Exit, typer.Abort, typer.BadParameter):
         raise  # whoever read the output has ended, or all is said
