@@ -272,13 +272,14 @@ def report(
 
     with exit_on_failure(json, output), opened_to_change(model, plant, save) as opened:
         left_out, asked = without or [], Asked(logs, holdout or (), model, plant, json)
+        command = asked.line("report", *question_words(left_out, law, max_effects))
+        files = [*logs, *(holdout or [])]
         with progress("reading") as update:
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=law, progress=update
             )
-        command = asked.line("report", *question_words(left_out, law, max_effects))
-        files = [*logs, *(holdout or [])]
-        written = write_report(result, output, version=version(), command=command, files=files)
+            update("testing the residuals and writing the page")
+            written = write_report(result, output, version=version(), command=command, files=files)
         saved = save_explanation(result, logs, holdout or [], opened) if save else ""  # the page tells what was before
         print_result(result, json, lambda: print_line(f"Wrote {written}."))
         if saved and json != "-":

@@ -31,9 +31,9 @@ from wheelpend.estimation.validation import calibrated_values, fit_percent
 from wheelpend.identification.filter_error_method import remainder_at_point
 from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import UNFOUND, LogValues, found_or_warning, likeliest_point
+from wheelpend.identification.remainder_at import NO_REMAINDER_WORDS, LogValues, found_or_warning, likeliest_point
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.identification.residual_tests import UNTESTED, ResidualTests, residual_tests_beside
+from wheelpend.identification.residual_tests import NO_TESTS_WORDS, ResidualTests, residual_tests_beside
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
 from wheelpend.notebook import NotebookResult, ResultTable
@@ -186,11 +186,11 @@ def chance_and_tests(
 ) -> tuple[Remainder | None, ResidualTests | None, tuple[str, ...]]:
     """What a model leaves to chance at its values in each log, the tests of its residuals, and why one is lacking."""
     progress("measuring what is left to chance")
-    likeliest, unfound = found_or_warning(UNFOUND, lambda: likeliest_point(problem, log_values, ()))
+    likeliest, unfound = found_or_warning(NO_REMAINDER_WORDS, lambda: likeliest_point(problem, log_values, ()))
     if likeliest is None:
         return None, None, unfound
     progress("testing the residuals")
-    tests, untested = found_or_warning(UNTESTED, lambda: residual_tests_beside(problem, log_values, *likeliest))
+    tests, untested = found_or_warning(NO_TESTS_WORDS, lambda: residual_tests_beside(problem, log_values, *likeliest))
     return remainder_at_point(problem, *likeliest), tests, untested
 
 

@@ -20,7 +20,7 @@ from wheelpend.kernels.load import free_force_module
 
 MAX_REMAINDER_SAMPLES = 4_000  # of all logs together: enough for a size to some percent, in a second or a few
 
-UNFOUND = "What the model leaves to chance could not be found"
+NO_REMAINDER_WORDS = "What the model leaves to chance could not be found"
 
 Found = TypeVar("Found")
 LogValues = Sequence[Mapping[str, float]]  # values of all parameters in each log
@@ -40,7 +40,7 @@ def remainder_or_warning(
     find: Callable[[EstimationProblem, LogValues], Remainder], problem: EstimationProblem, log_values: LogValues
 ) -> tuple[Remainder | None, tuple[str, ...]]:
     """What the one above finds; or None, and why."""
-    return found_or_warning(UNFOUND, lambda: find(problem, log_values))
+    return found_or_warning(NO_REMAINDER_WORDS, lambda: find(problem, log_values))
 
 
 def found_or_warning(lacking: str, find: Callable[[], Found]) -> tuple[Found | None, tuple[str, ...]]:

@@ -37,7 +37,7 @@ from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
 MAX_TESTED_SAMPLES = 200_000  # of all logs, beyond which tests beside another result would keep it waiting
-UNTESTED = "The residuals could not be tested"
+NO_TESTS_WORDS = "The residuals could not be tested"
 
 Progress = Callable[[str], None]
 

@@ -14,13 +14,17 @@ from typing import Any
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from wheelpend.durations import clock_text, duration_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.reports.characters import visible
 from wheelpend.reports.inputs import check_logs
 from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
+
+LONG_WORK_S = 10.0  # from which on it is said how long work took
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
 
@@ -99,12 +103,35 @@ def _without_markup(text: str) -> str:
 
 @contextmanager
 def progress(first: str) -> Iterator[Callable[[str], None]]:
-    """A line of progress on standard error; where that is not a terminal, a plain line every ten seconds at most."""
+    """A line of progress on standard error, with the time since it began; in the end the whole time, if that is long.
+
+    Where that is not a terminal, a plain line every ten seconds at most, without the time.
+    """
     if not err.is_terminal:
         yield _progress_lines()
         return
-    with err.status(first) as status:
-        yield lambda text: status.update(text)
+    line = _LiveLine(first)
+    with err.status(line):
+        yield line.update
+    if line.elapsed_s >= LONG_WORK_S:
+        err.print(f"Took {duration_text(line.elapsed_s)}.", style="dim")
+
+
+class _LiveLine:
+    """What is being done and for how long so far, as it is drawn again and again."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.begin_s = text, monotonic()
+
+    def update(self, text: str) -> None:
+        self.text = text
+
+    @property
+    def elapsed_s(self) -> float:
+        return monotonic() - self.begin_s
+
+    def __rich__(self) -> Text:
+        return Text(f"{clock_text(self.elapsed_s)} {visible(self.text)}", overflow="ellipsis", no_wrap=True)
 
 
 def _progress_lines(interval_s: float = 10.0) -> Callable[[str], None]:

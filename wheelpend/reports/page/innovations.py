@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.errors import Failure
-from wheelpend.identification.residual_tests import UNTESTED, ResidualTests, require_short, residuals
+from wheelpend.identification.residual_tests import NO_TESTS_WORDS, ResidualTests, require_short, residuals
 from wheelpend.model.record import Model
 from wheelpend.reports.names import display_text
 from wheelpend.reports.text.residuals import CLOSING_SENTENCE, RESIDUAL_COLUMNS, meaning_text, residual_cells
@@ -26,7 +26,7 @@ def residual_tests_of(explanation: Ladder) -> ResidualTests | str:
         require_short(explanation.problem.logs)
         return residuals(explanation.model, explanation.problem.logs)
     except Failure as failure:
-        return f"{UNTESTED}: {failure}"
+        return f"{NO_TESTS_WORDS}: {failure}"
 
 
 def residual_section(tests: ResidualTests | str | None, model: Model) -> ResidualSection | None:
