@@ -42,8 +42,8 @@ class CampaignRequest(NamedTuple):
         return self.out.with_name(f"{self.out.name}.partial")
 
 
-def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> None:
-    """Run a campaign, or go on with one, write its table and print its summary."""
+def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Campaign:
+    """Run a campaign, or go on with one, write its table, print its summary and return it."""
     out, journal = request.out, request.journal
     note_resumable(journal, "the same command goes on from there.")
     with progress("reading") as update:
@@ -52,6 +52,7 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> No
     journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
     print_result(result, json, lambda: print_text(campaign_text(result, out)))
+    return result
 
 
 def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:

@@ -12,6 +12,7 @@ from traceback import walk_tb
 from typing import Any
 
 import typer
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
@@ -197,9 +198,13 @@ def print_line(text: str) -> None:
     out.print(_without_markup(text))
 
 
-def print_hint(text: str) -> None:
-    """Print what may be done next on standard error."""
-    err.print(_without_markup(text))
+def print_command_hint(why: str, command: str) -> None:
+    """Print what may be done next on standard error; on a terminal too narrow the command has a line of its own.
+
+    No line end stands in the command itself: the terminal folds it, and what is copied is one line.
+    """
+    fits = not err.is_terminal or cell_len(f"{why} {command}") <= err.width
+    err.print(_without_markup(f"{why} {command}" if fits else f"{why}\n  {command}"))
 
 
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
