@@ -24,6 +24,7 @@ from wheelpend.reports.characters import visible
 from wheelpend.reports.inputs import check_logs
 from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
+from wheelpend.reports.wrapping import folded_cells, wrapped
 
 LONG_WORK_S = 10.0  # from which on it is said how long work took
 
@@ -61,7 +62,7 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
             except (Failure, OSError) as unwritten:
                 said.append(_failure_text(unwritten))
         for text in dict.fromkeys(said):
-            err.print(f"[bold red]Failure:[/] {_without_markup(text)}")
+            _print_marked("bold red", "Failure:", text)
         raise typer.Exit(1) from None
 
 
@@ -171,16 +172,17 @@ def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool = False) -> None:
     """Print a table; its columns but the first hold numbers, or text with ``text_columns``."""
+    head, *cells = folded_cells([columns, *rows], out.width)
     grid = Table(title=_without_markup(title), title_justify="left", title_style="bold")
-    for column in columns:
+    for column, shown in zip(columns, head, strict=True):
         grid.add_column(
-            _without_markup(column),
+            _without_markup(shown),
             justify="left" if text_columns or column in columns[:1] else "right",
             overflow="fold",
             no_wrap=column in columns[:1],
         )
-    for row in rows:
-        grid.add_row(*(_without_markup(str(cell)) for cell in row))
+    for row in cells:
+        grid.add_row(*map(_without_markup, row))
     out.print(grid)
 
 
@@ -194,8 +196,12 @@ def print_text(blocks: Iterable[str | TextTable]) -> None:
 
 
 def print_line(text: str) -> None:
-    """Print a line as it is."""
-    out.print(_without_markup(text))
+    """Print a line as it is; on a terminal folded to its width, unless it holds lines of its own, which may be code."""
+    out.print(_without_markup(_fitted(text, out)))
+
+
+def _fitted(text: str, console: Console) -> str:
+    return wrapped(text, console.width) if console.is_terminal and "\n" not in text.strip("\n") else text
 
 
 def print_command_hint(why: str, command: str) -> None:
@@ -210,4 +216,10 @@ def print_command_hint(why: str, command: str) -> None:
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
     """Print warnings on standard error, without those that stand in one that was said before."""
     for warning in (w for w in warnings if not any(w in earlier for earlier in said)):
-        err.print(f"[yellow]Warning:[/] {_without_markup(warning)}")
+        _print_marked("yellow", "Warning:", warning)
+
+
+def _print_marked(style: str, mark: str, text: str) -> None:
+    """Print a sentence on standard error behind a coloured word."""
+    fitted = _without_markup(_fitted(f"{mark} {text}", err))
+    err.print(f"[{style}]{mark}[/]{fitted.removeprefix(mark)}")
