@@ -67,7 +67,7 @@ KEYS = {
     ChannelResidual: "white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s "
     "autocorrelation band quantiles samples",
     Comparison: "error noise_floor horizon_s fit_percent rmse horizons closed_loop where fitted_first warnings "
-    "force_error bursts per_log remainder",
+    "force_error bursts per_log remainder residuals",
     HorizonError: "seconds error diverged",
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",

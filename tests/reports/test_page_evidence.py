@@ -9,6 +9,7 @@ import numpy as np
 
 from tests.reports.test_page import explanation  # noqa: F401  # a fixture
 from wheelpend.errors import Failure
+from wheelpend.identification import residual_tests
 from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
 from wheelpend.model.record import Model
 from wheelpend.reports.page import innovations
@@ -32,8 +33,8 @@ def test_the_page_says_of_each_channel_whether_its_rest_is_noise(explanation):  
 
 
 def test_residuals_that_cannot_be_tested_are_a_sentence(explanation, monkeypatch):  # noqa: F811
-    monkeypatch.setattr(innovations, "MAX_TESTED_SAMPLES", 10)
-    assert "3001 samples were not tested here" in innovations.residual_tests_of(explanation)
+    monkeypatch.setattr(residual_tests, "MAX_TESTED_SAMPLES", 10)
+    assert "but they have 3001. `wheelpend residuals LOG` tests them." in innovations.residual_tests_of(explanation)
     monkeypatch.undo()
 
     def failing(*_):

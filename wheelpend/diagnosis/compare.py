@@ -28,10 +28,12 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.estimation.validation import calibrated_values, fit_percent
+from wheelpend.identification.filter_error_method import remainder_at_point
 from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import remainder_at, remainder_or_warning
+from wheelpend.identification.remainder_at import NO_REMAINDER_WORDS, LogValues, found_or_warning, likeliest_point
 from wheelpend.identification.remainder_warnings import remainder_warnings
+from wheelpend.identification.residual_tests import NO_TESTS_WORDS, ResidualTests, residual_tests_beside
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
 from wheelpend.notebook import NotebookResult, ResultTable
@@ -58,6 +60,7 @@ class Comparison(NotebookResult):
     problem: EstimationProblem | None = field(repr=False, default=None)
     per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
     remainder: Remainder | None = None  # what the model at its values leaves to chance
+    residual_tests: ResidualTests | None = None  # of the filter with that; they inform and decide nothing
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -76,6 +79,7 @@ class Comparison(NotebookResult):
             "bursts": self.bursts,
             "per_log": self.per_log,
             "remainder": self.remainder,
+            "residuals": self.residual_tests.channels if self.residual_tests else None,
         }
 
     def headline(self) -> str:
@@ -132,8 +136,7 @@ def compare(
         fitted = fit_at_values(compared)
         missing = missing_forces(compared.own_problem, fitted)
         where = where_it_shows(compared.own_problem, missing, fitted)
-    progress("measuring what is left to chance")
-    left, untold = remainder_or_warning(remainder_at, compared.own_problem, log_values)
+    left, tests, untold = chance_and_tests(compared.own_problem, log_values, progress)
     return Comparison(
         error=error,
         noise_floor=problem.floor,
@@ -151,6 +154,7 @@ def compare(
             *remainder_warnings(left),
         ),
         remainder=left,
+        residual_tests=tests,
         missing=missing,
         problem=problem,
         per_log=per_log_table(model, log_segments, log_values),
@@ -175,6 +179,19 @@ def model_to_compare(
     held_out = as_list(holdout)
     validation = prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
+
+
+def chance_and_tests(
+    problem: EstimationProblem, log_values: LogValues, progress: Progress
+) -> tuple[Remainder | None, ResidualTests | None, tuple[str, ...]]:
+    """What a model leaves to chance at its values in each log, the tests of its residuals, and why one is lacking."""
+    progress("measuring what is left to chance")
+    likeliest, unfound = found_or_warning(NO_REMAINDER_WORDS, lambda: likeliest_point(problem, log_values, ()))
+    if likeliest is None:
+        return None, None, unfound
+    progress("testing the residuals")
+    tests, untested = found_or_warning(NO_TESTS_WORDS, lambda: residual_tests_beside(problem, log_values, *likeliest))
+    return remainder_at_point(problem, *likeliest), tests, untested
 
 
 def predict_segments(compared: ComparedModel) -> tuple[float, list[np.ndarray]]:

@@ -138,7 +138,10 @@ def bias_test_or_warning(
         fitted = regression_fit(regression, settings, regression.log).fit
     try:
         bootstrap = regression.bootstrap
-        regression.progress("rehearsing the log")
-        return hausman_test(bootstrap, fitted, lambda log: regression_fit(regression, settings, log).fit), ()
+
+        def refitted(log: Log) -> LinearFit:
+            return regression_fit(regression, settings, log).fit
+
+        return hausman_test(bootstrap, fitted, refitted, progress=regression.progress), ()
     except Failure as failure:
         return None, (f"Least squares was not tested for bias: {failure}",)

@@ -37,6 +37,11 @@ def remainder_warnings(left: Remainder | None) -> tuple[str, ...]:
             "`wheelpend diagnose LOG` says.",)  # fmt: skip
 
 
+def say_that_something_is_missing(warnings: Sequence[str]) -> bool:
+    """True where one of a fit's warnings sends its reader to a diagnosis."""
+    return any("`wheelpend diagnose" in warning for warning in warnings)
+
+
 def bound_warnings(parameters: Sequence[FreeParameter], theta: np.ndarray, covariance: np.ndarray) -> tuple[str, ...]:
     """A warning for each parameter θ (free,) with which a fit stopped at a bound."""
     found = []

@@ -38,7 +38,7 @@ from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.tables import Table, check_length, open_table
+from wheelpend.logs.tables import Table, check_length, open_table, read_file_head
 from wheelpend.logs.unwrap import make_continuous
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
@@ -138,6 +138,12 @@ def log_of_columns(name: str, t: np.ndarray, columns_by_name: Mapping[str, np.nd
         range_channel=table.range_channel,
         rates=table.rates,
     )
+
+
+def check_file(path: Path) -> None:
+    """Raise Failure where a measurement file is missing, empty, a folder that is no bag, or cannot be read."""
+    if not is_bag(path):
+        read_file_head(path)
 
 
 def open_file(path: Path) -> Table:

@@ -6,6 +6,8 @@ numbers    numbers as text; nothing else in the reports rounds
 names      names of states and signals with Greek letters and dots
 characters that steer a terminal, shown as escapes
 console    the terminal: results, tables, progress, failures
+wrapping   text and tables folded to a width
+inputs     measurement files that a command may read
 outputs    files that a command may write, and those that it may not
 ladder     the error ladder: rungs, lengths of bars, an SVG picture
 html       pages from a template and a style sheet

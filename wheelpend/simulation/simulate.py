@@ -42,10 +42,11 @@ def simulate(
     steps of at most ``sample`` seconds, stick-slip and delays resolved inside a step. Raises Failure without parameter
     values or controller, for a hidden effect that is none, and when the machine leaves its range.
     """
-    machine = machine_values(model, with_full_parameter_names(hide or {}))
-    module = _simulation_module(model, machine)
+    hidden = with_full_parameter_names(hide or {})
     t = np.arange(round(_checked_duration(model, command, duration, sample) / sample) + 1) * sample
     angle, rate = reference(command, t, model.table)
+    machine = machine_values(model, hidden)
+    module = _simulation_module(model, machine)
     begin = np.array([(model.simulation or {}).get(name, 0.0) for name in module.STATES])
     outputs, channels = begin[None, : module.NQ] @ module.OUTPUT_MATRIX[:, : module.NQ].T, tuple(module.OUTPUTS)
     empty = Log("", t, t, outputs, channels)

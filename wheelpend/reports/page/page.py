@@ -29,8 +29,9 @@ from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_s
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
 from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.title import title_text
 from wheelpend.reports.text.unexplained import repeatability_sentences
-from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text, title_text
+from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text
 
 REPORTED_PACKAGES = ("sympy", "numpy", "scipy", "numba", "plotly")
 TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {

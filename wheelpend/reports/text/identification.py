@@ -28,8 +28,9 @@ def identification_text(result: Identification) -> TextBlocks:
     yield _quality_sentence(result)
     yield from remainder_sentences(result.remainder, result.start)
     yield from widening_sentences(result.widening)
+    driven = result.start.plant_signature.driven
     if result.force_error is not None:
-        yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error)}"
+        yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error, driven)}"
     if result.cutoff_hz is not None:
         yield (
             f"Motion differentiated up to {whole_digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that "
