@@ -49,7 +49,7 @@ from wheelpend.reproduction.record import Reproduction
 
 KEYS = {
     Identification: "method parameters condition_number samples error noise_floor warnings tau hold forgetting track "
-    "bias guide force_error cutoff_hz remainder covariance widening",
+    "bias guide force_error cutoff_hz remainder covariance widening fixed at_bounds",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
     Remainder: "force sensors places repeatable_share repeating resonances slow",

@@ -59,19 +59,22 @@ COMMANDS = {
     "identify log.csv --method filtered --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias(p_value biased against difference_percent sigma_percent
-        predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method shooting": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
-        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening""",
+        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method recursive --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent
-        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix)
+        widening fixed at_bounds""",
     "identify log.csv": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
         remainder(force sensors places repeatable_share repeating resonances slow)
-        widening(factors correlation_times_s)""",
+        widening(factors correlation_times_s) fixed at_bounds""",
     "residuals log.csv": """
         schema channels(white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s
         autocorrelation band quantiles samples) fitted_first warnings

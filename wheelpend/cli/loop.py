@@ -14,7 +14,9 @@ from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     MAX_EFFECTS,
     Accept,
+    Bound,
     Data,
+    Fix,
     Forgetting,
     Hold,
     Holdout,
@@ -32,6 +34,8 @@ from wheelpend.cli.options import (
     Without,
     open_model,
     opened_to_change,
+    parse_bounds,
+    parse_fixed,
     parse_tau,
     print_log_findings,
 )
@@ -56,6 +60,8 @@ def identify(
     hold: Hold = None,
     forgetting: Forgetting = None,
     tau_map: TauMap = None,
+    fix: Fix = None,
+    bound: Bound = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
@@ -69,7 +75,8 @@ def identify(
 
     with exit_on_failure(json, tau_map), opened_to_change(model, plant, save) as opened:
         options: dict[str, Any] = {
-            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
+            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting,
+            "fixed": parse_fixed(fix or []), "bounds": parse_bounds(bound or []),
         }  # fmt: skip
         with progress("reading") as update:
             try:
