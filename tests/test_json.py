@@ -25,6 +25,7 @@ from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
+from wheelpend.diagnosis.model_errors import ModelErrors
 from wheelpend.diagnosis.replay import ClosedLoopReplay
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.estimate import Covariance, Estimate, LogValue
@@ -67,7 +68,8 @@ KEYS = {
     ChannelResidual: "white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s "
     "autocorrelation band quantiles samples",
     Comparison: "error noise_floor horizon_s fit_percent rmse horizons closed_loop where fitted_first warnings "
-    "force_error bursts per_log remainder",
+    "force_error bursts per_log remainder against",
+    ModelErrors: "model error fit_percent rmse horizons fitted_first",
     HorizonError: "seconds error diverged",
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",

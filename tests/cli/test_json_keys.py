@@ -82,7 +82,12 @@ COMMANDS = {
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log
-        remainder(force sensors places repeatable_share repeating resonances slow)""",
+        remainder(force sensors places repeatable_share repeating resonances slow) against""",
+    "compare log.csv --against model.toml": """
+        schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
+        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log
+        remainder(force sensors places repeatable_share repeating resonances slow)
+        against(model error fit_percent rmse horizons(seconds error diverged) fitted_first)""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",

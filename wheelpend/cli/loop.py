@@ -14,6 +14,7 @@ from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     MAX_EFFECTS,
     Accept,
+    Against,
     Bound,
     Data,
     Fix,
@@ -129,6 +130,7 @@ def residuals(
 def compare(
     logs: Logs,
     holdout: Holdout = None,
+    against: Against = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -139,7 +141,8 @@ def compare(
 
     with exit_on_failure(json):
         asked = Asked(logs, holdout or (), model, plant, json)
-        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout)
+        others = {str(path): open_model(path, plant) for path in against or ()}
+        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout, against=others)
         say_after_comparison(asked, result.error, result.noise_floor)
 
 

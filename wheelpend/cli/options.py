@@ -19,6 +19,9 @@ MAX_SEEDS = 100_000  # draws of noise, each a simulation or more
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Against = Annotated[
+    list[Path] | None, typer.Option("--against", metavar="OTHER.toml", help="Another model; repeat for several.")
+]
 Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
 Law = Annotated[bool, typer.Option("--law", help="Fit a free-form law to what no effect explains; takes a minute.")]
 Accept = Annotated[
