@@ -35,12 +35,12 @@ from wheelpend.identification.remainder_at import remainder_at, remainder_or_war
 from wheelpend.identification.remainder_warnings import remainder_warnings
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(NotebookResult):
+class Comparison(DrawnResult):
     """Prediction errors of a model on logs, and where they come from."""
 
     error: float  # [σ]

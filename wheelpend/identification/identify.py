@@ -59,7 +59,7 @@ from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model, check_finite
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 BIAS_UNTESTED_TEXT = "Least squares was not tested for bias: in the rehearsals every parameter would be free."
@@ -68,7 +68,7 @@ MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmo
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(NotebookResult):
+class Identification(DrawnResult):
     """Identified parameters; every value that is identifiable is finite."""
 
     method: str

@@ -30,7 +30,7 @@ from wheelpend.identification.remainder_at import likeliest_point, require_finit
 from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
@@ -74,7 +74,7 @@ class ChannelResidual:
 
 
 @dataclass(frozen=True, repr=False)
-class ResidualTests(NotebookResult):
+class ResidualTests(DrawnResult):
     """Residual tests of a model on some logs."""
 
     channels: dict[str, ChannelResidual]
