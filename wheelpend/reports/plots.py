@@ -43,13 +43,13 @@ def plot(result: Any, ax: Any = None) -> Any:
     for a result without a picture, and for another number of Axes.
     """
     require("matplotlib", "plots", "A picture of a result")
-    kind = next((k for k in PICTURES if isinstance(result, k)), None)
+    kind = next((k for k in RESULT_PICTURES if isinstance(result, k)), None)
     if kind is None:
-        drawn = ", ".join(k.__name__ for k in PICTURES)
+        drawn = ", ".join(k.__name__ for k in RESULT_PICTURES)
         raise Failure(f"A picture must be of a {drawn}, not of a {type(result).__name__}. Its to_frame() has numbers.")
     matplotlib = import_configured("matplotlib")  # late: a start of the command must not wait for it
     with matplotlib.rc_context(FIGURE_STYLE):
-        return PICTURES[kind](result, ax)
+        return RESULT_PICTURES[kind](result, ax)
 
 
 def panels(ax: Any, size: tuple[float, float], rows: int = 1, columns: int = 1, **shared: Any) -> np.ndarray:
@@ -226,7 +226,7 @@ def _colours(count: int) -> list[str]:
     return [MODEL_COLOURS[k % len(MODEL_COLOURS)] for k in range(count)]
 
 
-PICTURES: dict[type, Callable[..., Any]] = {
+RESULT_PICTURES: dict[type, Callable[..., Any]] = {
     Comparison: plot_comparison,
     Prediction: plot_prediction,
     ResidualTests: plot_residuals,
