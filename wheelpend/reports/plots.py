@@ -15,8 +15,7 @@ from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure, require
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.residual_tests import ResidualTests
-from wheelpend.isolation import import_configured
-from wheelpend.reports.drawing import FIGURE_STYLE, INK_COLOUR, MEASURED_COLOUR
+from wheelpend.reports.drawing import INK_COLOUR, MEASURED_COLOUR, figure_style
 from wheelpend.reports.ladder import SVG_COLOURS, ladder_rungs
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import prediction_error_text, share_text, whole_digits_text
@@ -47,8 +46,7 @@ def plot(result: Any, ax: Any = None) -> Any:
     if kind is None:
         drawn = ", ".join(k.__name__ for k in RESULT_PICTURES)
         raise Failure(f"A picture must be of a {drawn}, not of a {type(result).__name__}. Its to_frame() has numbers.")
-    matplotlib = import_configured("matplotlib")  # late: a start of the command must not wait for it
-    with matplotlib.rc_context(FIGURE_STYLE):
+    with figure_style():
         return RESULT_PICTURES[kind](result, ax)
 
 
@@ -61,7 +59,7 @@ def panels(ax: Any, size: tuple[float, float], rows: int = 1, columns: int = 1, 
             raise Failure(f"ax must hold {count} Axes, one for each panel of this result, but it holds {len(given)}. "
                           "Leave it out to have them made.")  # fmt: skip
         return given
-    from matplotlib import pyplot  # late, likewise
+    from matplotlib import pyplot  # late: a start of the command must not wait for it
 
     return pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **shared)[1].ravel()
 
