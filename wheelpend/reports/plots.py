@@ -65,17 +65,18 @@ def panels(ax: Any, size: tuple[float, float], rows: int = 1, columns: int = 1, 
 
 
 def plot_comparison(result: Comparison, ax: Axes | None = None) -> Axes:
-    """Error against horizon, a line per model; what diverges is a cross at the upper edge."""
+    """Error against horizon, a line per model; what diverges is a cross near the upper edge."""
     (axes,) = panels(ax, (PANEL_WIDTH_IN, PANEL_HEIGHT_IN))
-    for model, colour in zip(result.models, _colours(len(result.models)), strict=True):
+    for number, (model, colour) in enumerate(zip(result.models, _colours(len(result.models)), strict=True)):
+        height = 0.97 - 0.04 * number  # of its crosses, as a share of the panel
         known = [(h.seconds, h.error) for h in model.horizons if h.error is not None]
         axes.loglog(*zip(*known, strict=True), "o-", color=colour, markersize=4, label=model.label) if known else None
         lost = [h.seconds for h in model.horizons if h.diverged]
-        axes.plot(lost, np.ones(len(lost)), "x", color=colour, transform=axes.get_xaxis_transform(), clip_on=False)
+        axes.plot(lost, np.full(len(lost), height), "x", color=colour, transform=axes.get_xaxis_transform())
     _draw_floor(axes.axhline, result.noise_floor)
     axes.set(xscale="log", yscale="log", xlabel="predicted ahead [s]", ylabel="error [σ]")
     axes.set_title("Prediction error" + (" (× diverged)" if _diverges(result) else ""))
-    axes.legend(loc="best")
+    axes.legend(loc="upper left")  # errors grow from the lower left to the upper right
     return axes
 
 
@@ -145,8 +146,9 @@ def _draw_correlations(axes: Axes, names: Sequence[str], covariance: np.ndarray)
     correlation = np.clip(covariance / np.outer(sigma, sigma), -1.0, 1.0)
     axes.imshow(correlation, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
     axes.grid(False)
-    axes.set_xticks(range(len(names)), names, rotation=0 if max(map(len, names)) < 4 else 90)
-    axes.set_yticks(range(len(names)), names)
+    labels = [name.replace(".", "\n") for name in names]  # of an effect and its parameter
+    axes.set_xticks(range(len(names)), labels, rotation=0 if max(map(len, names)) < 4 else 90)
+    axes.set_yticks(range(len(names)), labels)
     axes.set_title("Correlations of the estimates")
     for row, column in np.ndindex(correlation.shape if len(names) <= MAX_CELL_NUMBERS else (0, 0)):
         value = correlation[row, column]
