@@ -109,7 +109,8 @@ def test_axes_that_are_given_are_drawn_into(known, log, compared):
         predict(known, log).plot(ax=given[0])
 
 
-def test_the_users_own_style_stays_as_it_was(compared):
+def test_the_users_own_style_stays_as_it_was(compared, monkeypatch):
+    monkeypatch.setitem(matplotlib.rcParams, "axes.titlesize", 7.0)
     before = dict(matplotlib.rcParams)
     compared.plot()
     assert dict(matplotlib.rcParams) == before
