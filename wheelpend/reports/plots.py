@@ -15,6 +15,7 @@ from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure, require
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.residual_tests import ResidualTests
+from wheelpend.isolation import import_configured
 from wheelpend.reports.drawing import INK_COLOUR, MEASURED_COLOUR, figure_style
 from wheelpend.reports.ladder import SVG_COLOURS, ladder_rungs
 from wheelpend.reports.names import display_text
@@ -59,7 +60,8 @@ def panels(ax: Any, size: tuple[float, float], rows: int = 1, columns: int = 1, 
             raise Failure(f"ax must hold {count} Axes, one for each panel of this result, but it holds {len(given)}. "
                           "Leave it out to have them made.")  # fmt: skip
         return given
-    from matplotlib import pyplot  # late: a start of the command must not wait for it
+    import_configured("matplotlib")  # late: a start of the command must not wait for it
+    from matplotlib import pyplot
 
     return pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **shared)[1].ravel()
 
