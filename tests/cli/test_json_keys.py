@@ -59,19 +59,22 @@ COMMANDS = {
     "identify log.csv --method filtered --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias(p_value biased against difference_percent sigma_percent
-        predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method shooting": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
-        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening""",
+        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method recursive --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent
-        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix)
+        widening fixed at_bounds""",
     "identify log.csv": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
         remainder(force sensors places repeatable_share repeating resonances slow)
-        widening(factors correlation_times_s)""",
+        widening(factors correlation_times_s) fixed at_bounds""",
     "residuals log.csv": """
         schema channels(white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s
         autocorrelation band quantiles samples) fitted_first warnings
@@ -79,7 +82,12 @@ COMMANDS = {
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
-        remainder(force sensors places repeatable_share repeating resonances slow)""",
+        remainder(force sensors places repeatable_share repeating resonances slow) against""",
+    "compare log.csv --against model.toml": """
+        schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
+        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
+        remainder(force sensors places repeatable_share repeating resonances slow)
+        against(model error fit_percent rmse horizons(seconds error diverged) fitted_first)""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",

@@ -119,11 +119,11 @@ def test_a_fit_that_stopped_at_a_bound_says_which_and_what_it_means():
     effect = FreeParameter("coulomb_drive.torque", "coulomb_drive", unit="V", bounds=(0.0, np.inf))
     free = FreeParameter("slope.angle", "slope", unit="rad")
     covariance = np.diag([1.0, 1.0, 1.0])
-    said = warnings.bound_warnings((own, effect, free), np.array([1e-8, 0.0, 0.0]), covariance)
+    said = warnings.bound_warnings((own, effect, free), np.array([1e-8, 0.0, 0.0]), covariance, {})
     assert [w.partition(" ")[0] for w in said] == ["X2", "coulomb_drive.torque"]
     assert "bound of 0 V s²/rad, below which no machine has it" in said[0]
     assert "it would be no coulomb_drive" in said[1]
-    assert not warnings.bound_warnings((own, effect, free), np.array([1e-3, 0.1, 0.0]), covariance)
+    assert not warnings.bound_warnings((own, effect, free), np.array([1e-3, 0.1, 0.0]), covariance, {})
 
 
 def test_a_value_lost_in_its_error_is_not_excited():

@@ -21,7 +21,10 @@ from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     MAX_EFFECTS,
     Accept,
+    Against,
+    Bound,
     Data,
+    Fix,
     Forgetting,
     Hold,
     Holdout,
@@ -39,6 +42,8 @@ from wheelpend.cli.options import (
     Without,
     open_model,
     opened_to_change,
+    parse_bounds,
+    parse_fixed,
     parse_tau,
     print_log_findings,
 )
@@ -63,6 +68,8 @@ def identify(
     hold: Hold = None,
     forgetting: Forgetting = None,
     tau_map: TauMap = None,
+    fix: Fix = None,
+    bound: Bound = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
@@ -77,7 +84,8 @@ def identify(
 
     with exit_on_failure(json, tau_map), opened_to_change(model, plant, save) as opened:
         options: dict[str, Any] = {
-            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
+            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting,
+            "fixed": parse_fixed(fix or []), "bounds": parse_bounds(bound or []),
         }  # fmt: skip
         with progress("reading") as update:
             try:
@@ -130,6 +138,7 @@ def residuals(
 def compare(
     logs: Logs,
     holdout: Holdout = None,
+    against: Against = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -140,7 +149,8 @@ def compare(
 
     with exit_on_failure(json):
         asked = Asked(logs, holdout or (), model, plant, json)
-        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout)
+        others = {str(path): open_model(path, plant) for path in against or ()}
+        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout, against=others)
         say_after_comparison(asked, result.error, result.noise_floor)
 
 

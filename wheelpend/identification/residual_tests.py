@@ -32,7 +32,7 @@ from wheelpend.kernels.load import free_force_module
 from wheelpend.logs.log import Log
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
@@ -78,7 +78,7 @@ class ChannelResidual:
 
 
 @dataclass(frozen=True, repr=False)
-class ResidualTests(NotebookResult):
+class ResidualTests(DrawnResult):
     """Residual tests of a model on some logs."""
 
     channels: dict[str, ChannelResidual]

@@ -64,7 +64,7 @@ def load_log(
         return source
     if isinstance(source, (str, os.PathLike)):
         path = Path(source)
-        return log_of_table(path.name, open_file(path), columns or {}, table)
+        return replace(log_of_table(path.name, open_file(path), columns or {}, table), source=path.resolve())
     log = log_of_table(name, table_in_memory(name, source), columns or {}, table)
     check_interval_in_memory(log)
     return log

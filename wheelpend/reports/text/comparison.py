@@ -30,6 +30,7 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     """Errors, fits, the closed loop, and where the model fails."""
     quantities = plant_units_of(model)
     yield from _error_text(result, quantities)
+    yield from _models_text(result)
     yield from _closed_loop_lines(result, quantities)
     yield from map(_own_values_sentence, result.per_log)
     yield from force_error_lines(result, quantities, model.plant_signature.driven)
@@ -59,6 +60,28 @@ def _error_text(result: Comparison, quantities: PlantUnits) -> TextBlocks:
             for h in result.horizons
         ],
     )
+
+
+def _models_text(result: Comparison) -> TextBlocks:
+    """The errors of several models, each in a column."""
+    if not result.against:
+        return
+    models = result.models
+    rows = [(f"error over {result.horizon_s:g} s", *(prediction_error_text(m.error) for m in models))]
+    for channel in result.rmse:
+        rows.append((f"fit of {channel} [%]", *(_fit_text(m.fit_percent.get(channel)) for m in models)))
+    others = [(k, h) for k, h in enumerate(result.horizons) if h.seconds != result.horizon_s]
+    for number, horizon in others:
+        errors = (m.horizons[number] for m in models)
+        over = f"error over {digits_text(horizon.seconds)} s"
+        rows.append((over, *("diverged" if h.diverged else prediction_error_text(h.error) for h in errors)))
+    yield Table("Beside other models, on the same segments", ("", *(m.label for m in models)), rows)
+    if fitted := [m.label for m in result.against if m.fitted_first]:
+        yield f"Without parameter values of its own, and so fitted to the logs first: {', '.join(fitted)}."
+
+
+def _fit_text(percent: float | None) -> str:
+    return "" if percent is None else f"{percent:.2f}"
 
 
 def _closed_loop_lines(result: Comparison, quantities: PlantUnits) -> Iterator[str]:

@@ -44,13 +44,22 @@ def identification_text(result: Identification) -> TextBlocks:
 
 def _parameters_text(result: Identification) -> Iterator[str | Table]:
     rows = [
-        (n, estimate_text(e.value, e.sigma, e.unit), "" if e.identifiable else "not excited")
+        (n, estimate_text(e.value, None if n in result.fixed else e.sigma, e.unit), _remark(result, n))
         for n, e in result.parameters.items()
     ]
     yield Table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
     for n, e in result.parameters.items():
         for own in e.per_log:
             yield f"  {n} in {own.log}: {estimate_text(own.value, own.sigma, e.unit)}"
+
+
+def _remark(result: Identification, name: str) -> str:
+    """What a parameter's row says beside its value."""
+    if name in result.fixed:
+        return "fixed"
+    if name in result.at_bounds:
+        return "at its bound"
+    return "" if result.parameters[name].identifiable else "not excited"
 
 
 def _quality_sentence(result: Identification) -> str:
