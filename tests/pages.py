@@ -38,7 +38,7 @@ class Typed(NamedTuple):
 def blocks(text: str) -> Iterator[Block]:
     """The fenced blocks of a page, in order."""
     heading = ""
-    for found in re.finditer(r"^## (.+)$|^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+    for found in re.finditer(r"^## ([^\n]+)$|^```(\w*)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         if found[1]:
             heading = found[1]
         else:
@@ -59,8 +59,8 @@ def plain(line: str) -> str:
 
 def as_pattern(line: str) -> re.Pattern[str]:
     """Lines of output that say the same as one that is shown, whatever the numbers; … stands for anything."""
-    words = [re.escape(NUMBER.sub("0", part)) for part in plain(line).split("…")]
-    return re.compile(".*".join(word.replace("0", NUMBER.pattern.replace("(?<![\\w.])", "")) for word in words))
+    parts = [re.escape(NUMBER.sub("\0", part)) for part in plain(line).split("…")]
+    return re.compile(".*".join(parts).replace("\0", NUMBER.pattern))
 
 
 def command_lines(text: str) -> Iterator[tuple[str, bool]]:
