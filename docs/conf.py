@@ -31,6 +31,7 @@ CONTENTS = """
 """
 CHAPTERS = {
     "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
+    "Tutorials": ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded"),
     "Use": (
         "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
     ),

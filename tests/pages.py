@@ -80,7 +80,7 @@ def words_of(line: str) -> list[list[str]]:
     words = shlex.split(line, comments=True)
     commands: list[list[str]] = [[]]
     for word in words:
-        if word in ("&&", ";", "|"):
+        if word in ("&&", "||", ";", "|"):
             commands.append([])
         else:
             commands[-1].append(word.rstrip(";"))

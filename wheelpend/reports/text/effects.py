@@ -47,5 +47,5 @@ def effects_text(effects: Sequence[Effect], *, in_detail: bool) -> TextBlocks:
     units = [", ".join(f"{p.name} [{p.unit}]" for p in e.parameters) for e in effects]
     rows = [(e.name, e.family, e.sentence, u, e.equation) for e, u in zip(effects, units, strict=True)]
     yield Table("Effects", EFFECT_COLUMNS, rows)
-    if in_detail:
+    if in_detail and effects[0].means:
         yield effects[0].means
