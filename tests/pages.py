@@ -58,9 +58,9 @@ def plain(line: str) -> str:
 
 
 def as_pattern(line: str) -> re.Pattern[str]:
-    """Lines of output that say the same as one that is shown, whatever the numbers; … stands for anything."""
+    """Lines of output that say the same as one that is shown, whatever the numbers, which are groups; … is anything."""
     parts = [re.escape(NUMBER.sub("\0", part)) for part in plain(line).split("…")]
-    return re.compile(".*".join(parts).replace("\0", NUMBER.pattern))
+    return re.compile(".*?".join(parts).replace("\0", f"({NUMBER.pattern})"))
 
 
 def command_lines(text: str) -> Iterator[tuple[str, bool]]:
