@@ -13,7 +13,7 @@ ELSEWHERE = {
     "tutorial_control.md": "runs in test_tutorials.py",
     "tutorial_embedded.md": "runs in test_tutorials.py",
     "plants.md": "whole plants, which run in tests/model/test_user_plants.py and tests/plants/test_further_inputs.py",
-    "reproduction.md": "all tables over 100 seeds, half a minute on all cores; `wheelpend reproduce` has tests of its own",
+    "reproduction.md": "all tables over 100 seeds; `wheelpend reproduce` has tests of its own",
 }
 
 
@@ -51,7 +51,7 @@ def test_the_story_of_the_readme_runs(clone, capsys):
 def test_the_imports_of_the_page_on_kernels_run(clone):
     (code,) = snippets("docs/kernels.md")
     names = run_in({}, code, "docs/kernels.md")
-    assert names["kernels"].PARAMETERS == names["PARAMETERS"]
+    assert names["PARAMETERS"] == names["kernels"].PARAMETERS
 
 
 def test_every_page_with_python_is_run_or_listed():
