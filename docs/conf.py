@@ -32,7 +32,8 @@ CONTENTS = """
 ```
 """
 CHAPTERS = {
-    "Begin": ("/README", "tutorial", "glossary", "troubleshooting", "coming_from"),
+    "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
+    "Tutorials": ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial"),
     "Use": (
         "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
     ),

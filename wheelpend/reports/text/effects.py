@@ -52,5 +52,5 @@ def effects_text(effects: Sequence[Effect], *, in_detail: bool) -> TextBlocks:
     for family in dict.fromkeys(e.family for e in effects):
         rows = [_effect_cells(e) for e in effects if e.family == family]
         yield Table(f"Effects of the family {family}", EFFECT_COLUMNS, rows, holds_text=True)
-    if in_detail:
+    if in_detail and effects[0].means:
         yield effects[0].means

@@ -153,7 +153,7 @@ def effect_meaning_text(found: CandidateFit | Step, model: Model, drive_v: float
     """An effect's sentence, its size and its meaning for the machine."""
     effect = library.in_plant_units(library.find(found.effect), model.plant_signature)
     size = effect_size_text(found, model, drive_v)
-    return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}"
+    return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}".rstrip()
 
 
 def fall_text(before: float, after: float) -> str:
