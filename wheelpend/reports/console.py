@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from errno import EPIPE
 from pathlib import Path
 from time import monotonic
 from traceback import walk_tb
@@ -30,8 +31,17 @@ LONG_WORK_S = 10.0  # from which on it is said how long work took
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
 
-out = Console(highlight=False, soft_wrap=True)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+class PipedConsole(Console):
+    """A console whose reader may end before it: that is no failure of the command, which then ends as others do."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise BrokenPipeError, where Rich would end the program as failed."""
+        raise BrokenPipeError(EPIPE, os.strerror(EPIPE))
+
+
+out = PipedConsole(highlight=False, soft_wrap=True)
+err = PipedConsole(stderr=True, highlight=False, soft_wrap=True)
 
 
 @contextmanager
