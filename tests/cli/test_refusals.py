@@ -252,7 +252,7 @@ def test_no_warning_of_python_reaches_the_user(here):
 def test_a_reader_that_ends_before_the_command_is_no_fault_of_it(here):
     """As in `wheelpend inspect log.csv | head -1`: nothing is said of it."""
     command = [sys.executable, "-P", "-m", "wheelpend", "inspect", "log.csv"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {n: v for n, v in os.environ.items() if n != "WHEELPEND_TRACEBACK"} | {"PYTHONPATH": str(ROOT)}
     reads, writes = os.pipe()
     with subprocess.Popen(command, stdout=writes, stderr=subprocess.PIPE, cwd=here, env=environment) as process:
         os.close(writes)
