@@ -6,11 +6,12 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from tests.plants.machines import log_of
 from tests.support import DATA, run, simulated
-from wheelpend import Failure, Model
+from wheelpend import Failure, Model, simulate
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.gravity import gravity_zero, zero_offset
 from wheelpend.inspection.proposal import propose, with_cures
@@ -175,3 +176,17 @@ def test_a_workspace_starts_as_its_log_suggests(tmp_path, monkeypatch):
     assert Model.open(tmp_path / "arm").assumptions["driven"] is True
     failed = run("new", tmp_path / "other", "--plant", "cart_pole", "--from", tmp_path / "log.csv", code=1)
     assert "cart_pole must have" in failed.output
+
+
+def test_a_gyro_by_its_name_is_a_sensor_however_smooth_its_numbers_are(tmp_path):
+    """At 200 Hz a filter of the angle gives most of a gyro's errors too: by its columns that was another machine."""
+    log = simulate(Model.default(), duration=8.0, sample=0.005, seed=1, hide={"coulomb_drive.torque": 0.3}).to_frame()
+    columns = {
+        "time_ms": 52_341 + (1000 * log["t"]).round(),
+        "pwm": (log["v_in"] * 255 / 24).round(),
+        "left_enc": (log["theta_w"] * 4096 / (2 * np.pi)).round(),
+        "pitch_deg": np.degrees(log["theta_p"]).round(2),
+        "gyro_dps": np.degrees(log["dtheta_p"]).round(2),
+    }
+    pl.DataFrame(columns).write_csv(tmp_path / "drive.csv")
+    assert 'plant = "wheel_pendulum"' in first_look(tmp_path / "drive.csv").model

@@ -14,6 +14,8 @@ from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
 
+RATE_SENSOR_WORDS = ("gyro", "gyr_", "imu")
+
 
 class Candidate(NamedTuple):
     """A plant under assumptions that has the file's kinds of columns."""
@@ -118,8 +120,14 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     if any(survey.base_of(columns[c]) not in ("", table.units[c]) for c in own):
         return None  # an angle by its unit is no way along a slide
     named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
-    computed = sum(n != c and survey.is_computed(c) for n, c in columns.items() if n not in (*own, *table.inputs))
+    rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
+    computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
     return Candidate(plant, chosen, table, columns, named, computed)
+
+
+def names_rate_sensor(column: str) -> bool:
+    """True of a column that is called after the sensor that measured it, whatever its numbers look like."""
+    return any(word in column.lower() for word in RATE_SENSOR_WORDS)
 
 
 def is_called(name: str, column: str, table: ColumnTable) -> bool:
