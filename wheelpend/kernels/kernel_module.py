@@ -63,6 +63,8 @@ class ModelConstants(Protocol):
     LINEAR: tuple[str, ...]  # (n,) parameters of the regressor
     SIGNED: tuple[str, ...]  # own parameters that may be negative
     MISSING_FORCES: tuple[str, ...]  # unknown forces, one for each row, where there are any
+    DELAY: int  # index of the input delay, or -1
+    SENSOR_DELAY: int  # index of the delay of late sensors, or -1
     LAG: int  # index of the time constant of the input's lag, or -1
     ORIGIN: int  # index of the first coordinate's value at the log's first sample, or -1
     NEEDS: Mapping[str, tuple[str, ...]]  # by parameter: constants without which it has no meaning
@@ -73,6 +75,7 @@ class ModelConstants(Protocol):
     CONTAINS: Mapping[str, Mapping[str, tuple[Weights, ...]]]  # by effect: effects within it, with weights
     CARRYING: tuple[str, ...]  # effects with states that carry over from one segment to the next
     SURFACES: int  # with dry friction
+    HYSTERESES: int  # forces with a memory
     HYSTERESIS_SIZES: tuple[int, ...]  # indices of parameters; no force has a memory where these are zero
     INTERNAL: tuple[str, ...]  # parameters of the forces along internal coordinates
     STIFFEST: Mapping[str, float]  # largest values of parameters that are infinite where a coordinate is rigid
