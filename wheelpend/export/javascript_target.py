@@ -27,7 +27,8 @@ FILTERS = (
 PASSED = ("state", "voltage", "measured", "wanted", "now_given")
 SPECIAL = {
     "h": "this.period", "t": "this.time", "forces": "compensated_forces", "absent": "compensated_none",
-    "maps": "compensated_maps", "shares": "compensated_shares",
+    "maps": "compensated_maps", "shares": "compensated_shares", "step": "step", "by_state": "a", "by_input": "b",
+    "reading_by_state": "c",
 }  # fmt: skip
 
 

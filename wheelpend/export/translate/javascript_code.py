@@ -148,7 +148,8 @@ class JavaScriptPrinter(Printer):
     def counter(self, count: Count) -> str:
         """The head of a loop that counts."""
         name = self.name(count.variable)
-        test, onward = ("<", "++") if count.step > 0 else (">", "--")
+        test = "<" if count.step > 0 else ">"
+        onward = {1: "++", -1: "--"}.get(count.step, f" += {count.step}")
         return (
             f"for (let {name} = {self.value(count.start)}; {name} {test} {self.written(count.stop, 5)}; {name}{onward})"
         )

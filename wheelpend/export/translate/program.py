@@ -137,7 +137,7 @@ class If:
 
 @dataclass(frozen=True)
 class Count:
-    """Statements for each whole number from ``start`` to before ``stop``, upwards or downwards by one."""
+    """Statements for each whole number from ``start`` to before ``stop``, in steps."""
 
     variable: str
     start: Expression
