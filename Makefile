@@ -26,7 +26,7 @@ $(DEV): $(STAMP)
 	touch $(DEV)
 
 $(EXTRAS): $(DEV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags,docs]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,bags,docs,notebook]'
 	touch $(EXTRAS)
 
 demo: install
@@ -36,11 +36,11 @@ demo: install
 test: $(DEV)
 	$(BIN)/python -m pytest -m "not slow"
 
-# Everything, also what takes long and what needs MuJoCo, rosbags or Sphinx: within 45 minutes.
+# Everything, also what takes long and what needs an extra: within 45 minutes.
 test-all: $(EXTRAS)
 	$(BIN)/python -m pytest
 
-# What needs MuJoCo or rosbags, quick or not.
+# What needs MuJoCo, rosbags, pandas or python-control, quick or not.
 test-extras: $(EXTRAS)
 	$(BIN)/python -m pytest -m extras
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 from wheelpend.version import version as installed_version
@@ -31,6 +33,7 @@ CONTENTS = """
 """
 CHAPTERS = {
     "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
+    "Tutorials": ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial"),
     "Use": (
         "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
     ),
@@ -48,6 +51,16 @@ def add_contents(app: Any, page: str, source: list[str]) -> None:
         source[0] += "".join(CONTENTS % (title, "\n".join(names)) for title, names in CHAPTERS.items())
 
 
+def add_notebook(app: Any, page: str, source: list[str]) -> None:
+    """Give the page of the tutorial the cells of its notebook, which it links to; the first one is its introduction."""
+    if page == "docs/tutorial":
+        notebook = json.loads(Path(__file__).with_name("tutorial.ipynb").read_text(encoding="utf-8"))
+        for cell in notebook["cells"][1:]:
+            text = "".join(cell["source"])
+            source[0] += f"\n\n```python\n{text}\n```\n" if cell["cell_type"] == "code" else f"\n\n{text}\n"
+
+
 def setup(app: Any) -> None:
     """Connect what is above to Sphinx."""
     app.connect("source-read", add_contents)
+    app.connect("source-read", add_notebook)

@@ -25,6 +25,7 @@ from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
+from wheelpend.diagnosis.model_errors import ModelErrors
 from wheelpend.diagnosis.replay import ClosedLoopReplay
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.estimate import Covariance, Estimate, LogValue
@@ -49,7 +50,7 @@ from wheelpend.reproduction.record import Reproduction
 
 KEYS = {
     Identification: "method parameters condition_number samples error noise_floor warnings tau hold forgetting track "
-    "bias guide force_error cutoff_hz remainder covariance widening",
+    "bias guide force_error cutoff_hz remainder covariance widening fixed at_bounds",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
     Remainder: "force sensors places repeatable_share repeating resonances slow",
@@ -67,7 +68,8 @@ KEYS = {
     ChannelResidual: "white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s "
     "autocorrelation band quantiles samples",
     Comparison: "error noise_floor horizon_s fit_percent rmse horizons closed_loop where fitted_first warnings "
-    "force_error bursts per_log remainder",
+    "force_error bursts per_log remainder residuals against",
+    ModelErrors: "model error fit_percent rmse horizons fitted_first",
     HorizonError: "seconds error diverged",
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",

@@ -23,6 +23,7 @@ _HOMES = {
     "explain": "api",
     "add": "diagnosis.change",
     "report": "reports.page.page",
+    "plot": "reports.plots",
     "campaign": "campaigns.runner",
     "load_kernels": "model.model_kernels",
     "Failure": "errors",

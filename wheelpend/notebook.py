@@ -59,6 +59,20 @@ class NotebookResult:
         return [f"{count} warning{'s' if count > 1 else ''}: see .warnings"] if count else []
 
 
+class DrawnResult(NotebookResult):
+    """A result that also has a picture."""
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the result with matplotlib, and return the Axes, or an array of them where it has several panels.
+
+        ``ax`` are Axes to draw into, as many as there are panels; new ones are made where it is None. Raises Failure
+        where matplotlib is not installed, and for another number of Axes.
+        """
+        from wheelpend import plot  # the public one, found as it is used: it stands above the results
+
+        return plot(self, ax)
+
+
 def _aligned(table: ResultTable) -> list[str]:
     """The head and the first rows of a table as lines, each column as wide as its widest cell."""
     if not table.rows:

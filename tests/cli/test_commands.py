@@ -1,5 +1,6 @@
 """The command line as a user types it."""
 
+import io
 import json
 import re
 import shlex
@@ -9,10 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import typer
+from rich.console import Console
 
 from tests.support import DATA, ROOT, app, run, simulated
 from wheelpend import Model, save_log
-from wheelpend.cli.next_step import Asked, say_after_diagnosis
+from wheelpend.campaigns.summary import LargestDeviation, ParameterAgreement
+from wheelpend.cli.next_step import (
+    Asked,
+    say_after_campaign,
+    say_after_diagnosis,
+    say_after_identification,
+    say_after_report,
+)
+from wheelpend.identification.remainder import Remainder, RowForce
+from wheelpend.identification.remainder_warnings import remainder_warnings, say_that_something_is_missing
+from wheelpend.reports import console
 
 
 @pytest.fixture()
@@ -267,3 +279,66 @@ def test_the_real_robots_log_goes_through(measured):
 def test_dry_friction_is_among_what_the_real_robot_may_miss(measured):
     diagnosis = json.loads(run("diagnose", measured, "--json", "-").stdout)
     assert {"coulomb_drive", "presliding_drive"} & {c["effect"] for c in diagnosis["candidates"]}
+
+
+def test_after_an_identification_that_lacks_something_comes_a_diagnosis(capsys):
+    files = Asked([Path("log.csv")])
+    for lacking, command in ((True, "diagnose"), (False, "compare")):
+        say_after_identification(files, lacking)
+        assert capsys.readouterr().err.endswith(f": wheelpend {command} log.csv\n")
+    large = RowForce(9.0, "V", None, 0.8, 0.1, "drive")
+    assert say_that_something_is_missing(remainder_warnings(Remainder({"wheel": large})))
+    assert not say_that_something_is_missing(["X1 stopped at its bound of 0: the log does not ask for this effect."])
+
+
+@pytest.mark.parametrize(
+    ("steps", "verdict", "saved", "lines"),
+    [
+        (["cogging"], "nothing_missing", False, ["explain --without slope --save log.csv --holdout other.csv"]),
+        (["cogging"], "nothing_missing", True, []),
+        (["cogging"], "unexplained", True, ["report --without slope --law log.csv --holdout other.csv"]),
+        ([], "nothing_missing", False, ["identify --save log.csv"]),
+        (["cogging", "slosh"], "ambiguous", True, ["design --between cogging,slosh log.csv"]),
+    ],
+)
+def test_after_a_report_comes_what_it_leaves_open(capsys, steps, verdict, saved, lines):
+    made = [SimpleNamespace(effect=s, equivalent_to=("slosh",) if verdict == "ambiguous" else ()) for s in steps[:1]]
+    files = Asked([Path("log.csv")], [Path("other.csv")])
+    say_after_report(files, SimpleNamespace(steps=made, verdict=verdict), ["--without", "slope"], saved)
+    said = [line.partition(": wheelpend ")[2] for line in capsys.readouterr().err.splitlines()]
+    assert said == lines
+
+
+@pytest.mark.parametrize(
+    ("do", "disagreeing", "lines"),
+    [
+        ("identify", ("X1",), ["inspect b.csv", "campaign --do diagnose --out missing.csv a.csv b.csv"]),
+        ("compare", (), ["campaign --do diagnose --out missing.csv a.csv b.csv"]),
+        ("diagnose", (), ["add cogging a.csv b.csv"]),
+    ],
+)
+def test_after_a_campaign_comes_what_the_logs_have_in_common_or_the_one_that_is_off(capsys, do, disagreeing, lines):
+    off = ParameterAgreement(2, 1.0, 0.1, 0.1, 0.1, 9.0, 1, 0.001, LargestDeviation("b.csv", 5.0))
+    named = {"cogging": 2, "slope": 1} if do == "diagnose" else {}
+    summary = SimpleNamespace(parameters={"X1": off}, disagreeing=disagreeing, named=named)
+    files = Asked([Path("a.csv"), Path("b.csv")])
+    say_after_campaign(files, SimpleNamespace(do=do, summary=summary, simulated=None))
+    assert [line.partition(": wheelpend ")[2] for line in capsys.readouterr().err.splitlines()] == lines
+    say_after_campaign(files, SimpleNamespace(do=do, summary=summary, simulated=object()))
+    assert capsys.readouterr().err == ""
+
+
+def test_a_command_to_copy_is_on_one_line_on_a_terminal_that_is_too_narrow_for_the_sentence(monkeypatch):
+    shown = io.StringIO()
+    monkeypatch.setattr(console, "err", Console(file=shown, force_terminal=True, width=60, soft_wrap=True))
+    command = "wheelpend diagnose 'a log with a long name.csv' --holdout another.csv"
+    console.print_command_hint("Next, which physical effect is missing:", command)
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", shown.getvalue())
+    assert plain.splitlines() == ["Next, which physical effect is missing:", f"  {command}"]
+
+
+def test_generate_and_verify_say_what_comes_next(workspace):
+    assert next_steps(run("generate")) == ["wheelpend identify LOG --save"]
+    assert next_steps(run("generate", "--check")) == []
+    assert next_steps(run("verify")) == ["wheelpend reproduce"]
+    assert next_steps(run("verify", "--json", "-")) == []

@@ -30,7 +30,9 @@ def test_without_a_log_the_logs_of_the_last_change_are_used(workspace, monkeypat
     (workspace / "history.json").write_text(
         '[{"change": "add slope", "logs": ["log.csv"]}, {"change": "remove slope"}]'
     )
-    found = run("design", "--between", "slope,com_offset", "--duration", 2, "--sample", 0.01).stdout
+    said = run("design", "--between", "slope,com_offset", "--duration", 2, "--sample", 0.01)
+    found = said.stdout
+    assert "wheelpend simulate -o log.csv --command designed.csv" in said.stderr  # the next step
     assert "Beside log.csv" in found and "does not show in the logs" in found
 
 

@@ -64,6 +64,7 @@ def test_an_interruption_is_said_in_one_sentence_with_one_exit_code(tmp_path, mo
 
     monkeypatch.chdir(tmp_path)
     workspace.create(tmp_path)
+    (tmp_path / "log.csv").write_text("t\n0\n")
     monkeypatch.setattr("wheelpend.identification.identify.identify", interrupt)
     assert run("identify", "log.csv", code=130).stderr == NOTHING
 

@@ -59,27 +59,35 @@ COMMANDS = {
     "identify log.csv --method filtered --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias(p_value biased against difference_percent sigma_percent
-        predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method shooting": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
-        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening""",
+        forgetting track guide force_error cutoff_hz bias remainder covariance(names matrix) widening
+        fixed at_bounds""",
     "identify log.csv --method recursive --tau 0.1,0.2": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track(t parameters) guide force_error cutoff_hz bias(p_value biased against difference_percent
-        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance widening""",
+        sigma_percent predicted_bias_percent predicted_spread_percent replicas) remainder covariance(names matrix)
+        widening fixed at_bounds""",
     "identify log.csv": """
         schema method parameters(value sigma identifiable) condition_number samples error noise_floor warnings tau hold
         forgetting track guide force_error cutoff_hz bias covariance(names matrix)
         remainder(force sensors places repeatable_share repeating resonances slow)
-        widening(factors correlation_times_s)""",
+        widening(factors correlation_times_s) fixed at_bounds""",
     "residuals log.csv": """
         schema channels(white whiteness_p independent_of_input_p sigma_ratio sigma_assumed quantised kurtosis lags_s
         autocorrelation band quantiles samples) fitted_first warnings
         remainder(force sensors places repeatable_share repeating resonances slow)""",
     "compare log.csv": """
         schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
-        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log
-        remainder(force sensors places repeatable_share repeating resonances slow)""",
+        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
+        remainder(force sensors places repeatable_share repeating resonances slow) against""",
+    "compare log.csv --against model.toml": """
+        schema error noise_floor horizon_s fit_percent rmse horizons(seconds error diverged) fitted_first warnings
+        closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
+        remainder(force sensors places repeatable_share repeating resonances slow)
+        against(model error fit_percent rmse horizons(seconds error diverged) fitted_first)""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",
@@ -101,7 +109,7 @@ def test_a_command_writes_these_keys_and_no_other(command, folder, monkeypatch):
     entry = {"change": "add slope", "error_before": None, "error_after": None, "logs": []}
     (folder / "history.json").write_text(json.dumps([entry]), encoding="utf-8")
     data = json.loads(run(*command.split(), "--json", "-").stdout)
-    left = ("remainder.force.", "remainder.sensors.")  # by row and by channel, as each log has them
+    left = ("remainder.force.", "remainder.sensors.", "residuals.")  # by row and by channel, as each log has them
     assert {k for k in keys(data) if not k.startswith(left)} == flat(COMMANDS[command])
     assert data["schema"] == 1
 

@@ -247,3 +247,16 @@ def test_no_warning_of_python_reaches_the_user(here):
     (here / "plant.py").write_text("import warnings\nwarnings.warn('look')\nraise ValueError('enough')\n")
     result = entry_point("new", "robot", "--plant", "plant.py", stdout=subprocess.PIPE)
     assert result.returncode == 1 and "look" not in result.stderr and "enough" in result.stderr
+
+
+def test_a_reader_that_ends_before_the_command_is_no_fault_of_it(here):
+    """As in `wheelpend inspect log.csv | head -1`: nothing is said of it."""
+    command = [sys.executable, "-P", "-m", "wheelpend", "inspect", "log.csv"]
+    environment = {n: v for n, v in os.environ.items() if n != "WHEELPEND_TRACEBACK"} | {"PYTHONPATH": str(ROOT)}
+    reads, writes = os.pipe()
+    with subprocess.Popen(command, stdout=writes, stderr=subprocess.PIPE, cwd=here, env=environment) as process:
+        os.close(writes)
+        os.close(reads)  # before anything is written
+        said_on_error = process.stderr.read().decode()
+    assert said_on_error == "", said_on_error
+    assert process.returncode == 1

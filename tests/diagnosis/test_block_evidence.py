@@ -56,3 +56,15 @@ def test_a_log_too_short_to_hold_anything_out_is_judged_on_what_was_fitted_and_b
     found = diagnose(Model.default(), [simulated(duration=0.8, seed=3, coulomb_drive__torque=0.3)])
     assert [c.effect for c in found.named] == ["coulomb_drive"]
     assert p_value_of_rest([], 1.0) == 1.0 and falls_in_blocks([], []) == [0.0]
+
+
+def test_a_change_is_judged_on_what_both_models_predict_and_lost_where_it_leaves_less_than_half():
+    before, after = np.ones((100, 2)), np.full((100, 2), 0.5)
+    assert falls_in_blocks([before], [after]).sum() == pytest.approx(0.5 * 200 * 0.75)
+    after[:3] = np.nan  # first readings of a sensor that is late
+    found = falls_in_blocks([before], [after])
+    assert len(found) == 10 and found.sum() == pytest.approx(0.5 * 194 * 0.75)
+    after[3:] = np.nan
+    assert falls_in_blocks([before], [after]).max() < -1e30
+    after[:3] = 0.5
+    assert falls_in_blocks([before], [after]).max() < -1e30

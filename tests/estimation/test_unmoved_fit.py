@@ -33,7 +33,7 @@ def test_the_gradient_promises_much_at_a_wrong_start_and_nothing_at_the_optimum(
 
 
 def test_a_fit_that_returns_its_start_to_the_last_digit_is_a_failure(log, monkeypatch):
-    monkeypatch.setattr(identification, "shooting_fit", lambda model, logs, progress: unmoved_fit(log, 1.0))
+    monkeypatch.setattr(identification, "shooting_fit", lambda *asked: unmoved_fit(log, 1.0))
     with pytest.raises(Failure, match=r"must move from its start.*own values to the last digit.*Remove the values"):
         identify(Model.default("slide"), [log], method="shooting")
 

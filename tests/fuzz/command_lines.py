@@ -17,7 +17,7 @@ PATHS = (
 WORDS = (
     "slope", "coulomb_drive", "slosh", "columb", "SLOPE", "wheel_pendulum", "arm", "filtered", "inverse", "energy", "auto", "0.1,0.1",
     "simple", "aggressive", "upright", "slope=0.01", "slope=nan", "slope=", "=1", "slope=angle:0.01,angle:1", "rotor_inertia=false",
-    "gear_ratio_in_back_emf=twice", "zero", "first", "table1", "compare", "slope,slosh", "slope,", ",",
+    "gear_ratio_in_back_emf=twice", "X5=4.7", "X1=0:1", "X1=:", "X5=nan", "coulomb_drive.torque=0.3", "zero", "first", "table1", "compare", "slope,slosh", "slope,", ",",
 )  # fmt: skip
 # Commands and values that ask for much work are left to the limits of the other cases.
 LONG_COMMANDS = {

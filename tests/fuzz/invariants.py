@@ -41,7 +41,7 @@ PATIENCE = 10.0  # by how much longer a command may take on a busy machine
 WORKSPACE_FILES, GENERATED = ("model.toml", "history.json", "effects.toml"), "generated/"
 PASSING_WORDS = (".partial", ".wheelpend-")  # in names of files that no command may leave
 STEERING = {"Cc", "Cf", "Cs"}  # categories of characters that a terminal obeys, or that turn text around
-HARMLESS = {"\n", "\t", "\u00ad", "\u200d"}
+HARMLESS = {"\n", "\t", "\u00ad", "\u200c", "\u200d"}  # joiners, and what keeps letters apart, belong to words
 
 
 class TooLong(BaseException):

@@ -114,6 +114,9 @@ FINDINGS = {
     "ValueError in wheelpend/model/equations.py:equation_sections": Case(
         "model effects", (("equations",),), {"model.toml": model_with_effect("backlash")}
     ),
+    "the process ends with 1 at inspect": Case(
+        "bytes", (("inspect", "hostile.csv", "--json", "-"),), {"hostile.csv": b'"><img src=x onerror=alert(1)>\n"'}
+    ),
     "the generated code is stale afterwards": Case("command simulate", (("simulate", "-o", "model.toml"),)),
     "a failed command changed the workspace": Case(
         "command history", (("history", "--json", "model.toml", "--plant", "~"),)

@@ -15,8 +15,9 @@ from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.identification import inverse_dynamics
 from wheelpend.identification import remainder_warnings as warnings
+from wheelpend.identification.filter_error_method import remainder_at_point
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError, with_remainder
-from wheelpend.identification.remainder_at import refitted_remainder, remainder_at, remainder_or_warning
+from wheelpend.identification.remainder_at import likeliest_point, refitted_remainder, remainder_or_warning
 from wheelpend.model.entries import RandomForce, SensorNoise
 
 FORCE = RowForce(0.2, "V", 33.0, 0.1, 0.1, "drive")
@@ -32,6 +33,10 @@ def problem(**hide):
 def rough():
     """An identification of a model without the friction that the machine has."""
     return identify(Model.default(), [simulated(duration=6.0, coulomb_drive__torque=0.3)])
+
+
+def remainder_at(problem, values):
+    return remainder_at_point(problem, *likeliest_point(problem, values, ()))
 
 
 def test_a_complete_model_leaves_nothing_to_chance():
@@ -114,11 +119,11 @@ def test_a_fit_that_stopped_at_a_bound_says_which_and_what_it_means():
     effect = FreeParameter("coulomb_drive.torque", "coulomb_drive", unit="V", bounds=(0.0, np.inf))
     free = FreeParameter("slope.angle", "slope", unit="rad")
     covariance = np.diag([1.0, 1.0, 1.0])
-    said = warnings.bound_warnings((own, effect, free), np.array([1e-8, 0.0, 0.0]), covariance)
+    said = warnings.bound_warnings((own, effect, free), np.array([1e-8, 0.0, 0.0]), covariance, {})
     assert [w.partition(" ")[0] for w in said] == ["X2", "coulomb_drive.torque"]
     assert "bound of 0 V s²/rad, below which no machine has it" in said[0]
     assert "it would be no coulomb_drive" in said[1]
-    assert not warnings.bound_warnings((own, effect, free), np.array([1e-3, 0.1, 0.0]), covariance)
+    assert not warnings.bound_warnings((own, effect, free), np.array([1e-3, 0.1, 0.0]), covariance, {})
 
 
 def test_a_value_lost_in_its_error_is_not_excited():

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 
 from tests.support import X, simulated
-from wheelpend import Model, residuals
+from wheelpend import Model, compare, residuals
+from wheelpend.identification import residual_tests
+from wheelpend.reports.text.comparison import comparison_text
 from wheelpend.reports.text.residuals import meaning_text
 
 
@@ -26,6 +28,28 @@ def test_a_complete_model_leaves_white_residuals_of_the_size_of_the_noise(comple
         assert abs(channel.quantiles[5][1]) < 0.05 and channel.samples > 15000
     assert meaning_text(complete.channels["theta_p"]) == "white, at the noise that is assumed."
     assert not complete.remainder.force
+
+
+def test_a_comparison_makes_the_same_tests_and_says_what_they_mean():
+    model, log = at_truth(Model.default()), simulated(seed=1, duration=8.0)
+    compared = compare(model, [log])
+    assert compared.to_json()["residuals"] == compared.residual_tests.channels
+    for name, alone in residuals(model, [log]).channels.items():
+        beside = compared.residual_tests.channels[name]
+        assert beside.white == alone.white and beside.sigma_ratio == pytest.approx(alone.sigma_ratio, rel=0.01)
+        assert beside.sigma_assumed == alone.sigma_assumed and beside.quantised == alone.quantised
+        assert alone.samples - 200 < beside.samples < alone.samples  # a comparison begins after a delay's memory
+    said = "\n".join(block for block in comparison_text(compared, model) if isinstance(block, str))
+    assert "inform and do not decide" in said and "  theta_p: white, at the noise that is assumed." in said
+
+
+def test_a_comparison_whose_residuals_cannot_be_tested_says_why_and_gives_the_rest(monkeypatch):
+    monkeypatch.setattr(residual_tests, "MAX_TESTED_SAMPLES", 10)
+    compared = compare(at_truth(Model.default()), [simulated(seed=1, duration=3.0)])
+    assert compared.residual_tests is None and compared.to_json()["residuals"] is None
+    assert compared.remainder is not None and compared.error == pytest.approx(1.0, abs=0.05)
+    (warning,) = [w for w in compared.warnings if "residuals" in w]
+    assert warning.endswith("but they have 3001. `wheelpend residuals LOG` tests them.")
 
 
 def test_noise_that_is_stated_too_small_is_understated_and_no_fault_of_the_physics(complete):

@@ -233,6 +233,7 @@ with held(Path({folder!r})):
 def test_of_two_commands_that_change_a_workspace_the_second_says_who_is_at_it(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folders.create(tmp_path)
+    (tmp_path / "log.csv").write_text("t\n0\n")
     before = contents(tmp_path)
     script = HOLDER.format(folder=str(tmp_path))
     with subprocess.Popen([sys.executable, "-c", script], cwd=ROOT, stdout=subprocess.PIPE, text=True) as holder:

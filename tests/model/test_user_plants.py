@@ -128,6 +128,7 @@ def test_the_worked_example_of_the_docs_is_a_plant_of_at_most_forty_lines():
 )
 def test_whatever_a_file_raises_is_a_failure_that_names_it(code, tmp_path):
     (tmp_path / "mine.py").write_text(f"print('hello')\n{code}\n")
-    result = run("inspect", "log.csv", "--plant", tmp_path / "mine.py", "--json", "-", code=1)
+    (tmp_path / "log.csv").write_text("t\n0\n")
+    result = run("inspect", tmp_path / "log.csv", "--plant", tmp_path / "mine.py", "--json", "-", code=1)
     assert "mine.py must state a plant, but line" in " ".join(result.stderr.split())
     assert "mine.py must state a plant" in json.loads(result.stdout)["failure"]

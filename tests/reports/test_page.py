@@ -102,7 +102,9 @@ def without_scripts(page: str) -> str:
 
 
 def test_the_page_names_the_missing_effect_and_its_size(page: str):
-    assert "The model was missing coulomb_drive" in page
+    size, change = r"0\.(3|30\d|29\d) V", r"[\d.]+ → [\d.]+ σ"
+    title = rf"Dry friction in motor and gearbox \(coulomb_drive\), {size}: that explains [a-z ]+, {change}"
+    assert re.search(rf"<title>{title}</title>", page) and re.search(rf"<h1>{title}</h1>", page)
     assert re.search(r"\(coulomb_drive\): torque 0\.(30|29)\d* ± 0\.\d+ V \(4\d\.\d N·m, .* % of the rms", page)
 
 

@@ -8,11 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 
 from tests.reports.test_page import explanation  # noqa: F401  # a fixture
+from tests.support import simulated
+from wheelpend import load_log, save_log
 from wheelpend.errors import Failure
+from wheelpend.identification import residual_tests
 from wheelpend.identification.residual_tests import ChannelResidual, ResidualTests
 from wheelpend.model.record import Model
 from wheelpend.reports.page import innovations
 from wheelpend.reports.page.correlations import correlation_table
+from wheelpend.reports.page.digests import log_file_rows
 from wheelpend.reports.page.page import page_html
 from wheelpend.reports.page.rows import parameter_meanings
 
@@ -32,8 +36,8 @@ def test_the_page_says_of_each_channel_whether_its_rest_is_noise(explanation):  
 
 
 def test_residuals_that_cannot_be_tested_are_a_sentence(explanation, monkeypatch):  # noqa: F811
-    monkeypatch.setattr(innovations, "MAX_TESTED_SAMPLES", 10)
-    assert "3001 samples were not tested here" in innovations.residual_tests_of(explanation)
+    monkeypatch.setattr(residual_tests, "MAX_TESTED_SAMPLES", 10)
+    assert "but they have 3001. `wheelpend residuals LOG` tests them." in innovations.residual_tests_of(explanation)
     monkeypatch.undo()
 
     def failing(*_):
@@ -69,6 +73,35 @@ def test_the_files_have_their_digests(explanation, tmp_path):  # noqa: F811
     page = page_html(explanation, files=[path, path, tmp_path])
     row = f"<td>drive.csv</td><td><code>{hashlib.sha256(path.read_bytes()).hexdigest()[:12]}</code></td>"
     assert page.count(row) == 1 and page.count("<code>") == 1
+
+
+def test_without_files_the_logs_say_themselves_what_they_were_read_from(explanation, tmp_path):  # noqa: F811
+    path = tmp_path / "drive.csv"
+    path.write_bytes(b"t,v_in\n0,1\n")
+    problem = explanation.problem
+    (log,) = problem.logs
+    known = replace(problem, data=replace(problem.data, estimation=(of_log(problem, replace(log, source=path)),)))
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+    assert f"<td>drive.csv</td><td><code>{digest}</code></td>" in page_html(replace(explanation, problem=known))
+    (row,) = log_file_rows(problem)
+    assert (row.name, row.changed) == (log.name, "values in memory") and row.size == 8 * (2 + 3) * len(log)
+    other = replace(log, measured=log.measured + 1e-9)
+    moved = replace(problem, data=replace(problem.data, estimation=(of_log(problem, other),)))
+    assert log_file_rows(moved)[0].digest != row.digest
+    path.unlink()
+    assert log_file_rows(known)[0].changed == "values read from a file that has gone"
+
+
+def of_log(problem, log):
+    return replace(problem.data.estimation[0], log=log)
+
+
+def test_a_log_that_is_read_knows_its_file_and_one_in_memory_has_none(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    save_log("drive.csv", simulated(duration=1.0))
+    assert load_log("drive.csv").source == tmp_path / "drive.csv"
+    assert load_log("drive.csv").part(0, 10).source == tmp_path / "drive.csv"
+    assert simulated(duration=1.0).source is None
 
 
 def test_a_parameter_of_a_free_pendulum_has_no_back_emf():

@@ -8,7 +8,6 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from time import monotonic
 from typing import Any, Literal
 
 from wheelpend.campaigns.one_log import (
@@ -22,6 +21,7 @@ from wheelpend.campaigns.one_log import (
 )
 from wheelpend.campaigns.partial_results import PartialResults
 from wheelpend.campaigns.summary import Summary, summarise
+from wheelpend.durations import StepTimer
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
 from wheelpend.identification.method_options import METHOD_NAMES, check_tau
 from wheelpend.logs.read import load_log
@@ -152,13 +152,12 @@ def analyse_logs(
         if aside := journal.begin():
             progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
     progress(f"{len(results)} of {len(sources)} logs")
-    begin = monotonic()
+    timer = StepTimer(len(left))
     with closing(_completed(setting, {k: sources[k] for k in left})) as completed:
         for finished, (k, result) in enumerate(completed, 1):
             results[k] = result
             journal.add(sources[k], result)
-            remaining_s = (monotonic() - begin) / finished * (len(left) - finished)
-            progress(f"{len(results)} of {len(sources)} logs, about {duration_text(remaining_s)} left")
+            progress(f"{len(results)} of {len(sources)} logs{timer.left_text(finished)}")
     return tuple(results[k] for k in range(len(sources)))
 
 
@@ -174,8 +173,3 @@ def _completed(
     except BrokenExecutor:
         raise Failure("The processes of a campaign must live to its end, but one was ended from outside; was there too "
                       "little memory? The same command goes on from what came so far.") from None  # fmt: skip
-
-
-def duration_text(seconds: float) -> str:
-    """A time in s, or in min from 100 s on."""
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

@@ -9,6 +9,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from wheelpend import interruption
 from wheelpend.reports.console import err
+from wheelpend.reports.inputs import note_logs
 from wheelpend.reports.outputs import note_given
 
 COMMAND_GROUPS = {  # in the order of the way of working
@@ -19,6 +20,9 @@ COMMAND_GROUPS = {  # in the order of the way of working
     "The model and its code": ("effects", "equations", "generate", "warm", "export"),
     "The paper": ("verify", "reproduce"),
 }
+
+
+LOG_PARAMETERS = ("logs", "log", "data", "holdout")  # names of those that are measurement files, in every command
 
 
 class Commands(TyperGroup):
@@ -42,14 +46,24 @@ class Commands(TyperGroup):
 
 
 class Command(TyperCommand):
-    """A command whose paths are known, so that it writes over none that it reads."""
+    """A command whose paths are known, so that it writes over none that it reads, and says at once which is missing."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
-        values = [ctx.params.get(p.name) for p in self.params if p.name == "json" or p.type.name == "path"]
-        flat = [v for value in values for v in (value if isinstance(value, (list, tuple)) else [value])]
-        note_given([str(v) for v in flat if v is not None])
-        return super().invoke(ctx)
+        paths = {p.name: p for p in self.params if p.name == "json" or p.type.name == "path"}
+        given = [(name, path) for name in paths for path in _as_list(ctx.params.get(name))]
+        note_given([path for _, path in given])
+        note_logs([path for name, path in given if name in LOG_PARAMETERS and ctx.command.name != "campaign"])
+        try:
+            return super().invoke(ctx)
+        finally:
+            note_logs([])
+
+
+def _as_list(value: Any) -> list[str]:
+    """One path, several, or none, as a list."""
+    several = value if isinstance(value, (list, tuple)) else [value]
+    return [str(path) for path in several if path is not None]
 
 
 class Application(typer.Typer):

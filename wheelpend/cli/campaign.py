@@ -12,6 +12,7 @@ from wheelpend.campaigns.text import campaign_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.interruption import note_resumable
+from wheelpend.logs.read import check_file
 from wheelpend.model.record import Model
 from wheelpend.reports.console import print_result, print_text, print_warnings, progress
 from wheelpend.simulation.hidden import parse_hidden
@@ -41,8 +42,8 @@ class CampaignRequest(NamedTuple):
         return self.out.with_name(f"{self.out.name}.partial")
 
 
-def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> None:
-    """Run a campaign, or go on with one, write its table and print its summary."""
+def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Campaign:
+    """Run a campaign, or go on with one, write its table, print its summary and return it."""
     out, journal = request.out, request.journal
     note_resumable(journal, "the same command goes on from there.")
     with progress("reading") as update:
@@ -51,6 +52,7 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> No
     journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
     print_result(result, json, lambda: print_text(campaign_text(result, out)))
+    return result
 
 
 def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:
@@ -75,7 +77,24 @@ def measured_logs(logs: Sequence[Path], out: Path) -> list[Path]:
         print_warnings([f"{', '.join(map(str, tables))} is left out: it is what a campaign wrote."])
     if out.resolve() in [log.resolve() for log in kept]:
         raise Failure(f"--out must be another file than the logs, but {out} is one of them. Name another.")
+    say_what_is_missing(kept)
     return kept
+
+
+def say_what_is_missing(logs: Sequence[Path]) -> None:
+    """Warn of files that are not there or cannot be read, before minutes of work; raises Failure where none can be."""
+    missing = [why for why in map(_why_unreadable, logs) if why]
+    if logs and len(missing) == len(logs):
+        raise Failure(f"At least one log must be of use, but none of {len(logs)} is. {missing[0]}")
+    print_warnings([f"{why} The other logs go on." for why in missing])
+
+
+def _why_unreadable(log: Path) -> str:
+    try:
+        check_file(log)
+    except Failure as failure:
+        return str(failure)
+    return ""
 
 
 def check_some_log_usable(result: Campaign, out: Path) -> None:

@@ -63,7 +63,8 @@ def run_demo(folder: Path) -> None:
     print_line("\n3. Add it, derive the model again, refit, and watch the error fall.\n")
     print_text(explanation_text(result))
     print_line(save_explanation(result, [log], [holdout], model))
-    page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo",
-                        files=[log, holdout])  # fmt: skip
+    with progress("writing the report"):
+        page = write_report(result, folder / "report.html", version=version(), command="wheelpend demo",
+                            files=[log, holdout])  # fmt: skip
     draw_ladder(result, folder / "error_ladder.svg")
     print_line(f"\nThe report is {page}. Open it in a browser.")

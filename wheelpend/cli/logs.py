@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.next_step import Asked
+from wheelpend.cli.next_step import Asked, say_after_campaign
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     CampaignMethod,
@@ -113,6 +113,12 @@ def design(
                 voltage_limit=voltage_limit, duration=duration, sample=sample, progress=update,
             )  # fmt: skip
         print_result(result, json, lambda: print_text(result.text()))
+        asked = Asked([Path(name) for name in result.logs], (), model, plant, json)
+        play = ("simulate", "-o", "log.csv", "--command", str(result.path))
+        asked.without_files.say_next("try it on the simulated machine", *play)
+        asked._replace(logs=[*asked.logs, Path("log.csv")]).say_next(
+            "what the log of it tells beside these", "diagnose"
+        )
 
 
 @app.command()
@@ -144,7 +150,8 @@ def campaign(
         check_output(out, may_be_given=True)
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
-        run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)
+        result = run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)
+        say_after_campaign(Asked(logs or [], (), model, plant, json), result)
 
 
 @app.command(name="inspect")

@@ -9,12 +9,22 @@ from typing import Annotated, Any
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.next_step import Asked, question_words, say_after_comparison, say_after_diagnosis
+from wheelpend.cli.next_step import (
+    Asked,
+    question_words,
+    say_after_comparison,
+    say_after_diagnosis,
+    say_after_identification,
+    say_after_report,
+)
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     MAX_EFFECTS,
     Accept,
+    Against,
+    Bound,
     Data,
+    Fix,
     Forgetting,
     Hold,
     Holdout,
@@ -32,6 +42,8 @@ from wheelpend.cli.options import (
     Without,
     open_model,
     opened_to_change,
+    parse_bounds,
+    parse_fixed,
     parse_tau,
     print_log_findings,
 )
@@ -56,6 +68,8 @@ def identify(
     hold: Hold = None,
     forgetting: Forgetting = None,
     tau_map: TauMap = None,
+    fix: Fix = None,
+    bound: Bound = None,
     save: Annotated[bool, typer.Option("--save", help="Keep the values in the model file.")] = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
@@ -64,12 +78,14 @@ def identify(
     """Identify the parameters, with standard errors."""
     # imported late, as in every command: the list of commands needs neither NumPy nor Numba
     from wheelpend.identification.identify import identify as run
+    from wheelpend.identification.remainder_warnings import say_that_something_is_missing
     from wheelpend.model.workspace import save_values
     from wheelpend.reports.text.identification import identification_text
 
     with exit_on_failure(json, tau_map), opened_to_change(model, plant, save) as opened:
         options: dict[str, Any] = {
-            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting
+            "method": method, "tau": parse_tau(tau, tau_map), "hold": hold, "forgetting": forgetting,
+            "fixed": parse_fixed(fix or []), "bounds": parse_bounds(bound or []),
         }  # fmt: skip
         with progress("reading") as update:
             try:
@@ -86,8 +102,8 @@ def identify(
             from wheelpend.identification.time_constants import save_error_maps  # imported late: loads Matplotlib
 
             save_error_maps(result.guide, tau_map)
-        asked = Asked(logs, (), model, plant, json)
-        asked.say_next("how well the model predicts, and where it fails", "compare")
+        lacking = say_that_something_is_missing(result.warnings)
+        say_after_identification(Asked(logs, (), model, plant, json), lacking)
 
 
 def _print_judged(asked: Asked, judge: Callable, text: Callable, **options: Any) -> Any:
@@ -122,6 +138,7 @@ def residuals(
 def compare(
     logs: Logs,
     holdout: Holdout = None,
+    against: Against = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -132,7 +149,8 @@ def compare(
 
     with exit_on_failure(json):
         asked = Asked(logs, holdout or (), model, plant, json)
-        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout)
+        others = {str(path): open_model(path, plant) for path in against or ()}
+        result = _print_judged(asked, run, comparison_text, holdout=asked.holdout, against=others)
         say_after_comparison(asked, result.error, result.noise_floor)
 
 
@@ -272,14 +290,17 @@ def report(
 
     with exit_on_failure(json, output), opened_to_change(model, plant, save) as opened:
         left_out, asked = without or [], Asked(logs, holdout or (), model, plant, json)
+        question = question_words(left_out, law, max_effects)
+        command = asked.line("report", *question)
+        files = [*logs, *(holdout or [])]
         with progress("reading") as update:
             result = run(
                 opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=law, progress=update
             )
-        command = asked.line("report", *question_words(left_out, law, max_effects))
-        files = [*logs, *(holdout or [])]
-        written = write_report(result, output, version=version(), command=command, files=files)
+            update("testing the residuals and writing the page")
+            written = write_report(result, output, version=version(), command=command, files=files)
         saved = save_explanation(result, logs, holdout or [], opened) if save else ""  # the page tells what was before
         print_result(result, json, lambda: print_line(f"Wrote {written}."))
         if saved and json != "-":
             print_line(saved)
+        say_after_report(asked, result, question, save)

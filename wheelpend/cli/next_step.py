@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, MAX_EFFECTS
-from wheelpend.reports.console import print_hint
+from wheelpend.reports.console import print_command_hint
 
 if TYPE_CHECKING:
+    from wheelpend.campaigns.runner import Campaign
+    from wheelpend.diagnosis.explain import Ladder
     from wheelpend.diagnosis.verdict import Diagnosis
 
 NEARLY_NOISE = 1.05  # error over the noise floor up to which a model may well lack nothing
@@ -28,7 +30,12 @@ class Asked(NamedTuple):
     def say_next(self, why: str, command: str, *words: str) -> None:
         """Say the next command on these files; nothing where a program reads the result."""
         if self.json != "-":
-            print_hint(f"Next, {why}: {self.line(command, *words)}")
+            print_command_hint(f"Next, {why}:", self.line(command, *words))
+
+    @property
+    def without_files(self) -> Asked:
+        """The same model, and no logs."""
+        return self._replace(logs=(), holdout=())
 
     def line(self, command: str, *words: str) -> str:
         """A command line on these files."""
@@ -37,6 +44,14 @@ class Asked(NamedTuple):
         parts += ["--model", str(self.model)] * (self.model != DEFAULT_MODEL_PATH)
         parts += ["--plant", str(self.plant)] * (self.plant is not None)
         return shlex.join(parts)
+
+
+def say_after_identification(asked: Asked, something_is_missing: bool) -> None:
+    """What to do with fitted values, and where ``something_is_missing`` first, without which they mean little."""
+    if something_is_missing:
+        asked.say_next("which physical effect is missing", "diagnose")
+    else:
+        asked.say_next("how well the model predicts, and where it fails", "compare")
 
 
 def say_after_comparison(asked: Asked, error: float | None, noise_floor: float | None) -> None:
@@ -71,4 +86,45 @@ def say_after_diagnosis(asked: Asked, found: Diagnosis, without: Sequence[str], 
         asked._replace(holdout=()).say_next("keep the fitted values", "identify", "--save")
 
 
-__all__ = ["Asked", "question_words", "say_after_comparison", "say_after_diagnosis"]
+def say_after_report(asked: Asked, found: Ladder, question: Sequence[str], saved: bool) -> None:
+    """What to do with what a page tells: keep it, seek a law for what no effect explains, or ask what would decide."""
+    ambiguous = [s for s in found.steps if s.equivalent_to]
+    if found.steps and not saved:
+        asked.say_next("the same once more, and keep it", "explain", *question, "--save")
+    elif found.verdict == "unexplained" and "--law" not in question:
+        asked.say_next("the same with a law for the rest, a minute longer", "report", *question, "--law")
+    if ambiguous:
+        pair = f"{ambiguous[0].effect},{ambiguous[0].equivalent_to[0]}"
+        asked._replace(holdout=()).say_next("a command that tells them apart", "design", "--between", pair)
+    elif not found.steps and found.verdict == "nothing_missing":
+        asked._replace(holdout=()).say_next("keep the fitted values", "identify", "--save")
+
+
+def say_after_campaign(asked: Asked, found: Campaign) -> None:
+    """What to do with many logs: look at the one that is off, ask what all lack, or add what most of them name."""
+    from wheelpend.campaigns.summary import ParameterAgreement  # imported late: loads NumPy
+
+    summary = found.summary
+    if found.simulated:
+        return
+    agreements = [summary.parameters[name] for name in summary.disagreeing]
+    off = [p.furthest.log for p in agreements if isinstance(p, ParameterAgreement) and p.furthest]
+    if odd := [log for log in asked.logs if off and off[0] in (str(log), log.name)]:
+        asked._replace(logs=odd).say_next("what is odd about the log that is furthest off", "inspect")
+    if found.do in ("identify", "compare"):
+        asked.say_next(
+            "which physical effect each of them lacks", "campaign", "--do", "diagnose", "--out", "missing.csv"
+        )
+    elif summary.named:
+        asked.say_next("add what most of them lack", "add", next(iter(summary.named)))
+
+
+__all__ = [
+    "Asked",
+    "question_words",
+    "say_after_campaign",
+    "say_after_comparison",
+    "say_after_diagnosis",
+    "say_after_identification",
+    "say_after_report",
+]

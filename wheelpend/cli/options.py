@@ -19,6 +19,9 @@ MAX_SEEDS = 100_000  # draws of noise, each a simulation or more
 
 Logs = Annotated[list[Path], typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)]
 Holdout = Annotated[list[Path] | None, typer.Option("--holdout", help="A log that no fit sees; repeat for several.")]
+Against = Annotated[
+    list[Path] | None, typer.Option("--against", metavar="OTHER.toml", help="Another model; repeat for several.")
+]
 Without = Annotated[list[str] | None, typer.Option("--without", help="An effect not to try; repeat for several.")]
 Law = Annotated[bool, typer.Option("--law", help="Fit a free-form law to what no effect explains; takes a minute.")]
 Accept = Annotated[
@@ -49,6 +52,13 @@ Tau = Annotated[
 ]
 Hold = Annotated[str | None, typer.Option(help="zero or first: signals between samples, for filtered and recursive.")]
 Forgetting = Annotated[float | None, typer.Option(help="Forgetting factor of recursive, 1 for none.")]
+Fix = Annotated[
+    list[str] | None, typer.Option("--fix", metavar="NAME=VALUE", help="A parameter's known value; repeat for several.")
+]
+Bound = Annotated[
+    list[str] | None,
+    typer.Option("--bound", metavar="NAME=LOW:HIGH", help="Bounds, of which one may be left out; repeat for several."),
+]
 TauMap = Annotated[Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")]
 
 # of campaign
@@ -117,6 +127,46 @@ def parse_tau(text: str | None, tau_map: Path | None = None) -> tuple[float, ...
     if not all(0 < t < float("inf") for t in times):
         raise Failure(f"--tau must be positive times in s, not '{text}'.")
     return times
+
+
+def parse_fixed(texts: list[str]) -> dict[str, float]:
+    """Values by name from NAME=VALUE; raises Failure for others, and for a name that comes twice."""
+    return {n: _number(value, f"--fix {n}={value}") for n, value in _assignments("--fix", "VALUE", texts)}
+
+
+def parse_bounds(texts: list[str]) -> dict[str, tuple[float | None, float | None]]:
+    """Lower and upper bound by name from NAME=LOW:HIGH, of which one may be empty; raises Failure for others."""
+    found = {}
+    for name, text in _assignments("--bound", "LOW:HIGH", texts):
+        low, colon, high = text.partition(":")
+        if not colon or not (low.strip() or high.strip()):
+            raise Failure(f"--bound must be NAME=LOW:HIGH, of which one may be left out, not '{name}={text}'. "
+                          f"Write --bound {name}=0:1 or --bound {name}=0:.")  # fmt: skip
+        sides = [_number(s, f"--bound {name}={text}") if s.strip() else None for s in (low, high)]
+        found[name] = (sides[0], sides[1])
+    return found
+
+
+def _assignments(option: str, form: str, texts: list[str]) -> Iterator[tuple[str, str]]:
+    """Name and text of each NAME=text; raises Failure where there is no '=', and for a name that comes twice."""
+    passed = set()
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not name:
+            raise Failure(
+                f"{option} must be NAME={form}, such as X5={'4.7' if form == 'VALUE' else '0:10'}, not '{text}'."
+            )
+        if name in passed:
+            raise Failure(f"{option} must name each parameter once, but {name} is there twice. Leave one out.")
+        passed.add(name)
+        yield name, value
+
+
+def _number(text: str, option: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise Failure(f"{option} must give numbers, but '{text.strip()}' is none.") from None
 
 
 def print_log_findings(logs: list[Path], model: Model) -> list[str]:

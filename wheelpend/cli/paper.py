@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
+from wheelpend.cli.next_step import Asked
 from wheelpend.cli.options import MAX_SEEDS, Json
 from wheelpend.files import write_text
 from wheelpend.reports.console import exit_on_failure, print_result, progress
@@ -32,6 +33,7 @@ def verify(
         print_result(result, json, lambda: print_verification(result))
         if page is not None:
             write_text(page, page_of(result))
+        Asked((), json=json).say_next("the paper's tables and figures, half a minute", "reproduce")
 
 
 @app.command()
@@ -50,3 +52,4 @@ def reproduce(
         with progress("preparing the kernels") as update:
             result = run(what, out, seeds, progress=update)
         print_result(result, json, lambda: print_reproduction(result))
+        Asked((), json=json).say_next("what such a model may be missing, on a shipped log", "demo")

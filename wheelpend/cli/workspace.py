@@ -9,6 +9,7 @@ import typer
 
 from derive import plants
 from wheelpend.cli.app import app
+from wheelpend.cli.next_step import Asked
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, opened_to_change
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, progress
@@ -36,6 +37,7 @@ def new(
     from wheelpend.model.user_plants import plant_name
 
     with exit_on_failure(), progress("deriving the model"):
+        workspace.check_new(folder)
         name = plant_name(plant) if plant else ""
         text = proposed_text(log, name) if log else ""
         model = workspace.create(folder, name or plants.DEFAULT_PLANT, text)
@@ -88,6 +90,8 @@ def generate(
     with exit_on_failure(), progress("deriving the model"), opened_to_change(model, plant, not check) as opened:
         if not check:
             print_line(f"Wrote {workspace.generate(opened)}.")
+            refit = "its parameters from your logs, with standard errors"
+            Asked((), (), model, plant).say_next(refit, "identify", "LOG", "--save")
             return
         difference = workspace.generated_code_diff(opened)
         if difference:

@@ -26,5 +26,6 @@ ladder, `Comparison`. Question: what is missing, how sure is that, and how much 
 - `horizons`: the prediction error over the horizon.
 - `replay`: the closed loop replayed with the model.
 - `compare`: a model as it stands against measurements.
+- `model_errors`: several models on the same logs.
 - `predict`: what it predicts of a log, sample by sample.
 """

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from wheelpend.estimation.fit import Fit
+from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS
 from wheelpend.estimation.segments import Segments
 
 BLOCK_COUNT = 10  # of each log's validation segments, whose scatter gives a standard error
@@ -49,9 +50,11 @@ def p_value_of_rest(residuals: Sequence[np.ndarray], floor: float) -> float:
 def falls_in_blocks(residuals_before: Sequence[np.ndarray], residuals_after: Sequence[np.ndarray]) -> np.ndarray:
     """Fall of half the sum of squares of each log's residuals (N, channels) over their blocks (blocks,).
 
-    One block in which nothing falls where no log has any: of a log of one segment none is held out.
+    Of values that both have: a change may leave a few unpredicted, as the first readings of late sensors are. One that
+    leaves less than half of them has lost the log. One block in which nothing falls where no log has any: of a log of
+    one segment none is held out.
     """
-    falls = [_sums(b) - _sums(a) for b, a in zip(residuals_before, residuals_after, strict=True)]
+    falls = [_falls(b, a) for b, a in zip(residuals_before, residuals_after, strict=True)]
     return 0.5 * np.concatenate(falls) if falls else np.zeros(1)
 
 
@@ -82,6 +85,10 @@ def sample_blocks(residuals: np.ndarray, count: int = BLOCK_COUNT) -> list[np.nd
     return np.array_split(used, min(count, max(len(used), 1)))
 
 
-def _sums(residuals: np.ndarray) -> np.ndarray:
-    """Sums of squares of residuals (N, channels) over their blocks (blocks,)."""
-    return np.array([np.nansum(residuals[b] ** 2) for b in sample_blocks(residuals)])
+def _falls(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """Falls of the sum of squares of a log's residuals (N, channels) over blocks (blocks,) of what both have."""
+    both = np.isfinite(before) & np.isfinite(after)
+    if 2 * np.count_nonzero(both) < np.count_nonzero(np.isfinite(before)):
+        return np.full(1, -(RUNAWAY_RESIDUAL_SIGMAS**2))
+    fall = np.where(both, before, 0.0) ** 2 - np.where(both, after, 0.0) ** 2
+    return np.array([fall[block].sum() for block in sample_blocks(np.where(both, before, np.nan))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ import derive
 from wheelpend.diagnosis.horizons import HorizonError, errors_over, horizons_of
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration, MissingForce
 from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces, where_it_shows
+from wheelpend.diagnosis.model_errors import OWN_LABEL, ModelErrors, labelled_models
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.replay import ClosedLoopReplay, replay_closed_loop
 from wheelpend.estimation.continuation import fit_model
@@ -28,18 +29,20 @@ from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.estimation.step_size import stable_step
 from wheelpend.estimation.validation import calibrated_values, fit_percent
+from wheelpend.identification.filter_error_method import remainder_at_point
 from wheelpend.identification.inverse_dynamics import force_error_and_bursts
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import remainder_at, remainder_or_warning
+from wheelpend.identification.remainder_at import NO_REMAINDER_WORDS, LogValues, found_or_warning, likeliest_point
 from wheelpend.identification.remainder_warnings import remainder_warnings
+from wheelpend.identification.residual_tests import NO_TESTS_WORDS, ResidualTests, residual_tests_beside
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(NotebookResult):
+class Comparison(DrawnResult):
     """Prediction errors of a model on logs, and where they come from."""
 
     error: float  # [σ]
@@ -58,6 +61,8 @@ class Comparison(NotebookResult):
     problem: EstimationProblem | None = field(repr=False, default=None)
     per_log: list[dict] = field(default_factory=list)  # parameters that each log has for itself, as estimated on it
     remainder: Remainder | None = None  # what the model at its values leaves to chance
+    residual_tests: ResidualTests | None = None  # of the filter with that; they inform and decide nothing
+    against: tuple[ModelErrors, ...] = ()  # other models on the same logs
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -76,17 +81,32 @@ class Comparison(NotebookResult):
             "bursts": self.bursts,
             "per_log": self.per_log,
             "remainder": self.remainder,
+            "residuals": self.residual_tests.channels if self.residual_tests else None,
+            "against": self.against,
         }
 
     def headline(self) -> str:
         """The error, over which horizon, and what noise alone would leave."""
         error = f"error {self.error:.3g} σ over {self.horizon_s:g} s at a noise floor of {self.noise_floor:.3g} σ"
-        return f"Comparison: {error}{', of the model as fitted first' if self.fitted_first else ''}"
+        others = "".join(f"; {other.label}: {other.error:.3g} σ" for other in self.against)
+        return f"Comparison: {error}{', of the model as fitted first' if self.fitted_first else ''}{others}"
+
+    @property
+    def models(self) -> tuple[ModelErrors, ...]:
+        """The errors of this model, and of those that it is compared with."""
+        own = ModelErrors(OWN_LABEL, self.error, self.fit_percent, self.rmse, self.horizons, self.fitted_first)
+        return (own, *self.against)
 
     def table(self) -> ResultTable:
-        """A row per channel: share that is predicted [%], and root mean square error in the channel's unit."""
-        rows = [(name, self.fit_percent.get(name), rmse) for name, rmse in self.rmse.items()]
-        return ResultTable({"channel": str, "fit_percent": float, "rmse": float}, rows)
+        """A row per channel: share that is predicted [%], and root mean square error in the channel's unit.
+
+        Where other models are compared, a row per model and channel, the model's label first.
+        """
+        columns = {"channel": str, "fit_percent": float, "rmse": float}
+        rows = [(m.label, name, m.fit_percent.get(name), rmse) for m in self.models for name, rmse in m.rmse.items()]
+        if not self.against:
+            return ResultTable(columns, [row[1:] for row in rows])
+        return ResultTable({"model": str, **columns}, rows)
 
 
 class ComparedModel(NamedTuple):
@@ -109,6 +129,7 @@ def compare(
     logs: LogsLike,
     holdout: LogsLike = (),
     *,
+    against: Model | Sequence[Model] | Mapping[str, Model] = (),
     progress: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Compare the model with every sample of the logs, or with the hold-out logs where some are given.
@@ -116,9 +137,12 @@ def compare(
     ``logs`` and ``holdout`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of
     ``load_log``. Parameters that each log has for itself are estimated on that log, on a hold-out log on its first
     third, which is then not compared. A model with neither identified nor nominal values is fitted to the logs first.
-    Raises Failure where the logs or the model cannot be used.
+    ``against`` are other models of the plant, one, several, or by label: each predicts the same segments of the same
+    logs, read and measured by the σ of ``model``. Raises Failure where the logs or a model cannot be used.
     """
-    compared = model_to_compare(model, logs, holdout, progress)
+    others = labelled_models(model, against)
+    begun, validation = _segments_to_compare(model, logs, holdout, DEFAULT_HORIZON_S)
+    compared = _with_values(begun, validation, progress)
     problem, log_segments, log_values, fitted_first = compared
     progress("predicting segments")
     error, residuals = predict_segments(compared)
@@ -132,8 +156,8 @@ def compare(
         fitted = fit_at_values(compared)
         missing = missing_forces(compared.own_problem, fitted)
         where = where_it_shows(compared.own_problem, missing, fitted)
-    progress("measuring what is left to chance")
-    left, untold = remainder_or_warning(remainder_at, compared.own_problem, log_values)
+    judged = tuple(_errors_of(label, other, begun, validation, progress) for label, other in others.items())
+    left, tests, untold = chance_and_tests(compared.own_problem, log_values, progress)
     return Comparison(
         error=error,
         noise_floor=problem.floor,
@@ -151,11 +175,13 @@ def compare(
             *remainder_warnings(left),
         ),
         remainder=left,
+        residual_tests=tests,
         missing=missing,
         problem=problem,
         per_log=per_log_table(model, log_segments, log_values),
         force_error=force_error,
         bursts=bursts,
+        against=judged,
     )
 
 
@@ -163,18 +189,55 @@ def model_to_compare(
     model: Model, logs: LogsLike, holdout: LogsLike, progress: Progress, horizon: float = DEFAULT_HORIZON_S
 ) -> ComparedModel:
     """The model with its values, fitted to the logs where it has none, and with each log's own parameters."""
+    return _with_values(*_segments_to_compare(model, logs, holdout, horizon), progress)
+
+
+def _segments_to_compare(
+    model: Model, logs: LogsLike, holdout: LogsLike, horizon: float
+) -> tuple[EstimationProblem, Sequence[ValidationData]]:
+    """The problem with all samples of the logs, and the segments of the hold-out logs."""
     problem = prepare(model, logs, horizon=horizon, use_all=True)
-    values = known_values(model)
+    held_out = as_list(holdout)
+    return problem, prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
+
+
+def _with_values(problem: EstimationProblem, validation: Sequence[ValidationData], progress: Progress) -> ComparedModel:
+    """The problem's model with its values, fitted where it has none, on its segments or those of the hold-out logs."""
+    values = known_values(problem.model)
     fitted_first = not all(n in values for n in problem.base)
     if fitted_first:
         progress("the model has no values yet: fitting it first")
         problem, start = best_start(problem)
-        values = fit_model(problem, start, free_names(problem, model.effects)).of_log(0)
+        values = fit_model(problem, start, free_names(problem, problem.model.effects)).of_log(0)
     step = stable_step(problem.module, values, problem.logs[0])
     problem = replace(problem, max_step=step)
-    held_out = as_list(holdout)
-    validation = prepare(model, logs, held_out, horizon=horizon).data.validation if held_out else ()
     return ComparedModel(problem, *values_per_log(problem, validation, values), fitted_first)
+
+
+def chance_and_tests(
+    problem: EstimationProblem, log_values: LogValues, progress: Progress
+) -> tuple[Remainder | None, ResidualTests | None, tuple[str, ...]]:
+    """What a model leaves to chance at its values in each log, the tests of its residuals, and why one is lacking."""
+    progress("measuring what is left to chance")
+    likeliest, unfound = found_or_warning(NO_REMAINDER_WORDS, lambda: likeliest_point(problem, log_values, ()))
+    if likeliest is None:
+        return None, None, unfound
+    progress("testing the residuals")
+    tests, untested = found_or_warning(NO_TESTS_WORDS, lambda: residual_tests_beside(problem, log_values, *likeliest))
+    return remainder_at_point(problem, *likeliest), tests, untested
+
+
+def _errors_of(
+    label: str, model: Model, problem: EstimationProblem, validation: Sequence[ValidationData], progress: Progress
+) -> ModelErrors:
+    """Errors of another model on the segments of a problem."""
+    progress(f"predicting with {label}")
+    compared = _with_values(replace(problem, model=model).with_candidates(), validation, progress)
+    error, residuals = predict_segments(compared)
+    return ModelErrors(
+        label, error, fit_percent(compared.own_problem, residuals), rmse_of(compared.log_segments, residuals),
+        horizon_errors(compared), compared.fitted_first,
+    )  # fmt: skip
 
 
 def predict_segments(compared: ComparedModel) -> tuple[float, list[np.ndarray]]:

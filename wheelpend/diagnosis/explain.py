@@ -38,7 +38,7 @@ from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder import with_remainder as model_with_remainder
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ STEP_COLUMNS = {"step": int, **CANDIDATE_COLUMNS, "error_before": float, "error_
 
 
 @dataclass(frozen=True, repr=False)
-class Ladder(NotebookResult):
+class Ladder(DrawnResult):
     """The error ladder of a model on its logs."""
 
     verdict: str

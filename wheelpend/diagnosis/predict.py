@@ -14,7 +14,7 @@ from wheelpend.estimation.criteria import DEFAULT_HORIZON_S
 from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS
 from wheelpend.logs.sources import LogLike, as_list
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Prediction(NotebookResult):
+class Prediction(DrawnResult):
     """A log and what a model predicts of it, from a fitted state at the beginning of each segment on."""
 
     error: float  # over all segments [σ]

@@ -30,7 +30,7 @@ from wheelpend.estimation.validation import fit_percent
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
 from wheelpend.identification.remainder_warnings import remainder_warnings
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -39,7 +39,7 @@ CANDIDATE_COLUMNS = {**ESTIMATE_COLUMNS, "p_value": float, "probability": float}
 
 
 @dataclass(frozen=True, repr=False)
-class Diagnosis(NotebookResult):
+class Diagnosis(DrawnResult):
     """What is missing in a model, according to logs."""
 
     verdict: str  # nothing_missing, effect_missing, ambiguous or unexplained

@@ -75,12 +75,12 @@ def prepare(
         raise Failure("There must be a log to learn from, but the list of logs is empty. Give one or several.")
     _require_known_effects(model, without)
     _require_distinct_logs(logs, holdout)
-    module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)
     memory = memory_of(model.effects) if lean else INPUT_MEMORY_S
     loaded, validation_logs = (
         tuple(replace(log, memory_s=memory) for log in read_logs(given, model)) for given in (logs, holdout)
     )
     _require_distinct_records(loaded, validation_logs)
+    module = model_module(model.plant, model.assumptions, model.effects) if lean else library_module_of(model)
     _require_testable_effects(model)
     noise = tuple(noise_of(log, model) for log in (*loaded, *validation_logs))
     words = model.plant_signature.words

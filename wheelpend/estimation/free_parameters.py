@@ -64,7 +64,7 @@ def _free_parameter(problem: EstimationProblem, name: str) -> FreeParameter:
         effect=effect_of(name),
         scope=row.scope if row else "shared",
         unit=module.UNITS[place],
-        bounds=bounds_of(name, row, module.SIGNED),
+        bounds=problem.restrictions.narrowed(name, bounds_of(name, row, module.SIGNED)),
         absent=module.ABSENT[place],
         role=_role_of(name, row),
     )
@@ -105,5 +105,5 @@ def tied_pairs(names: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def free_names(problem: EstimationProblem, effects: Sequence[str]) -> list[str]:
-    """Names of the free parameters of a model with these effects."""
-    return [*problem.base, *(n for e in effects for n in derive.effects.find(e).full_names)]
+    """Names of the free parameters of a model with these effects: without those that are fixed."""
+    return problem.restrictions.free([*problem.base, *(n for e in effects for n in derive.effects.find(e).full_names)])

@@ -20,6 +20,7 @@ from wheelpend.estimation.linear_fit import (
     triangular_factor,
 )
 from wheelpend.estimation.regressor import acting_input, free_decay
+from wheelpend.estimation.restrictions import Restrictions
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
@@ -82,6 +83,7 @@ def chunked_least_squares(
     tau: tuple[float, float],
     first_order_hold: bool,
     start: np.ndarray | None,
+    restrictions: Restrictions,
 ) -> LinearFit:
     """Filtered least squares (paper eqs. 39-43) in memory for one chunk; ``start`` as in filtered_least_squares."""
     equations = _ChunkedEquations(
@@ -102,9 +104,11 @@ def chunked_least_squares(
         root = gram_square_root(gram)
     else:
         root = _triangular_factor_of_chunks(equations, rows, memory_after_head, head)
-    found = solve_least_squares(module, root[:, None, -1], root[:, None, :-1])
-    degrees = (len(root) - count) / (module.NQ * len(log) - count)
-    return replace(found, sigma=found.sigma * np.sqrt(max(degrees, 0.0)), rows=module.NQ * len(log))
+    found = solve_least_squares(module, root[:, None, -1], root[:, None, :-1], restrictions=restrictions)
+    free = int(restrictions.is_free(module.LINEAR).sum())
+    share = max((len(root) - free) / (module.NQ * len(log) - free), 0.0)
+    sigma, covariance = found.sigma * np.sqrt(share), found.covariance * share
+    return replace(found, sigma=sigma, covariance=covariance, rows=module.NQ * len(log))
 
 
 def _decay_samples(log: Log, tau: tuple[float, float]) -> int:

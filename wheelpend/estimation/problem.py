@@ -11,6 +11,7 @@ import derive
 from derive.effects import Effect
 from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.segments import DataSplit
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.step_size import stable_step
@@ -37,6 +38,9 @@ class EstimationProblem:
     without: tuple[str, ...] = ()  # effects that are no candidates, on request
     redundant_effects: tuple[str, ...] = ()  # nor are these: others explain what they do
     carries: bool = False  # True for a coupled model, in which each segment takes over from the one before
+    restrictions: Restrictions = (
+        NO_RESTRICTIONS  # parameters that are fixed, at the model's values, and bounds of others
+    )
 
     @property
     def floor(self) -> float:

@@ -29,8 +29,14 @@ class ScaledInverse:
 
     @classmethod
     def of(cls, information: np.ndarray, min_ratio: float = MIN_EIGENVALUE_RATIO) -> ScaledInverse:
-        """Take the inverse of a matrix (n, n); eigenvalues below a share of the largest count as zero."""
+        """Take the inverse of a matrix (n, n); eigenvalues below a share of the largest count as zero.
+
+        Where it is not finite, as of a machine that runs away, no direction is identifiable.
+        """
         scaled, scale = unit_diagonal(information)
+        if not np.isfinite(scaled).all():
+            size = len(scale)
+            return cls(np.full(size, np.inf), np.zeros(size), np.eye(size), np.zeros(size, dtype=bool))
         eigenvalues, vectors = np.linalg.eigh(scaled)
         return cls(scale, eigenvalues, vectors, eigenvalues > min_ratio * eigenvalues[-1:])
 
@@ -48,7 +54,9 @@ class ScaledInverse:
 
     @property
     def condition(self) -> float:
-        """Condition number of the scaled matrix."""
+        """Condition number of the scaled matrix; infinite where nothing is identifiable."""
+        if not self.kept.any():
+            return float("inf")
         return float(self.eigenvalues[-1] / max(self.eigenvalues[0], 1e-300))
 
     @property

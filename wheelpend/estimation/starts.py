@@ -12,7 +12,7 @@ from wheelpend.estimation.continuation import fit_segments, kernels_for
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.estimation.data import shortened_segments
 from wheelpend.estimation.fit import Fit
-from wheelpend.estimation.free_parameters import known_values
+from wheelpend.estimation.free_parameters import free_names, known_values
 from wheelpend.estimation.nonnegative import nonnegative_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import segments_rms_error
@@ -61,10 +61,10 @@ def start_time_constants(log: Log) -> list[tuple[float, float]]:
 
 
 def _regressed_starts(problem: EstimationProblem, log: Log, known: Mapping[str, float]) -> list[dict[str, float]]:
-    """Known values with the linear parameters estimated behind each pair of filters."""
-    plain = model_module(problem.model.plant, problem.model.assumptions, ())
+    """Known values with the linear parameters that are not fixed estimated behind each pair of filters."""
+    plain, fixed = model_module(problem.model.plant, problem.model.assumptions, ()), problem.restrictions.fixed
     return [
-        {**known, **nonnegative_least_squares(plain, log, kernel_parameters(plain, known, log), tau)}
+        {**known, **nonnegative_least_squares(plain, log, kernel_parameters(plain, known, log), tau), **fixed}
         for tau in start_time_constants(log)
     ]
 
@@ -127,7 +127,7 @@ def _short_fit(
 ) -> tuple[dict[str, float], Fit]:
     """Values after a few rounds from a start, and their fit, with an integration step for the start."""
     stepped = replace(problem, max_step=_step_at(problem, start))
-    fitted = fit_segments(stepped, segments, start, problem.base, rounds=START_FIT_ROUNDS)
+    fitted = fit_segments(stepped, segments, start, free_names(problem, ()), rounds=START_FIT_ROUNDS)
     return {**start, **fitted.values}, fitted
 
 

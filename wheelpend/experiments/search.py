@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import differential_evolution
 
+from wheelpend.durations import StepTimer
 from wheelpend.experiments.excitation import (
     MAX_FREQUENCY_HZ,
     MIN_FREQUENCY_HZ,
@@ -63,10 +64,11 @@ def search_trajectory(
     """
     search = MultisineSearch(loop, limits, criterion)
     bounds = search.bounds()
-    count = itertools.count(1)
+    count, timer = itertools.count(1), StepTimer(generations)
 
     def after_generation(_x: np.ndarray, convergence: float = 0.0) -> None:
-        progress(f"trying trajectories: generation {next(count)} of {generations}")
+        done = next(count)
+        progress(f"trying trajectories: generation {done} of {generations}{timer.left_text(done)}")
 
     differential_evolution(
         search.cost,

@@ -5,6 +5,7 @@ energy, inverse dynamics, shooting and the filter-error method give, and how bia
 
     identify            the public function and its result
     method_options      the methods' names and settings, checked
+    given_restrictions  fixed values and bounds that a user gives, checked
     filter_error_method maximum likelihood with random forces, the default
     widening            of intervals by the correlation time that is assumed of a force
     remainder           what a model leaves to chance, and model.toml with it

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.durations import StepTimer
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.identification.bootstrap import ParametricBootstrap
 from wheelpend.logs.log import Log
@@ -66,9 +67,13 @@ def hausman_test(
     fitted: LinearFit,
     estimator: Callable[[Log], LinearFit],
     replicas: int = BIAS_TEST_REPLICAS,
+    progress: Callable[[str], None] = lambda text: None,
 ) -> BiasTest:
     """Test a least-squares fit of the log against the consistent estimate; its estimator is applied to replicas."""
-    pairs = [(estimator(log).estimate, _consistent_estimate(bootstrap, log)) for log in bootstrap.replicas(replicas)]
+    pairs, timer = [], StepTimer(replicas)
+    for number, log in enumerate(bootstrap.replicas(replicas)):
+        progress(f"is least squares biased: replica {number + 1} of {replicas}{timer.left_text(number)}")
+        pairs.append((estimator(log).estimate, _consistent_estimate(bootstrap, log)))
     least, consistent = (np.array(column) for column in zip(*pairs, strict=True))
     spread = np.atleast_2d(np.cov((least - consistent).T))
     if bootstrap.reestimate is None:

@@ -18,6 +18,7 @@ from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.starts import best_start
@@ -141,9 +142,11 @@ def _open_loop_bootstrap(
     return ParametricBootstrap(log, "shooting", centre, estimate, covariance, problem.noise[0], play, None, words)
 
 
-def shooting_fit(model: Model, logs: LogsLike, progress: Callable[[str], None]) -> tuple[EstimationProblem, Fit]:
-    """Multiple shooting on all samples of the logs."""
-    problem = prepare(model, logs, use_all=True, lean=True)
+def shooting_fit(
+    model: Model, logs: LogsLike, progress: Callable[[str], None], restrictions: Restrictions = NO_RESTRICTIONS
+) -> tuple[EstimationProblem, Fit]:
+    """Multiple shooting on all samples of the logs; parameters that are fixed have their values in the model."""
+    problem = replace(prepare(model, logs, use_all=True, lean=True), restrictions=restrictions)
     progress("finding a start")
     problem, start = best_start(problem)
     progress("fitting")

@@ -10,19 +10,26 @@ import numpy as np
 
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.regressor import acting_input
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.log import Log
 
 
-def energy_least_squares(module: KernelModule, log: Log, parameters: np.ndarray, tau: float = np.inf) -> LinearFit:
+def energy_least_squares(
+    module: KernelModule,
+    log: Log,
+    parameters: np.ndarray,
+    tau: float = np.inf,
+    restrictions: Restrictions = NO_RESTRICTIONS,
+) -> LinearFit:
     """Least squares on the energy balance, integrated (τ infinite) or behind τ/(τs + 1).
 
     The energy at the start, which depends on a single noisy reading, is a nuisance parameter.
     """
     sides, regressors = energy_regressor(module, log, parameters, tau)
     decay = np.exp(-(log.t - log.t[0]) / tau)
-    return solve_least_squares(module, sides, regressors, decay[:, None])
+    return solve_least_squares(module, sides, regressors, decay[:, None], restrictions)
 
 
 def energy_limit(

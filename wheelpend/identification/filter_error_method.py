@@ -24,6 +24,7 @@ from wheelpend.estimation.parameter_table import MAX_WHITE_NOISE_ERROR_RATIO
 from wheelpend.estimation.parameters import FreeParameter, ParameterLayout
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.random_source import possible_errors, possible_forces
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.source_search import as_mixture, likeliest_sources
 from wheelpend.estimation.starts import best_start, start_candidates
 from wheelpend.identification.remainder import Remainder, modelled_forces, remainder_of
@@ -51,12 +52,14 @@ class FilterErrorFit(NamedTuple):
     error: float  # over segments [σ], as every error is judged
 
 
-def filter_error_fit(model: Model, logs: LogsLike, progress: Progress) -> FilterErrorFit:
+def filter_error_fit(
+    model: Model, logs: LogsLike, progress: Progress, restrictions: Restrictions = NO_RESTRICTIONS
+) -> FilterErrorFit:
     """Fit a model and the random sources that it needs to all samples of some logs.
 
-    Raises Failure where no start can be simulated.
+    Parameters that are fixed have their values in the model. Raises Failure where no start can be simulated.
     """
-    problem = prepare(model, logs, use_all=True, lean=True)
+    problem = replace(prepare(model, logs, use_all=True, lean=True), restrictions=restrictions)
     progress("finding a start")
     problem, best = best_start(problem)
     estimator, names = filter_estimator(problem, best)

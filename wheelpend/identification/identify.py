@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -18,9 +18,17 @@ from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.noise_alarm import overstated_noise
 from wheelpend.estimation.parameter_table import covariance_of_table, parameter_table
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.bootstrap import shooting_fit
 from wheelpend.identification.filter_error_method import filter_error_fit
+from wheelpend.identification.given_restrictions import (
+    check_restricted_regression,
+    estimates_at_bounds,
+    given_bound_warnings,
+    given_restrictions,
+    with_fixed_rows,
+)
 from wheelpend.identification.method_options import (
     DEFAULT_METHOD,
     LEAST_SQUARES,
@@ -51,15 +59,16 @@ from wheelpend.identification.widening import Widening, widening_of
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model, check_finite
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
+BIAS_UNTESTED_TEXT = "Least squares was not tested for bias: in the rehearsals every parameter would be free."
 Progress = Callable[[str], None]
 MIN_PROMISED_SHARE = 0.01  # of the sum of squares, that the gradient at an unmoved start promises: it is no optimum
 
 
 @dataclass(frozen=True, repr=False)
-class Identification(NotebookResult):
+class Identification(DrawnResult):
     """Identified parameters; every value that is identifiable is finite."""
 
     method: str
@@ -82,6 +91,8 @@ class Identification(NotebookResult):
     remainder: Remainder | None = None  # of filter_error: what is left to chance
     covariance: Covariance | None = None  # of the estimates
     widening: Widening | None = None  # of filter_error: of intervals by what is assumed of the force
+    fixed: tuple[str, ...] = ()  # names of parameters that were given, not estimated; their standard error is zero
+    at_bounds: dict[str, float] = field(default_factory=dict)  # by name, a bound that was given and holds the estimate
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -104,13 +115,17 @@ class Identification(NotebookResult):
             "remainder": self.remainder,
             "covariance": self.covariance,
             "widening": self.widening,
+            "fixed": self.fixed,
+            "at_bounds": self.at_bounds,
         }
 
     def headline(self) -> str:
         """The method, the samples, and the error where the method tells it."""
         left = "" if self.error is None else f", error {self.error:.3g} σ"
         floor = "" if self.noise_floor is None else f" at a noise floor of {self.noise_floor:.3g} σ"
-        return f"Identification by {self.method} from {self.samples} samples{left}{floor}"
+        held = f"; fixed: {', '.join(self.fixed)}" if self.fixed else ""
+        ended = f"; at a bound: {', '.join(self.at_bounds)}" if self.at_bounds else ""
+        return f"Identification by {self.method} from {self.samples} samples{left}{floor}{held}{ended}"
 
     def table(self) -> ResultTable:
         """A row per parameter; a value that is not identifiable means nothing."""
@@ -121,7 +136,9 @@ class Identification(NotebookResult):
     @cached_property
     def model(self) -> Model:
         """The model with the identified values, and with what they leave to chance where that is known."""
-        fitted = self.start.with_fit({n: (e.value, e.sigma) for n, e in self.identified.items()})
+        held = (*self.fixed, *self.at_bounds)  # without a standard error that would mean something
+        values = {n: (e.value, None if n in held else e.sigma) for n, e in self.identified.items()}
+        fitted = self.start.with_fit(values)
         return with_remainder(fitted, self.remainder)
 
     @property
@@ -151,6 +168,8 @@ def identify(
     hold: str | None = None,
     forgetting: float | None = None,
     test_bias: bool = True,
+    fixed: Mapping[str, float] | None = None,
+    bounds: Mapping[str, tuple[float | None, float | None]] | None = None,
     progress: Progress = lambda text: None,
 ) -> Identification:
     """Identify the model's parameters from all samples of the logs.
@@ -158,31 +177,41 @@ def identify(
     ``logs`` are one or several, each a path, a Log, a DataFrame or a dict of arrays (N,), as of ``load_log``.
     ``tau`` are the filters' time constants [s], 'auto' to choose them for the log, None for the method's own; a single
     one for the method 'energy'. ``hold`` is 'zero' or 'first' for 'filtered' and 'recursive', ``forgetting`` a factor
-    for 'recursive'. ``test_bias`` tests least squares for bias by a parametric bootstrap of the log. Raises Failure for
-    an unknown method, for settings that cannot be, and for logs that cannot be used.
+    for 'recursive'. ``test_bias`` tests least squares for bias by a parametric bootstrap of the log. ``fixed`` are
+    values of single parameters that are not estimated, by X1 or effect.parameter, ``bounds`` a lower and an upper value
+    of others, None for none, all in the parameters' units; 'iv' and 'recursive' know no bounds. Raises Failure for an
+    unknown method or parameter, for settings that cannot be, and for logs that cannot be used.
     """
     check_method(method)
     settings = check_options(method, tau, hold, forgetting)
     unused = unused_option_warnings(method, tau, hold, forgetting)
+    limits = given_restrictions(model, method, fixed or {}, bounds or {})
+    begin = model.with_fit({n: (v, None) for n, v in limits.fixed.items()}) if limits.fixed else model
     if method == "filter_error":
-        return _identify_by_filter_error(model, logs, unused, progress)
-    if method == "shooting":
-        return _identify_by_shooting(model, logs, unused, progress)
-    regression = regression_problem(model, logs, method, progress)
-    return _identify_by_regression(regression, settings, tau == "auto", test_bias, unused)
+        found = _identify_by_filter_error(begin, logs, unused, progress, limits)
+    elif method == "shooting":
+        found = _identify_by_shooting(begin, logs, unused, progress, limits)
+    else:
+        check_restricted_regression(limits, tau == "auto")
+        regression = regression_problem(begin, logs, method, progress, limits)
+        found = _identify_by_regression(regression, settings, tau == "auto", test_bias, unused)
+    return replace(found, start=model, fixed=tuple(limits.fixed))
 
 
 def _identify_by_filter_error(
-    model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress
+    model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress, limits: Restrictions
 ) -> Identification:
-    found = filter_error_fit(model, logs, progress)
-    problem, left, table = found.problem, found.remainder, with_astray_marked(found.table)
+    found = filter_error_fit(model, logs, progress, limits)
+    problem, left, module = found.problem, found.remainder, found.problem.module
+    table = with_fixed_rows(with_astray_marked(found.table), limits, module)
     elements = found.estimator.problem.space.layout.elements
+    at_bounds = estimates_at_bounds([p.name for p in elements], found.point.theta, limits)
     warnings = (
         *problem.warnings,
         *overstated_noise(problem, found.error, problem.data.estimation),
         *remainder_warnings(left),
-        *bound_warnings(elements, found.point.theta, found.covariance),
+        *bound_warnings(elements, found.point.theta, found.covariance, at_bounds),
+        *given_bound_warnings(at_bounds, limits),
         *inertia_warnings(problem, table, left),
         *_unexcited_warnings(_lost_names(table)),
         *unused,
@@ -190,26 +219,30 @@ def _identify_by_filter_error(
     return Identification(
         "filter_error", table, found.condition, sum(map(len, problem.logs)), found.error, problem.floor, warnings,
         model, _units(problem.module), remainder=left, covariance=Covariance(found.names, found.covariance),
-        widening=widening_of(found),
+        widening=widening_of(found), at_bounds=at_bounds,
     )  # fmt: skip
 
 
-def _identify_by_shooting(model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress) -> Identification:
-    problem, fitted = shooting_fit(model, logs, progress)
+def _identify_by_shooting(
+    model: Model, logs: LogsLike, unused: tuple[str, ...], progress: Progress, limits: Restrictions
+) -> Identification:
+    problem, fitted = shooting_fit(model, logs, progress, limits)
     _require_moved(problem, fitted)
-    table = parameter_table(problem, fitted)
+    table = with_fixed_rows(parameter_table(problem, fitted), limits, problem.module)
     theta = np.array([fitted.of_log(p.log or 0)[p.name] for p in fitted.free])
+    at_bounds = estimates_at_bounds([p.name for p in fitted.free], theta, limits)
     warnings = (
         *problem.warnings,
         *_unexplained_warnings(fitted.error, problem.floor),
         *overstated_noise(problem, fitted.error, problem.data.estimation),
-        *bound_warnings(fitted.free, theta, fitted.covariance),
+        *bound_warnings(fitted.free, theta, fitted.covariance, at_bounds),
+        *given_bound_warnings(at_bounds, limits),
         *_unexcited_warnings(_lost_names(table)),
         *unused,
     )
     return Identification(
         "shooting", table, fitted.condition, sum(map(len, problem.logs)), fitted.error, problem.floor, warnings,
-        model, _units(problem.module), covariance=covariance_of_table(problem, fitted),
+        model, _units(problem.module), covariance=covariance_of_table(problem, fitted), at_bounds=at_bounds,
     )  # fmt: skip
 
 
@@ -243,18 +276,23 @@ def _require_moved(problem: EstimationProblem, fitted: Fit) -> None:
 def _identify_by_regression(
     regression: RegressionProblem, settings: RegressionOptions, auto: bool, test_bias: bool, warnings: tuple[str, ...]
 ) -> Identification:
-    guide, bias, units = None, None, _units(regression.module)
+    guide, bias, units, limits = None, None, _units(regression.module), regression.restrictions
     if auto and settings.tau:
         guide = choose_regression_time_constants(regression, settings)
         settings = settings._replace(tau=guide.chosen)
     regression.progress("regression")
     found = regression_fit(regression, settings, regression.log)
     fitted = found.fit
-    if test_bias and settings.method in LEAST_SQUARES:
+    at_bounds = estimates_at_bounds(fitted.names, fitted.estimate, limits)
+    warnings = (*given_bound_warnings(at_bounds, limits), *warnings)
+    if test_bias and settings.method in LEAST_SQUARES and limits != NO_RESTRICTIONS:
+        warnings = (*warnings, BIAS_UNTESTED_TEXT)
+    elif test_bias and settings.method in LEAST_SQUARES:
         bias, untested = bias_test_or_warning(regression, settings, fitted)
         warnings = (*warnings, *untested)
+    table = with_fixed_rows(_linear_parameter_table(fitted, units), limits, regression.module)
     return Identification(
-        settings.method, _linear_parameter_table(fitted, units), fitted.condition, len(regression.log), None, None,
+        settings.method, table, fitted.condition, len(regression.log), None, None,
         (*_regression_warnings(regression, fitted), *warnings), regression.model, units,
         tau=settings.tau if np.isfinite(settings.tau).all() and settings.tau else None,
         hold=settings.hold,
@@ -264,6 +302,8 @@ def _identify_by_regression(
         guide=guide,
         force_error=_force_error(regression, fitted) if settings.method == "inverse" else None,
         cutoff_hz=found.cutoff,
+        covariance=_linear_covariance(fitted, limits),
+        at_bounds=at_bounds,
     )  # fmt: skip
 
 
@@ -273,11 +313,17 @@ def _linear_parameter_table(fitted: LinearFit, units: Mapping[str, str]) -> dict
     return {n: Estimate(float(v), float(s), units[n], n not in fitted.unidentifiable) for n, v, s in rows}
 
 
+def _linear_covariance(fitted: LinearFit, limits: Restrictions) -> Covariance:
+    """Covariance of the linear parameters that were free."""
+    free = limits.is_free(fitted.names)
+    return Covariance(tuple(limits.free(fitted.names)), fitted.covariance[np.ix_(free, free)])
+
+
 def _regression_warnings(regression: RegressionProblem, fitted: LinearFit) -> tuple[str, ...]:
     """Warnings of the log, of parameters that it does not excite, and of those that no regression estimates."""
     names = regression.module.PARAMETERS[: regression.module.FITTED]
     nonlinear = tuple(f"{n} enters nonlinearly; the regression takes it as it stands in the model."
-                      for n in names if n not in fitted.names)  # fmt: skip
+                      for n in names if n not in (*fitted.names, *regression.restrictions.fixed))  # fmt: skip
     undefined = tuple(
         f"{n} was left out: with the model's other values its part of the equations is no finite number. "
         f"Give [effect.{n.partition('.')[0]}] values other than zero."

@@ -15,9 +15,16 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import noise_of
 from wheelpend.estimation.free_parameters import known_values
-from wheelpend.estimation.linear_fit import MIN_SINGULAR_VALUE_RATIO, LinearFit, project_out, unidentifiable_names
+from wheelpend.estimation.linear_fit import (
+    MIN_SINGULAR_VALUE_RATIO,
+    LinearFit,
+    project_out,
+    unidentifiable_names,
+    with_fixed,
+)
 from wheelpend.estimation.nonnegative import nonnegative_least_squares
 from wheelpend.estimation.regressor import acting_input, free_decay
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.starts import start_time_constants
 from wheelpend.estimation.state_reconstruction import measured_states
@@ -98,6 +105,7 @@ def instrumental_estimate(
     tau: tuple[float, float],
     *,
     errors: bool = True,
+    restrictions: Restrictions = NO_RESTRICTIONS,
 ) -> InstrumentalEstimate:
     """Estimate from the first start whose simulated loop stays up and converges; standard errors only with ``errors``.
 
@@ -106,9 +114,10 @@ def instrumental_estimate(
     loop = LoggedLoop.of(model, module, log)
     rows = filtered_equations(module, log, parameters, tau)
     for start in start_candidates(model, module, log, parameters):
-        found = _iterate(loop, rows, with_linear_values(module, parameters, start), tau)
+        start = np.where(restrictions.is_free(module.LINEAR), start, restrictions.fixed_values(module.LINEAR))
+        found = _iterate(loop, rows, with_linear_values(module, parameters, start), tau, restrictions)
         if found is not None:
-            return with_standard_errors(model, loop, rows, found, parameters, tau) if errors else found
+            return with_standard_errors(model, loop, rows, found, parameters, tau, restrictions) if errors else found
     words = model.plant_signature.words
     raise Failure(f"{log.name}: the simulated loop must {words.stay} to give instruments, but from every start the "
                   f"{words.machine} {words.failed} or the estimate did not settle. Check the gains in [controller], "
@@ -157,7 +166,11 @@ def simulated_instruments(
 
 
 def _iterate(
-    loop: LoggedLoop, rows: FilteredEquations, parameters: np.ndarray, tau: tuple[float, float]
+    loop: LoggedLoop,
+    rows: FilteredEquations,
+    parameters: np.ndarray,
+    tau: tuple[float, float],
+    restrictions: Restrictions,
 ) -> InstrumentalEstimate | None:
     """Renew the instruments with each estimate until it converges; None where it does not, or leaves its range."""
     module, run = loop.module, loop.run(parameters)
@@ -165,10 +178,10 @@ def _iterate(
         if run is None:
             return None
         instruments = simulated_instruments(module, loop.log, run, parameters, tau)
-        fit = solve_instrumental(module, rows, instruments)
+        fit = solve_instrumental(module, rows, instruments, restrictions)
         change = fit.estimate - linear_values(module, parameters)
         if np.all(np.abs(change) <= RELATIVE_CONVERGENCE_TOLERANCE * np.abs(fit.estimate)):
-            return InstrumentalEstimate(fit, instruments, np.full((fit.estimate.size,) * 2, np.nan))
+            return InstrumentalEstimate(fit, instruments, fit.covariance)
         parameters, run = _halved_step(loop, parameters, change)
     return None
 
@@ -186,18 +199,33 @@ def _halved_step(
     return parameters, None
 
 
-def solve_instrumental(module: KernelModule, rows: FilteredEquations, instruments: np.ndarray) -> LinearFit:
-    """X from Zᵀ right = Zᵀ matrix X for instruments Z (rows, n), both scaled; zero along unidentifiable directions."""
-    scale, weight = (np.linalg.norm(a, axis=0) for a in (rows.matrix, instruments))
+def solve_instrumental(
+    module: KernelModule, rows: FilteredEquations, instruments: np.ndarray, restrictions: Restrictions = NO_RESTRICTIONS
+) -> LinearFit:
+    """X from Zᵀ right = Zᵀ matrix X for instruments Z (rows, n), both scaled; zero along unidentifiable directions.
+
+    What fixed parameters do is taken from the right side.
+    """
+    names, free = tuple(module.LINEAR), restrictions.is_free(module.LINEAR)
+    if not restrictions.fixed:
+        return _solve_free(names, rows.right, rows.matrix, instruments)
+    right = rows.right - rows.matrix[:, ~free] @ restrictions.fixed_values(names)[~free]
+    found = _solve_free(tuple(restrictions.free(names)), right, rows.matrix[:, free], instruments[:, free])
+    return with_fixed(found, names, restrictions)
+
+
+def _solve_free(names: tuple[str, ...], right: np.ndarray, matrix: np.ndarray, instruments: np.ndarray) -> LinearFit:
+    """X of the free parameters alone; standard errors are not known yet."""
+    scale, weight = (np.linalg.norm(a, axis=0) for a in (matrix, instruments))
     silent = (scale == 0.0) | (weight == 0.0)
     scale, weight = np.where(silent, 1.0, scale), np.where(silent, 1.0, weight)
-    u, s, v = np.linalg.svd((instruments.T @ rows.matrix) / weight[:, None] / scale)
+    u, s, v = np.linalg.svd((instruments.T @ matrix) / weight[:, None] / scale)
     kept = s > MIN_SINGULAR_VALUE_RATIO * s[0]
-    estimate = v[kept].T @ (u[:, kept].T @ (instruments.T @ rows.right / weight) / s[kept]) / scale
-    unidentifiable = unidentifiable_names(module, silent, v[~kept])
+    estimate = v[kept].T @ (u[:, kept].T @ (instruments.T @ right / weight) / s[kept]) / scale
+    unidentifiable = unidentifiable_names(names, silent, v[~kept])
     condition = float(s[0] / max(s[-1], 1e-300))
-    unknown = np.full(len(scale), np.nan)
-    return LinearFit(tuple(module.LINEAR), estimate, unknown, condition, rows.right.size, unidentifiable)
+    unknown = np.full((len(scale),) * 2, np.nan)
+    return LinearFit(names, estimate, np.diag(unknown), condition, right.size, unidentifiable, unknown)
 
 
 def with_standard_errors(
@@ -207,21 +235,25 @@ def with_standard_errors(
     found: InstrumentalEstimate,
     parameters: np.ndarray,
     tau: tuple[float, float],
+    restrictions: Restrictions,
 ) -> InstrumentalEstimate:
     """The estimate with standard errors from draws of the sensor noise, added to the measured log and filtered like it.
 
     They are scaled up where the residual is larger than such noise makes it.
     """
-    log, scores, power = loop.log, [], 0.0
+    log, scores, power, free = loop.log, [], 0.0, restrictions.is_free(loop.module.LINEAR)
     draws = np.random.default_rng(len(log)).normal(size=(NOISE_DRAW_COUNT, *log.measured.shape))
     sigma = noise_of(log, model).sigma
     for draw in draws:
         noisier = filtered_equations(loop.module, replace(log, measured=log.measured + sigma * draw), parameters, tau)
         added = noisier.right - rows.right - (noisier.matrix - rows.matrix) @ found.fit.estimate
-        scores.append(found.columns.T @ added)
+        scores.append(found.columns[:, free].T @ added)
         power += float(added @ added) / NOISE_DRAW_COUNT
     residual = rows.right - rows.matrix @ found.fit.estimate
     excess = max(1.0, float(residual @ residual) / max(power, 1e-300))
-    inverse = np.linalg.pinv(found.columns.T @ rows.matrix)
-    matrix = excess * inverse @ (np.array(scores).T @ np.array(scores) / NOISE_DRAW_COUNT) @ inverse.T
-    return found._replace(fit=replace(found.fit, sigma=np.sqrt(np.diag(matrix))), covariance=matrix)
+    inverse = np.linalg.pinv(found.columns[:, free].T @ rows.matrix[:, free])
+    matrix = np.zeros((free.size,) * 2)
+    spread = np.array(scores).T @ np.array(scores) / NOISE_DRAW_COUNT
+    matrix[np.ix_(free, free)] = excess * inverse @ spread @ inverse.T
+    fit = replace(found.fit, sigma=np.sqrt(np.diag(matrix)), covariance=matrix)
+    return found._replace(fit=fit, covariance=matrix)

@@ -18,6 +18,7 @@ from wheelpend.errors import Failure
 from wheelpend.estimation.linear_fit import LinearFit, solve_least_squares
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.regressor import acting_input, equations_at
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.identification.bandwidth import Sides, chosen_cutoff, cutoff_for, modelled
 from wheelpend.identification.measured_motion import (
     MIN_STRETCH_S,
@@ -58,12 +59,14 @@ class InverseDynamics(NamedTuple):
     cutoff: float  # Hz
 
 
-def inverse_dynamics(module: KernelModule, log: Log, parameters: np.ndarray) -> InverseDynamics:
+def inverse_dynamics(
+    module: KernelModule, log: Log, parameters: np.ndarray, restrictions: Restrictions = NO_RESTRICTIONS
+) -> InverseDynamics:
     """Least squares on the measured motion; raises Failure where no stretch of the log is long enough."""
 
     def fit_at(cutoff: float) -> LinearFit | None:
         sides = stacked_equations(equations_by_stretch(module, log, parameters, cutoff))
-        return None if sides is None else solve_least_squares(module, sides.left, sides.regressor)
+        return None if sides is None else solve_least_squares(module, *sides, restrictions=restrictions)
 
     sides = judged_sides(module, log, parameters)
     cutoff = chosen_cutoff(sides, fit_at) if sides else None

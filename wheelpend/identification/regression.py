@@ -16,6 +16,7 @@ from wheelpend.estimation.least_squares import differentiation_least_squares, fi
 from wheelpend.estimation.linear_fit import LinearFit
 from wheelpend.estimation.long_logs import CHUNK_SAMPLES
 from wheelpend.estimation.parameters import kernel_parameters
+from wheelpend.estimation.restrictions import NO_RESTRICTIONS, Restrictions
 from wheelpend.identification import instrumental
 from wheelpend.identification.bias_test import BiasTest, hausman_test
 from wheelpend.identification.bootstrap import ParametricBootstrap, parametric_bootstrap
@@ -40,6 +41,7 @@ class RegressionProblem:
     log: Log
     parameters: np.ndarray  # (NP,) known values
     progress: Callable[[str], None]
+    restrictions: Restrictions = NO_RESTRICTIONS  # of the model's parameters; fixed ones have their values in it
 
     @cached_property
     def bootstrap(self) -> ParametricBootstrap:
@@ -47,7 +49,13 @@ class RegressionProblem:
         return parametric_bootstrap(self.model, self.module, self.log, self.parameters, self.progress)
 
 
-def regression_problem(model: Model, logs: LogsLike, method: str, progress: Callable[[str], None]) -> RegressionProblem:
+def regression_problem(
+    model: Model,
+    logs: LogsLike,
+    method: str,
+    progress: Callable[[str], None],
+    restrictions: Restrictions = NO_RESTRICTIONS,
+) -> RegressionProblem:
     """The regression on a log; raises Failure for more logs than one."""
     loaded = read_logs(logs, model)
     if len(loaded) != 1:
@@ -56,7 +64,7 @@ def regression_problem(model: Model, logs: LogsLike, method: str, progress: Call
     parameters = kernel_parameters(module, known_values(model), loaded[0])
     log, remark = (loaded[0], "") if method == "inverse" else longest_known_part(loaded[0])  # inverse takes all parts
     log = replace(log, warnings=(*log.warnings, remark)) if remark else log
-    return RegressionProblem(model, module, _settled_part(module, log), parameters, progress)
+    return RegressionProblem(model, module, _settled_part(module, log), parameters, progress, restrictions)
 
 
 def _settled_part(module: KernelModule, log: Log) -> Log:
@@ -77,24 +85,26 @@ class RegressionFit(NamedTuple):
 def regression_fit(regression: RegressionProblem, settings: RegressionOptions, log: Log) -> RegressionFit:
     """Estimate by the method of the settings from a log."""
     common, method = (regression.module, log, regression.parameters), settings.method
+    limits = regression.restrictions
     if method == "differentiation":
-        return RegressionFit(differentiation_least_squares(*common))
+        return RegressionFit(differentiation_least_squares(*common, limits))
     if method == "energy":
-        return RegressionFit(energy_least_squares(*common, settings.tau[0]))
+        return RegressionFit(energy_least_squares(*common, settings.tau[0], limits))
     if method == "inverse":
         from wheelpend.identification.inverse_dynamics import inverse_dynamics  # late: it needs scipy.signal
 
-        found = inverse_dynamics(*common)
+        found = inverse_dynamics(*common, limits)
         return RegressionFit(found.fit, cutoff=found.cutoff)
     tau, first_order_hold = (settings.tau[0], settings.tau[1]), IS_FIRST_ORDER_HOLD[settings.hold or "first"]
     if method == "iv":
-        return RegressionFit(instrumental.instrumental_estimate(regression.model, *common, tau).fit)
+        instruments = instrumental.instrumental_estimate(regression.model, *common, tau, restrictions=limits)
+        return RegressionFit(instruments.fit)
     if method == "recursive":
         recursive = recursive_least_squares(
-            *common, tau, first_order_hold=first_order_hold, forgetting=settings.forgetting
+            *common, tau, first_order_hold=first_order_hold, forgetting=settings.forgetting, restrictions=limits
         )  # fmt: skip
         return RegressionFit(recursive.fit, recursive.track)
-    return RegressionFit(filtered_least_squares(*common, tau, first_order_hold=first_order_hold))
+    return RegressionFit(filtered_least_squares(*common, tau, first_order_hold=first_order_hold, restrictions=limits))
 
 
 def choose_regression_time_constants(regression: RegressionProblem, settings: RegressionOptions) -> TimeConstantChoice:
@@ -138,7 +148,10 @@ def bias_test_or_warning(
         fitted = regression_fit(regression, settings, regression.log).fit
     try:
         bootstrap = regression.bootstrap
-        regression.progress("rehearsing the log")
-        return hausman_test(bootstrap, fitted, lambda log: regression_fit(regression, settings, log).fit), ()
+
+        def refitted(log: Log) -> LinearFit:
+            return regression_fit(regression, settings, log).fit
+
+        return hausman_test(bootstrap, fitted, refitted, progress=regression.progress), ()
     except Failure as failure:
         return None, (f"Least squares was not tested for bias: {failure}",)

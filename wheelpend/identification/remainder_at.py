@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,35 +20,37 @@ from wheelpend.kernels.load import free_force_module
 
 MAX_REMAINDER_SAMPLES = 4_000  # of all logs together: enough for a size to some percent, in a second or a few
 
+NO_REMAINDER_WORDS = "What the model leaves to chance could not be found"
+
+Found = TypeVar("Found")
 LogValues = Sequence[Mapping[str, float]]  # values of all parameters in each log
 
 
-def remainder_at(problem: EstimationProblem, log_values: LogValues) -> Remainder:
-    """The random sources that a model needs at its values in each log of a problem; on a part of long logs.
-
-    Raises Failure where no filter can follow the model along them.
-    """
-    return _remainder(problem, log_values, ())
-
-
 def refitted_remainder(problem: EstimationProblem, log_values: LogValues) -> Remainder:
-    """The random sources that a model needs with its parameters refitted beside them from these values; likewise.
+    """The random sources that a model needs with its parameters refitted beside them, from values of each log.
 
     A fit without random forces bends the parameters to what is missing, so that more seems to be missing than is.
+    Raises Failure where no filter can follow the model along a part of the logs.
     """
-    return _remainder(problem, log_values, free_names(problem, problem.model.effects))
+    free = free_names(problem, problem.model.effects)
+    return remainder_at_point(problem, *likeliest_point(problem, log_values, free))
 
 
 def remainder_or_warning(
     find: Callable[[EstimationProblem, LogValues], Remainder], problem: EstimationProblem, log_values: LogValues
 ) -> tuple[Remainder | None, tuple[str, ...]]:
-    """What one of the above finds; or None, and why."""
+    """What the one above finds; or None, and why."""
+    return found_or_warning(NO_REMAINDER_WORDS, lambda: find(problem, log_values))
+
+
+def found_or_warning(lacking: str, find: Callable[[], Found]) -> tuple[Found | None, tuple[str, ...]]:
+    """What a filter along the logs finds; or None, and what is ``lacking`` and why."""
     try:
-        return find(problem, log_values), ()
+        return find(), ()
     except Failure as failure:
-        return None, (f"What the model leaves to chance could not be found: {failure}",)
+        return None, (f"{lacking}: {failure}",)
     except (ZeroDivisionError, np.linalg.LinAlgError):
-        return None, ("What the model leaves to chance could not be found: with these values it cannot be simulated.",)
+        return None, (f"{lacking}: with these values the model cannot be simulated.",)
 
 
 def _kernels(problem: EstimationProblem) -> KernelModule:
@@ -78,7 +81,3 @@ def require_finite(point: FilterPoint) -> None:
     if not np.isfinite(point.deviance):
         raise Failure("the likelihood of the logs must be a number, but with these values the filter left the finite "
                       "numbers. Identify the model first: `wheelpend identify LOG --save`.")  # fmt: skip
-
-
-def _remainder(problem: EstimationProblem, log_values: LogValues, free: Sequence[str]) -> Remainder:
-    return remainder_at_point(problem, *likeliest_point(problem, log_values, free))

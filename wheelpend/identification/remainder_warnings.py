@@ -37,13 +37,20 @@ def remainder_warnings(left: Remainder | None) -> tuple[str, ...]:
             "`wheelpend diagnose LOG` says.",)  # fmt: skip
 
 
-def bound_warnings(parameters: Sequence[FreeParameter], theta: np.ndarray, covariance: np.ndarray) -> tuple[str, ...]:
-    """A warning for each parameter θ (free,) with which a fit stopped at a bound."""
+def say_that_something_is_missing(warnings: Sequence[str]) -> bool:
+    """True where one of a fit's warnings sends its reader to a diagnosis."""
+    return any("`wheelpend diagnose" in warning for warning in warnings)
+
+
+def bound_warnings(
+    parameters: Sequence[FreeParameter], theta: np.ndarray, covariance: np.ndarray, given: Mapping[str, float]
+) -> tuple[str, ...]:
+    """A warning for each parameter θ (free,) that stopped at a bound, other than one that was given by its name."""
     found = []
     for parameter, value, variance in zip(parameters, theta, np.diag(covariance), strict=True):
         near = BOUND_TOLERANCE_SIGMAS * np.sqrt(max(float(np.nan_to_num(variance, posinf=0.0)), 0.0))
         for bound, beyond in zip(parameter.bounds, ("below", "above"), strict=True):
-            if np.isfinite(bound) and abs(value - bound) <= near:
+            if np.isfinite(bound) and bound != given.get(parameter.name) and abs(value - bound) <= near:
                 found.append(_bound_sentence(parameter, bound, beyond))
     return tuple(dict.fromkeys(found))
 
@@ -76,7 +83,7 @@ def inertia_warnings(
         own = table[name]
         apart = abs(own.value - other) > MIN_DISAGREEMENT_SIGMAS * np.hypot(own.sigma, sigma)
         within = other / MAX_INERTIA_RATIO <= own.value <= other * MAX_INERTIA_RATIO
-        if own.identifiable and apart and not within:
+        if own.identifiable and apart and not within and name not in problem.restrictions.fixed:
             found.append(
                 f"{name} is an inertia and came out as {own.value:.4g}, but inverse dynamics on {problem.logs[0].name} "
                 f"finds {other:.4g} ± {sigma:.2g} {own.unit}: one of them is wrong. What is missing in the model bends "

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
 from wheelpend.estimation.free_parameters import known_values
@@ -26,14 +27,17 @@ from wheelpend.estimation.source_search import as_mixture
 from wheelpend.estimation.stored_sources import stored_sources
 from wheelpend.identification.filter_error_method import estimator_at, filter_error_fit, remainder_at_point
 from wheelpend.identification.remainder import Remainder
-from wheelpend.identification.remainder_at import likeliest_point, require_finite
+from wheelpend.identification.remainder_at import LogValues, likeliest_point, require_finite
 from wheelpend.kernels.load import free_force_module
+from wheelpend.logs.log import Log
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
-from wheelpend.notebook import NotebookResult, ResultTable
+from wheelpend.notebook import DrawnResult, ResultTable
 from wheelpend.parallel import with_one_blas_thread
 
 SIGNIFICANCE_LEVEL = 0.01  # of each test of each channel
+MAX_TESTED_SAMPLES = 200_000  # of all logs, beyond which tests beside another result would keep it waiting
+NO_TESTS_WORDS = "The residuals could not be tested"
 
 Progress = Callable[[str], None]
 
@@ -74,7 +78,7 @@ class ChannelResidual:
 
 
 @dataclass(frozen=True, repr=False)
-class ResidualTests(NotebookResult):
+class ResidualTests(DrawnResult):
     """Residual tests of a model on some logs."""
 
     channels: dict[str, ChannelResidual]
@@ -125,8 +129,40 @@ def residuals(model: Model, logs: LogsLike, *, progress: Progress = lambda text:
     else:
         progress("running the filter along the logs")
         estimator, point = _filter_at(problem, values, progress)
-    whitened = [i[..., 0] for i in estimator.problem.innovations(point.theta, point.sources)]
     progress("testing the residuals")
+    return _tests_at_point(problem, estimator, point, fitted_first)
+
+
+def residual_tests_beside(
+    problem: EstimationProblem, log_values: LogValues, part: FilterEstimator, likeliest: FilterPoint
+) -> ResidualTests:
+    """Test a model's residuals at its values in each log of a problem, where the likeliest random sources are known.
+
+    They are those of ``likeliest_point``, on a part of the logs; where the model has some of its own, these count.
+    Raises Failure where no filter can follow the model along the logs, or they are longer than MAX_TESTED_SAMPLES.
+    """
+    require_short(problem.logs)
+    whole = estimator_at(problem, part.problem.module, (), log_values, lambda: log_values)
+    stored = _stored_sources(problem)
+    sources = whole.in_all_logs(stored) if stored else likeliest.sources
+    estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
+    require_finite(point)
+    return _tests_at_point(problem, estimator, point, fitted_first=False)
+
+
+def require_short(logs: Sequence[Log]) -> None:
+    """Raise Failure for logs whose residuals are tested on request alone."""
+    samples = sum(map(len, logs))
+    if samples > MAX_TESTED_SAMPLES:
+        raise Failure(f"beside another result logs may have {MAX_TESTED_SAMPLES} samples, but they have {samples}. "
+                      "`wheelpend residuals LOG` tests them.")  # fmt: skip
+
+
+def _tests_at_point(
+    problem: EstimationProblem, estimator: FilterEstimator, point: FilterPoint, fitted_first: bool
+) -> ResidualTests:
+    """The tests of every channel, of the innovations at a point."""
+    whitened = [i[..., 0] for i in estimator.problem.innovations(point.theta, point.sources)]
     return ResidualTests(
         {name: _channel(problem, whitened, number) for number, name in enumerate(problem.module.OUTPUTS)},
         remainder_at_point(problem, estimator, point),
@@ -171,7 +207,7 @@ def _channel(problem: EstimationProblem, whitened: Sequence[np.ndarray], number:
         whiteness_p=found.p_value,
         independent_of_input_p=past_input_p_value(runs, inputs, longest) if driven else None,
         sigma_ratio=float(np.sqrt(np.mean(known**2))) if known.size else 0.0,
-        sigma_assumed=float(noise.sigma[number]),
+        sigma_assumed=float(problem.data.estimation[0].sigma[number]),
         quantised=bool(noise.quantum[number]),
         kurtosis=excess_kurtosis(own),
         lags_s=tuple((found.lags * interval).tolist()),

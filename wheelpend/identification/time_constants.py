@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from wheelpend.durations import StepTimer
 from wheelpend.errors import Failure
 from wheelpend.files import write_bytes
 from wheelpend.identification.bootstrap import ParametricBootstrap
@@ -113,8 +114,9 @@ def choose_time_constants(
     """The pair of least error on replicas of the log; ``estimator`` gives for a pair the estimator (n,) of a log."""
     pairs = time_constant_pairs(bootstrap.log)
     methods, found = [estimator(tau) for tau in pairs], []
-    for number, log in enumerate(bootstrap.replicas(TIME_CONSTANT_REPLICAS), 1):
-        progress(f"time constants: replica {number} of {TIME_CONSTANT_REPLICAS}")
+    timer = StepTimer(TIME_CONSTANT_REPLICAS)
+    for number, log in enumerate(bootstrap.replicas(TIME_CONSTANT_REPLICAS)):
+        progress(f"time constants: replica {number + 1} of {TIME_CONSTANT_REPLICAS}{timer.left_text(number)}")
         found.append([method(log) for method in methods])
     known = np.where(bootstrap.estimate == 0.0, np.nan, bootstrap.estimate)
     relative = 100.0 * (np.array(found) / known - 1.0)  # (replicas, pairs, n)

@@ -54,7 +54,9 @@ def first_look(path: Path, plant: str = "") -> FirstLook:
     except Failure as failure:
         return FirstLook(survey, proposal, proposal.text, None, None, str(failure), proposal.guesses)
     guesses = {**proposal.guesses, **estimates(inspection)}
-    text = with_cures(proposal.text, inspection.proposal, steps_text(inspection.sensors), guesses=guesses)
+    cured = with_cures(proposal.text, inspection.proposal)
+    sensors = inspect_file(Model.parse(cured), path)[1].sensors if inspection.proposal else inspection.sensors
+    text = with_cures(cured, steps_text(sensors), guesses=guesses)  # steps in the unit that the cures give a channel
     return FirstLook(survey, proposal, text, log, inspection, "", guesses)
 
 

@@ -66,6 +66,9 @@ class ModelConstants(Protocol):
     DELAY: int  # index of the input delay, or -1
     SENSOR_DELAY: int  # index of the delay of late sensors, or -1
     LAG: int  # index of the time constant of the input's lag, or -1
+    DELAY: int  # index of the input's delay, or -1
+    SENSOR_DELAY: int  # index of the delay of sensors, or -1
+    DELAYED: tuple[bool, ...]  # (NY,) True for each reading that it acts on
     ORIGIN: int  # index of the first coordinate's value at the log's first sample, or -1
     NEEDS: Mapping[str, tuple[str, ...]]  # by parameter: constants without which it has no meaning
 

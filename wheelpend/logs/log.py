@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -64,6 +65,7 @@ class Log(NotebookResult):
     memory_s: float = INPUT_MEMORY_S  # for which what is fitted to it may remember a command
     breaks: tuple[int, ...] = ()  # samples before which a sensor jumped: no segment reaches across
     faults: tuple[Finding, ...] = ()  # of the recording, what they concern left out already
+    source: Path | None = None  # absolute, of the file that it was read from
 
     @classmethod
     def from_arrays(

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import io
 import math
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -27,13 +32,16 @@ MAX_RECODED_BYTES = 300_000_000  # bytes of UTF-16 that are held a second time, 
 
 def csv_columns(path: Path, layout: CsvLayout, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns (N,) of a text table, NaN for missing cells; raises Failure naming a cell that is no number."""
-    table = read_spaced(path, layout, wanted) if layout.separator == WHITESPACE else read_csv(path, layout, wanted)
+    with no_panic(path.name):
+        table = read_spaced(path, layout, wanted) if layout.separator == WHITESPACE else read_csv(path, layout, wanted)
     return numeric_columns(path.name, table, wanted, layout.decimal_comma)
 
 
 def parquet_columns(path: Path, wanted: list[str]) -> dict[str, np.ndarray]:
     """Columns (N,) of a Parquet file, NaN for missing cells; raises Failure on a column that holds no numbers."""
-    return numeric_columns(path.name, read_parquet(path, wanted), wanted)
+    with no_panic(path.name):
+        table = read_parquet(path, wanted)
+    return numeric_columns(path.name, table, wanted)
 
 
 def numeric_columns(
@@ -46,9 +54,33 @@ def numeric_columns(
 def parquet_names(path: Path) -> list[str]:
     """Column names of a Parquet file."""
     try:
-        return check_unique(path.name, list(pl.read_parquet_schema(path)))
+        with no_panic(path.name):
+            names = list(pl.read_parquet_schema(path))
+        return check_unique(path.name, names)
     except (pl.exceptions.PolarsError, OSError) as error:
         raise Failure(f"{path.name} is damaged and cannot be read as Parquet: {first_line(error)}.") from error
+
+
+@contextmanager
+def no_panic(name: str) -> Iterator[None]:
+    """Raise Failure where Polars panics over a file, which is no Exception, and hold its own words on that back."""
+    sys.stderr.flush()
+    with tempfile.TemporaryFile() as held:
+        kept = os.dup(2)
+        os.dup2(held.fileno(), 2)
+        try:
+            yield
+        except pl.exceptions.PanicException as panic:
+            held.truncate(0)
+            raise Failure(f"{name} cannot be read as a table: the reader gives up on it ({first_line(panic)}). "
+                          "Write it anew, with a header and a row of numbers per sample.") from panic  # fmt: skip
+        finally:
+            sys.stderr.flush()
+            os.dup2(kept, 2)
+            os.close(kept)
+            held.seek(0)
+            if said := held.read():
+                os.write(2, said)
 
 
 def read_csv(path: Path, layout: CsvLayout, wanted: list[str]) -> pl.DataFrame:

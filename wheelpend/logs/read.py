@@ -38,7 +38,7 @@ from wheelpend.logs.commands import held_commands
 from wheelpend.logs.log import MAX_SAMPLE_INTERVAL_S, MIN_SAMPLE_INTERVAL_S, Log, stack_inputs
 from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
-from wheelpend.logs.tables import Table, check_length, open_table
+from wheelpend.logs.tables import Table, check_length, open_table, read_file_head
 from wheelpend.logs.unwrap import make_continuous
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
@@ -64,7 +64,7 @@ def load_log(
         return source
     if isinstance(source, (str, os.PathLike)):
         path = Path(source)
-        return log_of_table(path.name, open_file(path), columns or {}, table)
+        return replace(log_of_table(path.name, open_file(path), columns or {}, table), source=path.resolve())
     log = log_of_table(name, table_in_memory(name, source), columns or {}, table)
     check_interval_in_memory(log)
     return log
@@ -138,6 +138,12 @@ def log_of_columns(name: str, t: np.ndarray, columns_by_name: Mapping[str, np.nd
         range_channel=table.range_channel,
         rates=table.rates,
     )
+
+
+def check_file(path: Path) -> None:
+    """Raise Failure where a measurement file is missing, empty, a folder that is no bag, or cannot be read."""
+    if not is_bag(path):
+        read_file_head(path)
 
 
 def open_file(path: Path) -> Table:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 
 import derive
+from wheelpend.durations import StepTimer
 from wheelpend.kernels.compile_worker import CompileRequest
 from wheelpend.kernels.compilers import compile_at_once
 from wheelpend.kernels.every_kernel import call_every_kernel
@@ -46,18 +47,22 @@ def compile_modules(modules: Mapping[str, Callable[[], KernelModule]], progress:
     Raises what their kernels raise where they cannot be compiled or called.
     """
     loaded: dict[str, KernelModule] = {}  # by what they hold; a model without effects is the plain plant
+    answers: dict[str, bool | None] = {}  # by module
+    timer = StepTimer(len(modules))
 
     def requests() -> Iterator[CompileRequest]:
         asked: set[str] = set()
         for name, load in modules.items():
             loaded[name] = module = load()
             assert module.__file__, "a generated module is a file"
-            progress(f"compiling the kernels of the {name}, once per machine ({len(loaded)} of {len(modules)})")
+            count = f"{len(loaded)} of {len(modules)}{timer.left_text(len(answers))}"
+            progress(f"compiling the kernels of the {name}, once per machine ({count})")
             if module.__name__ not in asked:
                 asked.add(module.__name__)
                 yield CompileRequest(module.__name__, module.__file__)
 
-    answers = {request.module: answer for request, answer in compile_at_once(requests())}
+    for request, answer in compile_at_once(requests()):
+        answers[request.module] = answer
     for module in {m.__name__: m for m in loaded.values()}.values():
         if answers[module.__name__] is None:
             call_every_kernel(module)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from datetime import date
+from errno import ENOTDIR
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -43,6 +45,7 @@ class HistoryEntry(NamedTuple):
 
 def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT, text: str = "") -> Model:
     """Start a workspace with a first model of a plant, or that of a text; raises Failure where there is one already."""
+    check_new(folder)
     path = folder / MODEL_FILE
     model = Model.parse(text) if text else Model.default(plant)
     files = {**generated_code(model), MODEL_FILE: model.text.encode()}
@@ -50,10 +53,20 @@ def create(folder: Path, plant: str = derive.plants.DEFAULT_PLANT, text: str = "
         folder.mkdir(parents=True, exist_ok=True)
     with held(folder):
         finish_change(folder)
-        if path.exists():
-            raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
+        check_new(folder)
         replace_together(folder, files)
     return Model.open(path)
+
+
+def check_new(folder: Path) -> None:
+    """Raise Failure where no workspace can begin in a folder, as far as can be told before it does."""
+    path = folder / MODEL_FILE
+    with write_errors(str(folder)):
+        there = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+        if not there.is_dir():
+            raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), str(there))
+        if path.exists():
+            raise Failure(f"{folder} must not hold a model yet, but {path} exists. Choose another folder.")
 
 
 def generated_code(model: Model) -> dict[str, bytes]:

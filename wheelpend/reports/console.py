@@ -6,33 +6,50 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from errno import EPIPE
 from pathlib import Path
 from time import monotonic
 from traceback import walk_tb
 from typing import Any
 
 import typer
+from rich.cells import cell_len
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from wheelpend.durations import clock_text, duration_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.reports.characters import visible
+from wheelpend.reports.inputs import check_logs
 from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
+from wheelpend.reports.wrapping import folded_cells, wrapped
+
+LONG_WORK_S = 10.0  # from which on it is said how long work took
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
 
-out = Console(highlight=False, soft_wrap=True)
-err = Console(stderr=True, highlight=False, soft_wrap=True)
+
+class PipedConsole(Console):
+    """A console whose reader may end before it: that is no failure of the command, which then ends as others do."""
+
+    def on_broken_pipe(self) -> None:
+        """Raise BrokenPipeError, where Rich would end the program as failed."""
+        raise BrokenPipeError(EPIPE, os.strerror(EPIPE))
+
+
+out = PipedConsole(highlight=False, soft_wrap=True)
+err = PipedConsole(stderr=True, highlight=False, soft_wrap=True)
 
 
 @contextmanager
 def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iterator[None]:
     """Turn whatever goes wrong into a message on standard error, JSON where asked for, and exit code 1.
 
-    That JSON or one of the ``outputs`` cannot be written is said before anything is done for it. What nobody foresaw is
-    a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised as it is.
+    That JSON or one of the ``outputs`` cannot be written, or a log cannot be read, is said before anything is done.
+    What nobody foresaw is a fault of the program, said with its place; with TRACEBACK_VARIABLE set it is raised.
     """
     failure_file = json_file if json_file == "-" else None  # none before the file is known to be free
     try:
@@ -41,6 +58,7 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
         failure_file = json_file
         for path in filter(None, outputs):
             check_output(path)
+        check_logs()
         yield
     except (BrokenPipeError, typer.Exit, typer.Abort, typer.BadParameter):
         raise  # whoever read the output has ended, or all is said
@@ -54,7 +72,7 @@ def exit_on_failure(json_file: str | None = None, *outputs: Path | None) -> Iter
             except (Failure, OSError) as unwritten:
                 said.append(_failure_text(unwritten))
         for text in dict.fromkeys(said):
-            err.print(f"[bold red]Failure:[/] {_without_markup(text)}")
+            _print_marked("bold red", "Failure:", text)
         raise typer.Exit(1) from None
 
 
@@ -97,12 +115,35 @@ def _without_markup(text: str) -> str:
 
 @contextmanager
 def progress(first: str) -> Iterator[Callable[[str], None]]:
-    """A line of progress on standard error; where that is not a terminal, a plain line every ten seconds at most."""
+    """A line of progress on standard error, with the time since it began; in the end the whole time, if that is long.
+
+    Where that is not a terminal, a plain line every ten seconds at most, without the time.
+    """
     if not err.is_terminal:
         yield _progress_lines()
         return
-    with err.status(first) as status:
-        yield lambda text: status.update(text)
+    line = _LiveLine(first)
+    with err.status(line):
+        yield line.update
+    if line.elapsed_s >= LONG_WORK_S:
+        err.print(f"Took {duration_text(line.elapsed_s)}.", style="dim")
+
+
+class _LiveLine:
+    """What is being done and for how long so far, as it is drawn again and again."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.begin_s = text, monotonic()
+
+    def update(self, text: str) -> None:
+        self.text = text
+
+    @property
+    def elapsed_s(self) -> float:
+        return monotonic() - self.begin_s
+
+    def __rich__(self) -> Text:
+        return Text(f"{clock_text(self.elapsed_s)} {visible(self.text)}", overflow="ellipsis", no_wrap=True)
 
 
 def _progress_lines(interval_s: float = 10.0) -> Callable[[str], None]:
@@ -141,16 +182,17 @@ def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool = False) -> None:
     """Print a table; its columns but the first hold numbers, or text with ``text_columns``."""
+    head, *cells = folded_cells([columns, *rows], out.width)
     grid = Table(title=_without_markup(title), title_justify="left", title_style="bold")
-    for column in columns:
+    for column, shown in zip(columns, head, strict=True):
         grid.add_column(
-            _without_markup(column),
+            _without_markup(shown),
             justify="left" if text_columns or column in columns[:1] else "right",
             overflow="fold",
             no_wrap=column in columns[:1],
         )
-    for row in rows:
-        grid.add_row(*(_without_markup(str(cell)) for cell in row))
+    for row in cells:
+        grid.add_row(*map(_without_markup, row))
     out.print(grid)
 
 
@@ -164,16 +206,30 @@ def print_text(blocks: Iterable[str | TextTable]) -> None:
 
 
 def print_line(text: str) -> None:
-    """Print a line as it is."""
-    out.print(_without_markup(text))
+    """Print a line as it is; on a terminal folded to its width, unless it holds lines of its own, which may be code."""
+    out.print(_without_markup(_fitted(text, out)))
 
 
-def print_hint(text: str) -> None:
-    """Print what may be done next on standard error."""
-    err.print(_without_markup(text))
+def _fitted(text: str, console: Console) -> str:
+    return wrapped(text, console.width) if console.is_terminal and "\n" not in text.strip("\n") else text
+
+
+def print_command_hint(why: str, command: str) -> None:
+    """Print what may be done next on standard error; on a terminal too narrow the command has a line of its own.
+
+    No line end stands in the command itself: the terminal folds it, and what is copied is one line.
+    """
+    fits = not err.is_terminal or cell_len(f"{why} {command}") <= err.width
+    err.print(_without_markup(f"{why} {command}" if fits else f"{why}\n  {command}"))
 
 
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
     """Print warnings on standard error, without those that stand in one that was said before."""
     for warning in (w for w in warnings if not any(w in earlier for earlier in said)):
-        err.print(f"[yellow]Warning:[/] {_without_markup(warning)}")
+        _print_marked("yellow", "Warning:", warning)
+
+
+def _print_marked(style: str, mark: str, text: str) -> None:
+    """Print a sentence on standard error behind a coloured word."""
+    fitted = _without_markup(_fitted(f"{mark} {text}", err))
+    err.print(f"[{style}]{mark}[/]{fitted.removeprefix(mark)}")

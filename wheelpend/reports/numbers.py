@@ -42,12 +42,15 @@ def prediction_error_text(error: float | None, digits: int = 4) -> str:
     return digits_text(error, digits) if error is not None and is_number(error) else "diverged"
 
 
-def unexplained_input_text(percent: float) -> str:
-    """What equations leave of the input, in percent, in words from where they leave more than there was."""
+def unexplained_input_text(percent: float, driven: bool = True) -> str:
+    """What equations leave of the input, in percent, in words from where they leave more than there was.
+
+    Of a machine that nothing drives it is a share of the pull of gravity.
+    """
     if percent <= 100.0:
-        return f"leave {digits_text(percent, 3)} % of the input unexplained."
-    times = whole_digits_text(percent / 100.0, 2)
-    return f"leave {times} times as much force as was put in: with these values they do not describe this log."
+        return f"leave {digits_text(percent, 3)} % of the {'input' if driven else 'pull of gravity'} unexplained."
+    times, there = whole_digits_text(percent / 100.0, 2), "was put in" if driven else "gravity pulls with"
+    return f"leave {times} times as much force as {there}: with these values they do not describe this log."
 
 
 def typeset_number_text(value: float | None, digits: int = 4) -> str:
@@ -176,6 +179,12 @@ def percent_range_text(interval: tuple[float, float], dash: str = "-") -> str:
 def unit_text(unit: str) -> str:
     """A unit for the page; nothing for a plain number."""
     return "" if unit == "1" else unit.replace(" ", "·")
+
+
+def quantity_text(value: float | None, unit: str, digits: int = 4) -> str:
+    """A number with its unit on the terminal; a plain number has none, and so has no number."""
+    text = number_text(value, digits)
+    return text if unit in ("", "1") or not is_number(value) else f"{text} {unit}"
 
 
 def physical_text(value: float, unit: str, quantities: PlantUnits, digits: int) -> str:

@@ -10,7 +10,6 @@ tables         statistics over the seeds beside the paper's numbers
 choices        what the paper leaves open, and how much the tables depend on it
 record         the result
 reproduce      all seeds on all cores, assembled and written
-drawing        grids of axes as PNG
 charts         the tables as charts
 paper_figures  Figures 2 to 6
 figures        all pictures of a result

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wheelpend.reproduction.drawing import INK_COLOUR, PAPER_COLOUR, add_legend, figure_png
+from wheelpend.reports.drawing import INK_COLOUR, PAPER_COLOUR, add_legend, figure_png
 from wheelpend.reproduction.estimators import METHOD_LABELS
 from wheelpend.reproduction.tables import HOLD_NAMES, Cell, Deviation
 

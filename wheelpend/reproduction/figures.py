@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.isolation import import_configured
+from wheelpend.reports.drawing import FIGURE_STYLE
 from wheelpend.reproduction.charts import deviations_chart, errors_chart
-from wheelpend.reproduction.drawing import FIGURE_STYLE
 from wheelpend.reproduction.experiment import COMMAND_NAMES
 from wheelpend.reproduction.paper_figures import SHOWN_SEED, paper_figures
 

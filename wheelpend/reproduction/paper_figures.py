@@ -9,7 +9,7 @@ import numpy as np
 
 from wheelpend.estimation.state_reconstruction import measured_states
 from wheelpend.paper import numbers
-from wheelpend.reproduction.drawing import MEASURED_COLOUR, add_legend, figure_png
+from wheelpend.reports.drawing import MEASURED_COLOUR, add_legend, figure_png
 from wheelpend.reproduction.estimators import filtered
 from wheelpend.reproduction.experiment import COMMAND_NAMES, Robot, Run, Setup, play
 from wheelpend.reproduction.trials import PREDICTION_SETUP, STATE_NAMES, predict, rms_difference

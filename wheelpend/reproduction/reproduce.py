@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from wheelpend.durations import duration_text
 from wheelpend.errors import Failure, did_you_mean, require
 from wheelpend.model.record import Model
 from wheelpend.parallel import run_all
@@ -79,7 +80,9 @@ def compute(
 
     def report(done: int, left: float) -> None:
         seed = min(done, len(tasks))
-        progress(f"seed {seed} of {len(tasks)}, about {left:.0f} s left" if 0 < seed < len(tasks) else "computing")
+        progress(
+            f"seed {seed} of {len(tasks)}, about {duration_text(left)} left" if 0 < seed < len(tasks) else "computing"
+        )
 
     report(0, 0.0)
     noiseless, *found = run_all(jobs, report)

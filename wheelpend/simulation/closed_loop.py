@@ -1,6 +1,7 @@
 """The closed loop: a machine under its PID controller along a reference, read by sensors with noise and steps.
 
-It is played nowhere else. What differs between its users is the reference, the machine and what a fall means to them.
+It is played nowhere else, but for a controller of a user's own (``own_controller``). What differs between its users is
+the reference, the machine and what a fall means to them.
 """
 
 from __future__ import annotations

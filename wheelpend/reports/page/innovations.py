@@ -6,12 +6,10 @@ from typing import NamedTuple
 
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.errors import Failure
-from wheelpend.identification.residual_tests import ResidualTests, residuals
+from wheelpend.identification.residual_tests import NO_TESTS_WORDS, ResidualTests, require_short, residuals
 from wheelpend.model.record import Model
 from wheelpend.reports.names import display_text
 from wheelpend.reports.text.residuals import CLOSING_SENTENCE, RESIDUAL_COLUMNS, meaning_text, residual_cells
-
-MAX_TESTED_SAMPLES = 200_000  # samples of all logs, beyond which the filter would keep a page waiting
 
 
 class ResidualSection(NamedTuple):
@@ -24,13 +22,11 @@ class ResidualSection(NamedTuple):
 
 def residual_tests_of(explanation: Ladder) -> ResidualTests | str:
     """Tests of the final model on the logs of its fit, or in a sentence why they were not made."""
-    samples = sum(len(log) for log in explanation.problem.logs)
-    if samples > MAX_TESTED_SAMPLES:
-        return f"The residuals of {samples} samples were not tested here; `wheelpend residuals LOG` does it."
     try:
+        require_short(explanation.problem.logs)
         return residuals(explanation.model, explanation.problem.logs)
     except Failure as failure:
-        return f"The residuals could not be tested: {failure}"
+        return f"{NO_TESTS_WORDS}: {failure}"
 
 
 def residual_section(tests: ResidualTests | str | None, model: Model) -> ResidualSection | None:

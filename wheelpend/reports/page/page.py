@@ -20,7 +20,7 @@ from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import error_text, typeset_estimate_text, typeset_number_text, typeset_p_value_text
 from wheelpend.reports.page.charts import DRAWING_SCRIPT, PLOTTING_SCRIPT, page_charts, script_hash
 from wheelpend.reports.page.correlations import correlation_table
-from wheelpend.reports.page.digests import file_rows
+from wheelpend.reports.page.digests import file_rows, log_file_rows
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.innovations import residual_section, residual_tests_of
@@ -29,8 +29,9 @@ from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_s
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
 from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.title import title_text
 from wheelpend.reports.text.unexplained import repeatability_sentences
-from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text, title_text
+from wheelpend.reports.text.verdict import ambiguity_sentences, headline_sentences, short_verdict_text
 
 REPORTED_PACKAGES = ("sympy", "numpy", "scipy", "numba", "plotly")
 TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
@@ -46,7 +47,11 @@ TEMPLATE_FILTERS: dict[str, Callable[..., Any]] = {
 def write_report(
     explanation: Ladder, path: Path, *, version: str = "", command: str = "", files: Sequence[Path] = ()
 ) -> Path:
-    """Write the page, complete or not at all, and return its path; ``files`` are those that the logs were read from."""
+    """Write the page, complete or not at all, and return its path.
+
+    ``files`` are those that the logs were read from, which the page names with their digests; without them they are
+    those that the logs know, and logs from memory have a digest of their values.
+    """
     path = Path(path)
     tests = residual_tests_of(explanation)
     write_text(path, page_html(explanation, version=version, command=command, tests=tests, files=files))
@@ -96,7 +101,7 @@ def page_html(
         correlations=correlation_table(explanation.fit),
         equations=equation_rows(explanation),
         logs=log_rows(explanation.problem),
-        files=file_rows(files),
+        files=file_rows(files) if files else log_file_rows(explanation.problem),
         software=software_versions(version),
         command=command,
     )

@@ -4,7 +4,8 @@ In: results of every room above. Out: sentences, and lines and tables in reading
 
 table             a table of strings
 effect_sizes      coefficients of effects with standard errors, as torques and as shares of the drive voltage
-verdict           verdict, headline and title of a diagnosis or an explanation; evidence; equivalents
+title             the finding as the title of a page
+verdict           verdict and headline of a diagnosis or an explanation; evidence; equivalents
 force_ranges      ranges of the states in which the missing force is concentrated
 effects, history  the library, and the changes of a workspace
 structures        probabilities of what is missing

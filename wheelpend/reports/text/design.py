@@ -35,7 +35,6 @@ def design_text(design: Design, path: Path, logs: tuple[str, ...]) -> TextBlocks
         plant = design.question.problem.plant
         made = f"it was rehearsed with a PID on {plant.what_is_controlled}, made for it: gains = [{gains}]."
         yield f"The model has no [controller]; {made}"
-    yield f"Try it: wheelpend simulate -o log.csv --command {path}"
 
 
 def _peaks_table(design: Design) -> Table:

@@ -14,6 +14,7 @@ from wheelpend.reports.numbers import (
     digits_text,
     estimate_text,
     physical_text,
+    quantity_text,
     typeset_estimate_text,
     typeset_number_text,
     typeset_physical_text,
@@ -61,11 +62,12 @@ def log_size_lines(found: CandidateFit | Step) -> Iterator[str]:
 
 
 def detectable_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Smallest detectable size of each effect."""
-    return [
-        (effect, ", ".join(f"{n} {digits_text(v, 2)}" for n, v in sizes.items()))
-        for effect, sizes in diagnosis.detectable.items()
-    ]
+    """Smallest detectable size of each effect, with its units."""
+    rows = []
+    for effect, sizes in diagnosis.detectable.items():
+        units = {p.name: p.unit for p in diagnosis.problem.effect(effect).parameters}
+        rows.append((effect, ", ".join(f"{n} {quantity_text(v, units.get(n, ''), 2)}" for n, v in sizes.items())))
+    return rows
 
 
 # ---- for the page

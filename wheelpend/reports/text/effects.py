@@ -13,7 +13,7 @@ from wheelpend.reports.text.table import Table, TextBlocks
 if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
-EFFECT_COLUMNS = ("effect", "family", "what it is", "parameters", "law")
+EFFECT_COLUMNS = ("effect", "what it is", "parameters", "law")
 
 
 def listed_effects(model: Model | None, name: str | None) -> list[Effect]:
@@ -42,10 +42,15 @@ def effect_json(effect: Effect) -> dict[str, Any]:
     }
 
 
+def _effect_cells(effect: Effect) -> tuple[str, ...]:
+    units = ", ".join(f"{p.name} [{p.unit}]" for p in effect.parameters)
+    return effect.name, effect.sentence, units, effect.equation
+
+
 def effects_text(effects: Sequence[Effect], *, in_detail: bool) -> TextBlocks:
-    """A table of effects; in detail also what the first means for the machine."""
-    units = [", ".join(f"{p.name} [{p.unit}]" for p in e.parameters) for e in effects]
-    rows = [(e.name, e.family, e.sentence, u, e.equation) for e, u in zip(effects, units, strict=True)]
-    yield Table("Effects", EFFECT_COLUMNS, rows)
-    if in_detail:
+    """A table of effects for each family; in detail also what the first means for the machine."""
+    for family in dict.fromkeys(e.family for e in effects):
+        rows = [_effect_cells(e) for e in effects if e.family == family]
+        yield Table(f"Effects of the family {family}", EFFECT_COLUMNS, rows, holds_text=True)
+    if in_detail and effects[0].means:
         yield effects[0].means

@@ -28,8 +28,9 @@ def identification_text(result: Identification) -> TextBlocks:
     yield _quality_sentence(result)
     yield from remainder_sentences(result.remainder, result.start)
     yield from widening_sentences(result.widening)
+    driven = result.start.plant_signature.driven
     if result.force_error is not None:
-        yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error)}"
+        yield f"Inverse dynamics with these values {unexplained_input_text(result.force_error, driven)}"
     if result.cutoff_hz is not None:
         yield (
             f"Motion differentiated up to {whole_digits_text(result.cutoff_hz, 2)} Hz, chosen for this log: above that "
@@ -43,13 +44,22 @@ def identification_text(result: Identification) -> TextBlocks:
 
 def _parameters_text(result: Identification) -> Iterator[str | Table]:
     rows = [
-        (n, estimate_text(e.value, e.sigma, e.unit), "" if e.identifiable else "not excited")
+        (n, estimate_text(e.value, None if n in result.fixed else e.sigma, e.unit), _remark(result, n))
         for n, e in result.parameters.items()
     ]
     yield Table(f"Parameters by {result.method}", ("parameter", "value", ""), rows)
     for n, e in result.parameters.items():
         for own in e.per_log:
             yield f"  {n} in {own.log}: {estimate_text(own.value, own.sigma, e.unit)}"
+
+
+def _remark(result: Identification, name: str) -> str:
+    """What a parameter's row says beside its value."""
+    if name in result.fixed:
+        return "fixed"
+    if name in result.at_bounds:
+        return "at its bound"
+    return "" if result.parameters[name].identifiable else "not excited"
 
 
 def _quality_sentence(result: Identification) -> str:

@@ -33,7 +33,8 @@ def summary_text(log: Log, result: Inspection) -> TextBlocks:
         f"{log.name}: {result.samples} samples over {duration} s, {rate} Hz, "
         f"jitter {digits_text(jitter, 2)} % of an interval."
     )
-    names = sorted({name for row in result.channels.values() for name in row})
+    first = ("minimum", "maximum")  # as in the table of a file's columns
+    names = [*first, *sorted({name for row in result.channels.values() for name in row} - set(first))]
     rows = [(c, *(number_text(row.get(name)) for name in names)) for c, row in result.channels.items()]
     yield Table("Channels", ("channel", *names), rows)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from wheelpend.reports.numbers import digits_text, number_text, p_value_text, time_text
@@ -25,10 +26,20 @@ def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
     yield Table(
         "Residuals of the filter", RESIDUAL_COLUMNS, [(name, *residual_cells(c)) for name, c in result.channels.items()]
     )
-    for name, channel in result.channels.items():
-        yield f"{name}: {meaning_text(channel)}"
+    yield from _meaning_lines(result)
     yield from remainder_sentences(result.remainder, model)
     yield CLOSING_SENTENCE
+
+
+def residual_lines(result: ResidualTests) -> Iterator[str]:
+    """The tests' meaning alone, beside another result."""
+    yield "Residuals, which inform and do not decide (`wheelpend residuals` has the figures):"
+    yield from (f"  {line}" for line in _meaning_lines(result))
+
+
+def _meaning_lines(result: ResidualTests) -> Iterator[str]:
+    for name, channel in result.channels.items():
+        yield f"{name}: {meaning_text(channel)}"
 
 
 def residual_cells(one: ChannelResidual) -> tuple[str, ...]:

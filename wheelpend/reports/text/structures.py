@@ -15,13 +15,17 @@ CERTAIN_PROBABILITY = 0.995  # from here on a probability is given as more than 
 
 def structures_text(known: Sequence[Structure]) -> Iterator[str]:
     """The likeliest structures with their probabilities, in a sentence; none where there are none."""
+    if told := named_probabilities(known):
+        yield f"Probabilities: {', '.join(f'{n} {_percent(p)}' for n, p in told)}."
+
+
+def named_probabilities(known: Sequence[Structure]) -> list[tuple[str, float]]:
+    """What may be missing in words, with its probability, the likeliest first."""
     named: dict[str, float] = defaultdict(float, {_name(one): one.probability - one.unseen for one in known})
     for one in (s for s in known if s.unseen):
         named[_with_unseen(one, known)] += one.unseen
     likeliest = sorted(named.items(), key=lambda pair: -pair[1])[:MAX_NAMED_STRUCTURES]
-    told = [(n, p) for n, p in likeliest if p >= MIN_NAMED_PROBABILITY]
-    if told:
-        yield f"Probabilities: {', '.join(f'{n} {_percent(p)}' for n, p in told)}."
+    return [(n, p) for n, p in likeliest if p >= MIN_NAMED_PROBABILITY]
 
 
 def _name(one: Structure) -> str:

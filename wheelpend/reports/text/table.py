@@ -12,6 +12,7 @@ class Table(NamedTuple):
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    holds_text: bool = False  # in its columns, which then begin on the left; numbers end on the right
 
 
 TextBlocks = Iterator[str | Table]  # lines and tables of a result, in the order in which they are read

@@ -144,11 +144,16 @@ def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> 
             f"(noise floor {digits_text(result.noise_floor)}).{rest}")  # fmt: skip
 
 
+def plain_effect_text(name: str, plant: PlantSignature) -> str:
+    """What an effect is in plain words, as a title or a sentence goes on with them."""
+    return library.in_plant_units(library.find(name), plant).sentence.rstrip(".")
+
+
 def effect_meaning_text(found: CandidateFit | Step, model: Model, drive_v: float) -> str:
     """An effect's sentence, its size and its meaning for the machine."""
     effect = library.in_plant_units(library.find(found.effect), model.plant_signature)
     size = effect_size_text(found, model, drive_v)
-    return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}"
+    return f"{effect.sentence} {size[:1].upper()}{size[1:]}. {effect.means}".rstrip()
 
 
 def fall_text(before: float, after: float) -> str:
@@ -215,17 +220,6 @@ def short_verdict_text(explanation: Ladder) -> str:
     return known.get(explanation.verdict, explanation.verdict)
 
 
-def title_text(explanation: Ladder) -> str:
-    """The finding as a title."""
-    names = [" or ".join((s.effect, *s.equivalent_to)) for s in explanation.steps]
-    found = " and ".join(", ".join(names).rsplit(", ", 1))
-    if explanation.verdict == "unexplained":
-        explain = "explains" if len(names) == 1 else "explain"
-        also = f"{found} {explain} a part, but something of what is missing is not in the library"
-        return also if found else "Something is missing that the library does not hold"
-    return f"The model was missing {found}" if found else "Nothing is missing in this model"
-
-
 def headline_sentences(explanation: Ladder, quantities: PlantUnits) -> list[str]:
     """Every added effect with its size, and what they did to the held-out error."""
     before, after, floor = map(error_text, (explanation.base_error, explanation.error, explanation.noise_floor))
@@ -239,8 +233,7 @@ def headline_sentences(explanation: Ladder, quantities: PlantUnits) -> list[str]
 
 
 def _step_sentence(step: Step, explanation: Ladder, quantities: PlantUnits) -> str:
-    row = library.in_plant_units(library.find(step.effect), explanation.problem.plant)
-    sentence = row.sentence.rstrip(".")
+    sentence = plain_effect_text(step.effect, explanation.problem.plant)
     size = step_size_text(step, explanation, quantities)
     several = is_number(step.error_before) and is_number(step.error_after) and len(explanation.steps) > 1
     fall = f"; error from {error_text(step.error_before)} to {error_text(step.error_after)}" if several else ""

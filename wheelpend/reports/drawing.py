@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,21 @@ FIGURE_STYLE: Any = {
     "text.color": INK_COLOUR,
     "axes.labelcolor": INK_COLOUR,
 }
+
+
+@contextmanager
+def figure_style() -> Iterator[None]:
+    """Axes that are made within have the style of all pictures; afterwards the user's own settings hold again.
+
+    Only these settings are put back: a notebook's backend, which may be loaded within, keeps its own.
+    """
+    settings = import_configured("matplotlib").rcParams
+    before = {key: settings[key] for key in FIGURE_STYLE}
+    settings.update(FIGURE_STYLE)
+    try:
+        yield
+    finally:
+        settings.update(before)
 
 
 def figure_png(

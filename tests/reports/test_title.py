@@ -1,0 +1,71 @@
+"""The title of a report says in words what was found and what it does to the error."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from wheelpend.estimation.estimate import Estimate, LogValue
+from wheelpend.model.record import Model
+from wheelpend.reports.text.title import title_text
+
+PLANTS = {name: Model.default(name).plant_signature for name in ("wheel_pendulum", "slide")}
+DRY = ("coulomb_drive", {"torque": Estimate(0.30002, 0.0001, unit="V")}, ())
+RIPPLE = ("cogging", {n: Estimate(0.1, 0.01, unit="V") for n in ("sine", "cosine")}, ())
+OFFSET = ("com_offset", {"angle": Estimate(0.02, 0.001, unit="rad")}, ("imu_bias",))
+LATE = ("actuator_delay", {"delay": Estimate(0.004, 1e-5, unit="s")}, ())
+
+
+def title(*steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum"):
+    made = tuple(SimpleNamespace(effect=e, estimates=found, equivalent_to=alike) for e, found, alike in steps)
+    problem = SimpleNamespace(plant=PLANTS[plant])
+    return title_text(SimpleNamespace(steps=made, parameters={}, base_error=before, error=after, noise_floor=floor,
+                                      verdict=verdict, problem=problem))  # fmt: skip
+
+
+def test_one_effect_has_its_sentence_its_name_and_its_size():
+    assert title(DRY) == (
+        "Dry friction in motor and gearbox (coulomb_drive), 0.3 V: that explains the error down to the noise, "
+        "52.4 → 0.997 σ"
+    )
+
+
+def test_several_effects_stand_in_a_row_and_one_that_needs_several_numbers_has_none():
+    assert title(DRY, LATE, RIPPLE).startswith(
+        "Dry friction in motor and gearbox (coulomb_drive), 0.3 V; the commanded voltage acts later than logged "
+        "(actuator_delay), 0.004 s; torque ripple of the motor or a gear, repeating over a turn of the drive "
+        "(cogging): together they explain"
+    )
+
+
+def test_what_the_data_cannot_tell_apart_is_named_beside_it():
+    assert "pitch is measured (com_offset or imu_bias), 0.02 rad: that" in title(OFFSET, verdict="ambiguous")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "verdict", "words"),
+    [
+        (50.0, 5.0, "nothing_missing", "that explains most of the error, 50.0 → 5.00 σ"),
+        (50.0, 40.0, "nothing_missing", "that explains a part of the error, 50.0 → 40.0 σ"),
+        (50.0, 40.0, "unexplained", "a part of the error, and something is still missing, 50.0 → 40.0 σ"),
+        (5.0, 5.1, "nothing_missing", "that explains forces that a larger error hides, 5.00 → 5.10 σ"),
+        (float("inf"), 9.0, "nothing_missing", "that explains most of the error, – → 9.00 σ"),
+    ],
+)
+def test_no_more_is_claimed_than_the_error_shows(before, after, verdict, words):
+    assert title(DRY, before=before, after=after, verdict=verdict).endswith(words)
+
+
+def test_a_size_that_each_log_has_for_itself_is_not_the_first_logs():
+    own = (LogValue("a.csv", 0.1, 0.01), LogValue("b.csv", 0.2, 0.01))
+    slope = ("slope", {"angle": Estimate(0.1, 0.01, unit="rad", per_log=own)}, ())
+    assert "(slope): that explains" in title(slope)
+
+
+def test_the_words_are_those_of_the_plant():
+    assert "Drag of the air on the moving" in title(("air_drag", DRY[1], ()))
+    assert "robot" not in title(("tether_spring", DRY[1], ()), plant="slide")
+
+
+def test_without_a_step_the_title_is_the_verdict():
+    assert title() == "Nothing is missing in this model"
+    assert title(verdict="unexplained") == "Something is missing that the library does not hold"

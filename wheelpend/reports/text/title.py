@@ -1,0 +1,51 @@
+"""The finding of an explanation as the title of its page: effects in plain words, and what they do to the error."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from derive.parameter_name import full_name
+from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
+from wheelpend.reports.numbers import error_text, is_number, typeset_number_text, unit_text
+from wheelpend.reports.text.verdict import plain_effect_text
+
+if TYPE_CHECKING:
+    from wheelpend.diagnosis.explain import Ladder, Step
+
+SHOWN_DIGITS = 3  # of sizes and errors: the page has the others
+MIN_MOST_SHARE = 0.5  # of the error above the noise floor, from which on most of it is explained
+
+
+def title_text(explanation: Ladder) -> str:
+    """The added effects in words, with their names, and how far they explain the error."""
+    if not explanation.steps:
+        unexplained = explanation.verdict == "unexplained"
+        return "Something is missing that the library does not hold" if unexplained else (
+            "Nothing is missing in this model")  # fmt: skip
+    first, *others = (_found_text(step, explanation) for step in explanation.steps)
+    found = "; ".join([first, *(other[:1].lower() + other[1:] for other in others)])
+    verb = "together they explain" if others else "that explains"
+    before, after = (error_text(e, SHOWN_DIGITS) for e in (explanation.base_error, explanation.error))
+    return f"{found}: {verb} {_explained_text(explanation)}, {before} → {after} σ"
+
+
+def _found_text(step: Step, explanation: Ladder) -> str:
+    """An effect in words, its name and those of its equivalents, and its size where one number tells it."""
+    names = " or ".join((step.effect, *step.equivalent_to))
+    sizes = [explanation.parameters.get(full_name(step.effect, n), e) for n, e in step.estimates.items()]
+    size = "" if len(sizes) != 1 or sizes[0].per_log or not is_number(sizes[0].value) else (
+        f", {typeset_number_text(sizes[0].value, SHOWN_DIGITS)} {unit_text(sizes[0].unit)}".rstrip())  # fmt: skip
+    return f"{plain_effect_text(step.effect, explanation.problem.plant)} ({names}){size}"
+
+
+def _explained_text(explanation: Ladder) -> str:
+    """Which part of the held-out error the added effects explain."""
+    before, after, floor = explanation.base_error, explanation.error, explanation.noise_floor
+    rest = ", and something is still missing" if explanation.verdict == "unexplained" else ""
+    if is_number(floor) and is_number(after) and after <= MAX_EXPLAINED_ERROR_RATIO * floor:
+        return f"the error down to the noise{rest}"
+    if is_number(before) and not after < before:
+        return f"forces that a larger error hides{rest}"
+    above = before - floor if is_number(floor) else before
+    most = not is_number(before) or before - after >= MIN_MOST_SHARE * above
+    return f"{'most' if most else 'a part'} of the error{rest}"
