@@ -156,9 +156,10 @@ def _known_files(folder: Path) -> dict[str, str]:
     try:
         if not path.is_file() or path.stat().st_size > MAX_LEDGER_BYTES:
             return {}
-        files = json.loads(path.read_text(encoding="utf-8"))["files"]
-        return {str(k): str(v) for k, v in files.items()}
-    except (OSError, ValueError, KeyError, AttributeError, RecursionError):
+        ledger = json.loads(path.read_text(encoding="utf-8"))
+        known = {str(k): str(v) for k, v in ledger["files"].items()}
+        return known if ledger["schema"] == 1 and ledger["target"] in TARGETS else {}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
 
 

@@ -143,7 +143,7 @@ def residual_tests_beside(
     """
     require_short(problem.logs)
     whole = estimator_at(problem, part.problem.module, (), log_values, lambda: log_values)
-    stored = _stored_sources(problem)
+    stored = stored_sources(problem.model, problem.module.OUTPUTS)
     sources = whole.in_all_logs(stored) if stored else likeliest.sources
     estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
     require_finite(point)

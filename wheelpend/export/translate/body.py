@@ -250,7 +250,7 @@ class Body(Values):
 
     def store_together(self, targets: Sequence[ast.expr], values: Sequence[Value]) -> list[Statement]:
         """Values into targets, by way of spare variables where a later value needs what an earlier store changes."""
-        clash = any(ast.unparse(t) in read_by(later) for n, t in enumerate(targets) for later in values[n + 1 :])
+        clash = any(stored_name(t) in read_by(later) for n, t in enumerate(targets) for later in values[n + 1 :])
         if not clash:
             return [s for t, v in zip(targets, values, strict=True) for s in self.store(t, v)]
         first: list[Statement] = []
@@ -263,6 +263,13 @@ class Body(Values):
             first.append(Assign(kept, made))
             spares.append(kept)
         return first + [s for t, v in zip(targets, spares, strict=True) for s in self.store(t, v)]
+
+
+def stored_name(target: ast.expr) -> str:
+    """The variable or the array that a store changes."""
+    while isinstance(target, ast.Subscript):
+        target = target.value
+    return ast.unparse(target)
 
 
 def has_slice(node: ast.Subscript) -> bool:

@@ -195,6 +195,8 @@ class Values:
         """Arithmetic of two numbers."""
         if isinstance(op, ast.Pow):
             return self.power(left, right)
+        if type(op) not in OPERATORS:
+            raise NotImplementedError(f"{self.source.name}: {ast.dump(op)}")
         if isinstance(left, Known) and isinstance(right, Known):
             return Known(computed(OPERATORS[type(op)], left.value, right.value))
         one, other = expression(left), expression(right)
