@@ -118,6 +118,12 @@ def read_sensors(t: float, state: np.ndarray, parameters: np.ndarray, output: np
     raise NotImplementedError
 
 
+def _sensor_jacobian(
+    t: float, state: np.ndarray, parameters: np.ndarray, by_state: np.ndarray, by_parameter: np.ndarray
+) -> None:
+    raise NotImplementedError
+
+
 def _state_derivative(
     t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray, slope: np.ndarray
 ) -> None:

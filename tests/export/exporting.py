@@ -6,10 +6,10 @@ from types import ModuleType
 import numpy as np
 
 import derive
-from wheelpend.export.c_target import SOURCE, c_files
+from wheelpend.export.c_target import SOURCE_FILE, c_files
 from wheelpend.export.compensation import compensation_of
 from wheelpend.export.exported_model import START_ERROR_SHARE
-from wheelpend.export.javascript_target import MODULE, javascript_files
+from wheelpend.export.javascript_target import MODULE_FILE, javascript_files
 from wheelpend.model.record import Model
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror", "-ffp-contract=off", "-O1")
@@ -98,7 +98,7 @@ def numbers_of_c(exported, folder, *options, compiler="gcc"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     flags = [*STRICT, *options, *(["-DCOMPENSATES"] if compensation_of(exported) else [])]
-    source = folder / "src" / SOURCE
+    source = folder / "src" / SOURCE_FILE
     subprocess.run([compiler, *flags, "-ffreestanding", "-c", source, "-o", folder / "model.o"], check=True)
     command = [compiler, *flags, "-I", folder / "src", source, f"{HERE}/harness.c", "-o", folder / "harness", "-lm"]
     subprocess.run(command, check=True)
@@ -107,8 +107,8 @@ def numbers_of_c(exported, folder, *options, compiler="gcc"):
 
 def numbers_of_javascript(exported, folder):
     """The same by the ES module."""
-    (folder / MODULE).write_text(javascript_files(exported)[MODULE])
-    return printed(["node", f"{HERE}/harness.mjs", (folder / MODULE).as_uri()])
+    (folder / MODULE_FILE).write_text(javascript_files(exported)[MODULE_FILE])
+    return printed(["node", f"{HERE}/harness.mjs", (folder / MODULE_FILE).as_uri()])
 
 
 def printed(command):

@@ -17,10 +17,11 @@ from tests.export.exporting import (
     numbers_of_python,
 )
 from wheelpend.errors import Failure
+from wheelpend.export.c_target import TEMPLATE_FOLDER
 from wheelpend.export.exported_model import exported_model
 from wheelpend.export.translate.c_code import mathematics_by_name, needed_mathematics
 from wheelpend.export.translate.known import RuntimeConstant
-from wheelpend.export.translate.program import REAL, Kind
+from wheelpend.export.translate.program import REAL_NUMBER, Kind
 from wheelpend.export.translate.specialise import Specialiser
 from wheelpend.kernels.load import model_text
 from wheelpend.model.record import Model
@@ -91,10 +92,9 @@ def test_every_effect_of_the_library_is_exported_in_every_language(plant, effect
 ])  # fmt: skip
 def test_its_mathematics_is_right_to_the_last_digits(function, low, high, tmp_path):
     points = np.r_[np.linspace(low, high, 2001), np.geomspace(max(low, 1e-12), high, 500)]
-    folder = __import__("wheelpend.export.c_target", fromlist=["FOLDER"]).FOLDER
     program = "\n".join([
         "#include <float.h>", "#include <stdbool.h>", "#include <stdio.h>", "#include <math.h>",
-        (folder / "precision.h").read_text(), (folder / "limits.h").read_text(),
+        (TEMPLATE_FOLDER / "precision.h").read_text(), (TEMPLATE_FOLDER / "limits.h").read_text(),
         "typedef struct { wp_real v[2]; } wp_reals2;", needed_mathematics({function}),
         "int main(void) { double x; while (scanf(\"%lf\", &x) == 1) printf(\"%.17g %.17g\\n\", "
         f"wp_{function}(x), {function}(x)); return 0; }}",
@@ -182,7 +182,7 @@ def test_the_observer_is_the_filter_of_identify(effects):
 
 def translated(text, **constants):
     made = Specialiser(text, {"RATE": RuntimeConstant("WP_RATE"), **constants})
-    return made.add("kernel", {"x": REAL, "a": Kind("array", (3,)), "n": REAL}, "kernel")
+    return made.add("kernel", {"x": REAL_NUMBER, "a": Kind("array", (3,)), "n": REAL_NUMBER}, "kernel")
 
 
 def test_a_loop_in_steps_and_a_swap_of_two_values_keep_their_meaning():

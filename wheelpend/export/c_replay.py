@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.export.c_target import SOURCE, c_files, c_replay_text
+from wheelpend.export.c_target import SOURCE_FILE, c_files, c_replay_text
 from wheelpend.export.exported_model import ExportedModel
 from wheelpend.export.replay import Replay, as_numbers, from_numbers
 from wheelpend.export.running import found_program, run_program
 
-COMPILERS = ("cc", "gcc", "clang")
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
+C_COMPILERS = ("cc", "gcc", "clang")
+COMPILER_FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 
 
 def replay_in_c(exported: ExportedModel, replay: Replay, single: bool = False) -> tuple[float | None, str]:
     """Error [σ] of the exported code on logs, in double or single precision, and how it was compiled, or why not."""
-    compiler = found_program(COMPILERS, "CC")
+    compiler = found_program(C_COMPILERS, "CC")
     if not compiler:
         return None, "no C compiler is installed here"
     with tempfile.TemporaryDirectory(prefix="wheelpend-export-") as name:
@@ -26,8 +26,8 @@ def replay_in_c(exported: ExportedModel, replay: Replay, single: bool = False) -
         for path, text in (c_files(exported) | {"replay.c": c_replay_text(exported)}).items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_text(text, encoding="utf-8")
-        flags = [*FLAGS, *(["-DWP_SINGLE"] if single else [])]
-        command = [compiler, *flags, "-Isrc", f"src/{SOURCE}", "replay.c", "-o", "replay", "-lm"]
+        flags = [*COMPILER_FLAGS, *(["-DWP_SINGLE"] if single else [])]
+        command = [compiler, *flags, "-Isrc", f"src/{SOURCE_FILE}", "replay.c", "-o", "replay", "-lm"]
         if wrong := run_program(command, folder)[1]:
             return None, wrong
         numbers = "\n".join(map(repr, as_numbers(exported, replay)))

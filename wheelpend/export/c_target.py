@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -12,16 +11,17 @@ import numpy as np
 
 import derive
 from wheelpend.export.compensation import INTERVAL_SIGMAS, compensation_of
-from wheelpend.export.exported_model import PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.exported_model import EXPORT_PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.templates import file_template
 from wheelpend.export.translate.c_code import CPrinter, real
 from wheelpend.export.translate.program import Function
 from wheelpend.model.equations import derived_model
 from wheelpend.version import version
 
-FOLDER = Path(__file__).with_name("c")
-HEADER, SOURCE = "wheelpend_model.h", "wheelpend_model.c"
+TEMPLATE_FOLDER = Path(__file__).with_name("c")
+HEADER_FILE, SOURCE_FILE = "wheelpend_model.h", "wheelpend_model.c"
 PLAIN_LETTERS = {"²": "^2", "³": "^3", "·": " ", "−": "-", "θ": "theta", "τ": "tau", "±": "+-", "’": "'", "…": "..."}
-FILTERS = (
+FILTER_PARTS = (
     (
         "observer",
         "The state from the sensors, with the random force: the filter of `wheelpend identify`, an extended Kalman\n"
@@ -40,8 +40,8 @@ def c_files(exported: ExportedModel) -> dict[str, str]:
     """Texts of the library by path."""
     context = _context(exported)
     return {
-        f"src/{HEADER}": _template("model.h.j2").render(context),
-        f"src/{SOURCE}": _template("model.c.j2").render(context),
+        f"src/{HEADER_FILE}": _template("model.h.j2").render(context),
+        f"src/{SOURCE_FILE}": _template("model.c.j2").render(context),
         "CMakeLists.txt": _template("CMakeLists.txt.j2").render(context),
         "library.properties": _template("library.properties.j2").render(context),
         "examples/balance/balance.ino": _template("balance.ino.j2").render(context),
@@ -56,7 +56,7 @@ def c_replay_text(exported: ExportedModel) -> str:
 
 def _context(exported: ExportedModel) -> dict[str, Any]:
     compensation = compensation_of(exported)
-    program = exported.program(tuple(p for p in PARTS if compensation or p != "compensator"))
+    program = exported.program(tuple(p for p in EXPORT_PARTS if compensation or p != "compensator"))
     printer = CPrinter()
     code = printer.text(program)
     functions = {f.name: f for f in program.functions if f.public}
@@ -74,10 +74,10 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
         "equations": comment_safe(derive.equations_text(derived_model(exported.model))),
         "effects": ", ".join(exported.model.effects),
         "inputs_phrase": exported.model.plant_signature.inputs_phrase,
-        "header": HEADER,
-        "source": SOURCE,
-        "precision": (FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
-        "limits": (FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
+        "header": HEADER_FILE,
+        "source": SOURCE_FILE,
+        "precision": (TEMPLATE_FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
+        "limits": (TEMPLATE_FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
         "code": ascii_only(code),
         "call": call,
         "real": real,
@@ -95,7 +95,7 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
         "compensation": compensation,
         "compensated": compensation.effects if compensation else (),
         "interval": f"{INTERVAL_SIGMAS:g}",
-        "filters": FILTERS,
+        "filters": FILTER_PARTS,
         "zero": "WP_R(0.0)" if exported.inputs <= 1 else "state",
         "gains": exported.model.controller.gains if exported.model.controller else None,
     }
@@ -149,10 +149,6 @@ def comment_safe(text: str) -> str:
     return ascii_only(text).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace('"', "'")
 
 
-@lru_cache
 def _template(name: str) -> jinja2.Template:
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER), trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-        undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
-    return environment.get_template(name)
+    """A template of this language."""
+    return file_template(TEMPLATE_FOLDER, name)

@@ -55,7 +55,7 @@ class Export:
         return self.ledger.to_json()
 
 
-TARGETS = {
+EXPORT_TARGETS = {
     "c": Target(
         "a C99 library: simulation, observer, compensator, recursive identifier",
         c_files,
@@ -86,7 +86,7 @@ def export_model(
     period: float | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Export:
-    """Export a model as it stands to one of TARGETS, for a machine that is sampled every ``period`` [s].
+    """Export a model as it stands to one of EXPORT_TARGETS, for a machine that is sampled every ``period`` [s].
 
     On ``logs``, or the hold-out logs, it is replayed in the target, from the states that our own prediction begins in,
     and its error there stands in the ledger beside ours. Raises Failure for an unknown target, and where a parameter
@@ -124,9 +124,11 @@ def checked_request(target: str, period: float | None, folder: Path) -> None:
 
 
 def _target(name: str) -> Target:
-    if name not in TARGETS:
-        raise Failure(f"The target must be one of {', '.join(TARGETS)}, not '{name}'.{did_you_mean(name, TARGETS)}")
-    return TARGETS[name]
+    if name not in EXPORT_TARGETS:
+        raise Failure(
+            f"The target must be one of {', '.join(EXPORT_TARGETS)}, not '{name}'.{did_you_mean(name, EXPORT_TARGETS)}"
+        )
+    return EXPORT_TARGETS[name]
 
 
 def write_export(export: Export, folder: Path) -> None:
@@ -158,7 +160,7 @@ def _known_files(folder: Path) -> dict[str, str]:
             return {}
         ledger = json.loads(path.read_text(encoding="utf-8"))
         known = {str(k): str(v) for k, v in ledger["files"].items()}
-        return known if ledger["schema"] == 1 and ledger["target"] in TARGETS else {}
+        return known if ledger["schema"] == 1 and ledger["target"] in EXPORT_TARGETS else {}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
 

@@ -18,7 +18,7 @@ from wheelpend.estimation.step_size import stable_step
 from wheelpend.estimation.stored_sources import stored_sources
 from wheelpend.export.translate.idle import without_idle_functions
 from wheelpend.export.translate.known import Argument, RuntimeConstant
-from wheelpend.export.translate.program import REAL, Kind, Program
+from wheelpend.export.translate.program import REAL_NUMBER, Kind, Program
 from wheelpend.export.translate.specialise import Specialiser
 from wheelpend.kernels.kernel_module import KernelModule
 from wheelpend.kernels.load import load_module, real_time_text
@@ -27,7 +27,7 @@ from wheelpend.model.record import Model
 from wheelpend.simulation.simulate import noise_levels
 
 # kernels of each part, by their names in an export; read_sensors comes first because the others call it
-PARTS: dict[str, dict[str, str]] = {
+EXPORT_PARTS: dict[str, dict[str, str]] = {
     "machine": {
         "read_sensors": "read_sensors",
         "start_machine": "start_machine",
@@ -145,13 +145,13 @@ class ExportedModel:
         rates = [START_SPREAD.get(f"{c.unit}/s", 1.0) for c in plant.coordinates]
         return np.array([*units, *rates] + [0.0] * (self.size - self.module.NX))
 
-    def program(self, parts: Sequence[str] = tuple(PARTS)) -> Program:
+    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> Program:
         """The kernels of these parts, and what they call."""
         constants = {n: v for n, v in vars(self.module).items() if n[:1].isupper()}
         made = Specialiser(self.text, constants | {"AT_REST": RuntimeConstant("WP_AT_REST")})
         for part in parts:
             arguments = self.arguments(self.learnt if part == "identifier" else np.zeros(0, np.int64))
-            for name, kernel in PARTS[part].items():
+            for name, kernel in EXPORT_PARTS[part].items():
                 made.add(kernel, arguments, name)
         return without_idle_functions(made.program)
 
@@ -173,8 +173,8 @@ class ExportedModel:
         numbers = ("t", "h", "period", "max_step", "step", "wanted", "least_slip", "least_input", "forgetting")
         return {
             **{name: Kind("array", shape) for name, shape in shapes.items()},
-            **dict.fromkeys(numbers, REAL),
-            "voltage": REAL if self.inputs <= 1 else Kind("array", (self.inputs,)),
+            **dict.fromkeys(numbers, REAL_NUMBER),
+            "voltage": REAL_NUMBER if self.inputs <= 1 else Kind("array", (self.inputs,)),
             "columns": columns,
             "force_columns": self.forces,
         }

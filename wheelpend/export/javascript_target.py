@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +12,32 @@ import numpy as np
 
 import derive
 from wheelpend.export.compensation import compensation_of
-from wheelpend.export.exported_model import PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.exported_model import EXPORT_PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.templates import file_template
 from wheelpend.export.translate.javascript_code import JavaScriptPrinter
 from wheelpend.model.equations import derived_model
 from wheelpend.version import version
 
-FOLDER = Path(__file__).with_name("javascript")
-MODULE, REPLAY = "wheelpend_model.mjs", "replay.mjs"
-FILTERS = (
+TEMPLATE_FOLDER = Path(__file__).with_name("javascript")
+MODULE_FILE, REPLAY_FILE = "wheelpend_model.mjs", "replay.mjs"
+FILTER_PARTS = (
     ("observer", "The state from the sensors, with the random force: the filter of `wheelpend identify`.", False),
     ("identifier", "The same, which learns parameters as it runs.", True),
 )
-PASSED = ("state", "voltage", "measured", "wanted", "now_given")
-SPECIAL = {
+PASSED_NAMES = ("state", "voltage", "measured", "wanted", "now_given")
+SPECIAL_NAMES = {
     "h": "this.period", "t": "this.time", "forces": "compensated_forces", "absent": "compensated_none",
     "maps": "compensated_maps", "shares": "compensated_shares", "step": "step", "by_state": "a", "by_input": "b",
     "reading_by_state": "c",
 }  # fmt: skip
 
 
-def javascript_files(exported: ExportedModel, parts: Sequence[str] = tuple(PARTS)) -> dict[str, str]:
+def javascript_files(exported: ExportedModel, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> dict[str, str]:
     """Text of the module by path."""
-    return {MODULE: template("model.mjs.j2").render(javascript_context(exported, parts))}
+    return {MODULE_FILE: template("model.mjs.j2").render(javascript_context(exported, parts))}
 
 
-def javascript_context(exported: ExportedModel, parts: Sequence[str] = tuple(PARTS)) -> dict[str, Any]:
+def javascript_context(exported: ExportedModel, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> dict[str, Any]:
     """What the templates need."""
     compensation = compensation_of(exported) if "compensator" in parts else None
     program = exported.program(tuple(p for p in parts if compensation or p != "compensator"))
@@ -49,13 +49,13 @@ def javascript_context(exported: ExportedModel, parts: Sequence[str] = tuple(PAR
         )
 
     def argument(name: str) -> str:
-        return name if name in PASSED else SPECIAL.get(name, f"this.{name}")
+        return name if name in PASSED_NAMES else SPECIAL_NAMES.get(name, f"this.{name}")
 
     def free_call(name: str) -> str:
         limits = {"least_slip": f"{compensation.least_slip!r}", "least_input": f"{float(compensation.least_input)!r}",
                   "t": "0"} if compensation else {}  # fmt: skip
         names = [p.name for p in functions[name].parameters]
-        return f"{name}({', '.join(limits.get(n, SPECIAL.get(n, n)) for n in names)})"
+        return f"{name}({', '.join(limits.get(n, SPECIAL_NAMES.get(n, n)) for n in names)})"
 
     module = exported.module
     doubt = (START_ERROR_SHARE * exported.parameters[exported.learnt]) ** 2
@@ -67,7 +67,7 @@ def javascript_context(exported: ExportedModel, parts: Sequence[str] = tuple(PAR
         "equations": derive.equations_text(derived_model(exported.model)),
         "effects": ", ".join(exported.model.effects),
         "inputs_phrase": exported.model.plant_signature.inputs_phrase,
-        "module_name": MODULE,
+        "module_name": MODULE_FILE,
         "code": JavaScriptPrinter().text(program),
         "call": call,
         "flat": lambda matrix: ", ".join(number(v) for v in np.asarray(matrix).ravel()),
@@ -81,7 +81,7 @@ def javascript_context(exported: ExportedModel, parts: Sequence[str] = tuple(PAR
         "compensates": compensation is not None,
         "compensation": compensation,
         "compensated": compensation.effects if compensation else (),
-        "filters": [f for f in FILTERS if f[0] in parts],
+        "filters": [f for f in FILTER_PARTS if f[0] in parts],
     }
 
 
@@ -92,11 +92,6 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
-@lru_cache
 def template(name: str) -> jinja2.Template:
-    """A template of this folder."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(FOLDER), trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
-        undefined=jinja2.StrictUndefined,
-    )  # fmt: skip
-    return environment.get_template(name)
+    """A template of this language."""
+    return file_template(TEMPLATE_FOLDER, name)

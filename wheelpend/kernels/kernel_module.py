@@ -63,8 +63,6 @@ class ModelConstants(Protocol):
     LINEAR: tuple[str, ...]  # (n,) parameters of the regressor
     SIGNED: tuple[str, ...]  # own parameters that may be negative
     MISSING_FORCES: tuple[str, ...]  # unknown forces, one for each row, where there are any
-    DELAY: int  # index of the input delay, or -1
-    SENSOR_DELAY: int  # index of the delay of late sensors, or -1
     LAG: int  # index of the time constant of the input's lag, or -1
     DELAY: int  # index of the input's delay, or -1
     SENSOR_DELAY: int  # index of the delay of sensors, or -1

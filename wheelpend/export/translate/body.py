@@ -15,9 +15,9 @@ from wheelpend.export.translate.known import (
     read_by,
 )
 from wheelpend.export.translate.program import (
-    INT,
-    NOTHING,
-    REAL,
+    NO_VALUE,
+    REAL_NUMBER,
+    WHOLE_NUMBER,
     Assign,
     Call,
     CopyRow,
@@ -60,7 +60,7 @@ class Body(Values):
         own = {n: k for n, k in self.variables.items() if n not in self.counters and n in used}
         text = ast.get_docstring(self.source) or ""
         written = frozenset(n for n in self.written if n in self.kinds)
-        return Function(name, text, parameters, written, own, body, self.returns or NOTHING, public)
+        return Function(name, text, parameters, written, own, body, self.returns or NO_VALUE, public)
 
     def block(self, statements: Sequence[ast.stmt]) -> list[Statement]:
         """Statements in order, up to the first after which none is reached."""
@@ -117,7 +117,7 @@ class Body(Values):
         if isinstance(start, Known) and isinstance(stop, Known) and not range(start.value, stop.value, step):
             return []
         self.counters.add(name)
-        self.variables[name] = INT
+        self.variables[name] = WHOLE_NUMBER
         inside = self.block(body)
         return [Count(name, expression(start), expression(stop), step, tuple(inside))] if inside else []
 
@@ -131,7 +131,7 @@ class Body(Values):
     def leave(self, value: ast.expr | None) -> list[Statement]:
         """A ``return``."""
         if value is None:
-            self.returns = self.returns or NOTHING
+            self.returns = self.returns or NO_VALUE
             return [Return(None)]
         made = expression(self.value(value))
         if made.kind.base == "array":
@@ -239,7 +239,7 @@ class Body(Values):
             s
             for i, t in enumerate(targets)
             if not (isinstance(t, ast.Name) and t.id == "_")
-            for s in self.store(t, Entry(kept, i, REAL))
+            for s in self.store(t, Entry(kept, i, REAL_NUMBER))
         ]
 
     def arrays_made_by(self, value: ast.expr) -> ast.Tuple | None:

@@ -9,12 +9,10 @@ from importlib.resources import files
 from typing import ClassVar
 
 from wheelpend.export.translate.idle import every_statement, parts_of, values_of
-from wheelpend.export.translate.printer import INDENT, Printer
+from wheelpend.export.translate.printer import INDENT_TEXT, Printer
 from wheelpend.export.translate.program import (
-    BOOL,
-    INT,
-    NOTHING,
-    REAL,
+    REAL_NUMBER,
+    TRUTH_VALUE,
     Call,
     Count,
     Element,
@@ -28,7 +26,7 @@ from wheelpend.export.translate.program import (
     Several,
 )
 
-KEYWORDS = frozenset(
+RESERVED_WORDS = frozenset(
     [
         "auto",
         "break",
@@ -70,22 +68,22 @@ KEYWORDS = frozenset(
         "I",
     ]
 )
-TYPES = {"real": "wp_real", "int": "int", "bool": "bool", "nothing": "void"}
-MATHEMATICS = "mathematics.c"
-TINY = 1e-60  # a variance that stands for none, which no float can be so small as to hold
+TYPE_NAMES = {"real": "wp_real", "int": "int", "bool": "bool", "nothing": "void"}
+MATHEMATICS_FILE = "mathematics.c"
+TINY_VARIANCE = 1e-60  # a variance that stands for none, which no float can be so small as to hold
 
 
 class CPrinter(Printer):
     """Prints functions as C."""
 
-    keywords = KEYWORDS
+    keywords = RESERVED_WORDS
     tuple_sizes: ClassVar[set[int]] = set()
 
     def number(self, value: Number, kind: Kind) -> str:
         """A number where one of that kind is wanted."""
-        if kind == REAL:
+        if kind == REAL_NUMBER:
             return real(float(value.value))
-        return str(value.value).lower() if kind == BOOL else str(int(value.value))
+        return str(value.value).lower() if kind == TRUTH_VALUE else str(int(value.value))
 
     def converted(self, text: str, kind: Kind) -> str:
         """A whole number as a real one."""
@@ -101,15 +99,15 @@ class CPrinter(Printer):
 
     def several(self, several: Several) -> str:
         """Numbers that are returned at once."""
-        return f"({self.type_of(several.kind)}){{{{{', '.join(self.value(v, REAL) for v in several.values)}}}}}"
+        return f"({self.type_of(several.kind)}){{{{{', '.join(self.value(v, REAL_NUMBER) for v in several.values)}}}}}"
 
     def call(self, call: Call) -> str:
         """A call."""
         if call.is_builtin and call.function == "whole":
-            return f"wp_whole({self.value(call.arguments[0], REAL)})"
-        kinds = [None if a.kind.base in ("array", "int", "bool") else REAL for a in call.arguments]
+            return f"wp_whole({self.value(call.arguments[0], REAL_NUMBER)})"
+        kinds = [None if a.kind.base in ("array", "int", "bool") else REAL_NUMBER for a in call.arguments]
         if call.is_builtin and call.function not in ("power", "min_int", "max_int", "abs_int"):
-            kinds = [REAL] * len(kinds)
+            kinds = [REAL_NUMBER] * len(kinds)
         wanted = self.wanted.get(call.function) if not call.is_builtin else None
         arguments = [self.value(a, k) for a, k in zip(call.arguments, wanted or kinds, strict=True)]
         return f"wp_{call.function}({', '.join(arguments)})"
@@ -119,7 +117,7 @@ class CPrinter(Printer):
         if kind.base == "tuple":
             self.tuple_sizes.add(kind.shape[0])
             return f"wp_reals{kind.shape[0]}"
-        return TYPES[kind.base]
+        return TYPE_NAMES[kind.base]
 
     def declaration(self, variable: Name, value: str, constant: bool) -> str:
         """A new variable."""
@@ -134,7 +132,7 @@ class CPrinter(Printer):
         dims = "".join(f"[{n}]" for n in name.kind.shape)
         depth = len(name.kind.shape)
         zero = "0" if name.kind.entry == "int" else real(0.0)
-        return f"{TYPES[name.kind.entry]} {self.name(name.name)}{dims} = {'{' * depth}{zero}{'}' * depth};"
+        return f"{TYPE_NAMES[name.kind.entry]} {self.name(name.name)}{dims} = {'{' * depth}{zero}{'}' * depth};"
 
     def counter(self, count: Count) -> str:
         """The head of a loop that counts."""
@@ -149,16 +147,16 @@ class CPrinter(Printer):
         """All entries of one row into another."""
         (size,) = target.kind.shape
         one, other = self.bare(target)[0], self.bare(source)[0]
-        return [f"for (int entry = 0; entry < {size}; entry++) {{", f"{INDENT}{one}[entry] = {other}[entry];", "}"]
+        return [f"for (int entry = 0; entry < {size}; entry++) {{", f"{INDENT_TEXT}{one}[entry] = {other}[entry];", "}"]
 
     def filled(self, target: Name | Element, value: Expression) -> list[str]:
         """A number into all entries of a row."""
         names = ["first", "second", "third"][: len(target.kind.shape)]
         heads = [f"for (int {n} = 0; {n} < {size}; {n}++) {{" for n, size in zip(names, target.kind.shape, strict=True)]
         place = self.bare(target)[0] + "".join(f"[{n}]" for n in names)
-        lines = [INDENT * i + head for i, head in enumerate(heads)]
-        lines.append(f"{INDENT * len(heads)}{place} = {self.value(value, Kind(target.kind.entry))};")
-        return lines + [INDENT * i + "}" for i in reversed(range(len(heads)))]
+        lines = [INDENT_TEXT * i + head for i, head in enumerate(heads)]
+        lines.append(f"{INDENT_TEXT * len(heads)}{place} = {self.value(value, Kind(target.kind.entry))};")
+        return lines + [INDENT_TEXT * i + "}" for i in reversed(range(len(heads)))]
 
     def head(self, function: Function) -> str:
         """The first line of a function."""
@@ -171,12 +169,14 @@ class CPrinter(Printer):
             return f"{self.type_of(name.kind)} {self.name(name.name)}"
         shape = name.kind.shape
         const = "const " if len(shape) == 1 and not is_written else ""
-        return f"{const}{TYPES[name.kind.entry]} {self.name(name.name)}{''.join(f'[{n}]' for n in shape)}"
+        return f"{const}{TYPE_NAMES[name.kind.entry]} {self.name(name.name)}{''.join(f'[{n}]' for n in shape)}"
 
     def text(self, program: Program) -> str:
         """All functions, after types, tables and the mathematics that they use."""
         self.tuple_sizes.clear()
-        self.wanted = {f.name: [REAL if p.kind == REAL else None for p in f.parameters] for f in program.functions}
+        self.wanted = {
+            f.name: [REAL_NUMBER if p.kind == REAL_NUMBER else None for p in f.parameters] for f in program.functions
+        }
         functions = [self.function(f) for f in program.functions]
         tables = [self.table(n, k, v) for n, (k, v) in program.tables.items()]
         used = {
@@ -199,14 +199,14 @@ class CPrinter(Printer):
         """A function with its docstring as a comment."""
         used = {n for s in every_statement(function.body) for v in values_of(s) for p in parts_of(v)
                 if isinstance(p, Name) for n in [p.name]}  # fmt: skip
-        idle = [f"{INDENT}(void){self.name(p.name)};" for p in function.parameters if p.name not in used]
-        lines = [INDENT + line for line in self.lines(function)]
+        idle = [f"{INDENT_TEXT}(void){self.name(p.name)};" for p in function.parameters if p.name not in used]
+        lines = [INDENT_TEXT + line for line in self.lines(function)]
         return "\n".join([comment(function.text), self.head(function) + " {", *idle, *lines, "}"])
 
     def table(self, name: str, kind: Kind, entries: tuple) -> str:
         """A table of constants."""
         dims = "".join(f"[{n}]" for n in kind.shape)
-        return f"static const {TYPES[kind.entry]} {name}{dims} = {self.nested(kind, entries)};"
+        return f"static const {TYPE_NAMES[kind.entry]} {name}{dims} = {self.nested(kind, entries)};"
 
     def nested(self, kind: Kind, entries: tuple) -> str:
         """Entries in braces, row by row."""
@@ -223,7 +223,7 @@ def real(value: float) -> str:
     value = float(value)
     if math.isinf(value):
         return "WP_LARGEST" if value > 0 else "-WP_LARGEST"
-    if value == TINY:
+    if value == TINY_VARIANCE:
         return "WP_TINY"
     return f"-WP_R({-value!r})" if value < 0 else f"WP_R({value!r})"
 
@@ -237,7 +237,7 @@ def comment(text: str) -> str:
 @lru_cache
 def mathematics_by_name() -> dict[str, str]:
     """Each function of the mathematics, with its comment."""
-    text = files("wheelpend.export").joinpath("c", MATHEMATICS).read_text(encoding="utf-8")
+    text = files("wheelpend.export").joinpath("c", MATHEMATICS_FILE).read_text(encoding="utf-8")
     found = re.findall(r"(^/\*(?:[^*]|\*(?!/))*\*/\nstatic [\w ]*?wp_(\w+)\(.*?^}$)", text, re.MULTILINE | re.DOTALL)
     return {name: body for body, name in found}
 
@@ -252,6 +252,3 @@ def needed_mathematics(used: set[str]) -> str:
             wanted.add(name)
             open_names |= set(re.findall(r"wp_(\w+)\(", known[name]))
     return "\n\n".join(body for name, body in known.items() if name in wanted)
-
-
-__all__ = ["INT", "NOTHING", "CPrinter", "real"]

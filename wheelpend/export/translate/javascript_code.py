@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from wheelpend.export.translate.idle import every_statement
-from wheelpend.export.translate.printer import INDENT, Printer
+from wheelpend.export.translate.printer import INDENT_TEXT, Printer
 from wheelpend.export.translate.program import (
-    BOOL,
-    REAL,
+    REAL_NUMBER,
+    TRUTH_VALUE,
     Call,
     Count,
     Element,
@@ -23,7 +23,7 @@ from wheelpend.export.translate.program import (
     Several,
 )
 
-KEYWORDS = frozenset(
+RESERVED_WORDS = frozenset(
     [
         "arguments",
         "await",
@@ -79,7 +79,7 @@ KEYWORDS = frozenset(
         "yield",
     ]
 )
-MATHEMATICS = {
+MATHEMATICS_NAMES = {
     "sin": "Math.sin", "cos": "Math.cos", "tan": "Math.tan", "exp": "Math.exp", "log": "Math.log", "sqrt": "Math.sqrt",
     "tanh": "Math.tanh", "atan": "Math.atan", "ceil": "Math.ceil", "pow": "Math.pow", "power": "Math.pow",
     "abs": "Math.abs", "abs_int": "Math.abs", "min": "Math.min", "min_int": "Math.min", "max": "Math.max",
@@ -90,12 +90,12 @@ MATHEMATICS = {
 class JavaScriptPrinter(Printer):
     """Prints functions as JavaScript."""
 
-    keywords = KEYWORDS
+    keywords = RESERVED_WORDS
     words = Printer.words | {"==": "===", "!=": "!=="}
 
     def number(self, value: Number, kind: Kind) -> str:
         """A number where one of that kind is wanted."""
-        if kind == BOOL:
+        if kind == TRUTH_VALUE:
             return str(bool(value.value)).lower()
         number = value.value
         if isinstance(number, float) and math.isinf(number):
@@ -124,14 +124,14 @@ class JavaScriptPrinter(Printer):
 
     def several(self, several: Several) -> str:
         """Numbers that are returned at once."""
-        return f"[{', '.join(self.value(v, REAL) for v in several.values)}]"
+        return f"[{', '.join(self.value(v, REAL_NUMBER) for v in several.values)}]"
 
     def call(self, call: Call) -> str:
         """A call."""
         arguments = ", ".join(self.value(a) for a in call.arguments)
         if call.is_builtin and call.function == "sine_pair":
             return f"[Math.sin({arguments}), Math.cos({arguments})]"
-        return f"{MATHEMATICS[call.function] if call.is_builtin else call.function}({arguments})"
+        return f"{MATHEMATICS_NAMES[call.function] if call.is_builtin else call.function}({arguments})"
 
     def declaration(self, variable: Name, value: str, constant: bool) -> str:
         """A new variable."""
@@ -164,7 +164,7 @@ class JavaScriptPrinter(Printer):
 
     def text(self, program: Program) -> str:
         """All functions, after the tables that they read; scratch arrays are made once, since nothing calls itself."""
-        self.keywords = KEYWORDS.union(f.name for f in program.functions)  # they share one room of names
+        self.keywords = RESERVED_WORDS.union(f.name for f in program.functions)  # they share one room of names
         tables = [f"const {n} = [{', '.join(self.number(Number(e, Kind(k.entry)), Kind(k.entry)) for e in v)}];"
                   for n, (k, v) in program.tables.items()]  # fmt: skip
         return "\n\n".join(["\n".join(tables), *map(self.function, program.functions)])
@@ -176,7 +176,7 @@ class JavaScriptPrinter(Printer):
         scratch = [f"const {self.buffers[n.name]} = new Float64Array({math.prod(n.kind.shape)});" for n in made]
         text = " ".join(line.strip() for line in function.text.splitlines()).replace("*/", "* /")
         head = f"function {function.name}({', '.join(self.name(p.name) for p in function.parameters)}) {{"
-        lines = [INDENT + line for line in self.lines(function)]
+        lines = [INDENT_TEXT + line for line in self.lines(function)]
         export = "export " if function.public else ""
         return "\n".join([*scratch, f"/** {text} */", export + head, *lines, "}"])
 

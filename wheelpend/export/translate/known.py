@@ -9,9 +9,9 @@ import numpy as np
 
 from wheelpend.export.translate.idle import names_in
 from wheelpend.export.translate.program import (
-    BOOL,
-    INT,
-    REAL,
+    REAL_NUMBER,
+    TRUTH_VALUE,
+    WHOLE_NUMBER,
     Expression,
     Kind,
     Number,
@@ -50,8 +50,8 @@ def is_empty_kind(kind: Kind) -> bool:
 
 def as_kind(value: Expression, kind: Kind) -> Expression:
     """A number written as a real one where a real one is wanted."""
-    if isinstance(value, Number) and kind == REAL and value.kind != REAL:
-        return Number(float(value.value), REAL)
+    if isinstance(value, Number) and kind == REAL_NUMBER and value.kind != REAL_NUMBER:
+        return Number(float(value.value), REAL_NUMBER)
     return value
 
 
@@ -61,13 +61,13 @@ def expression(value: Value) -> Expression:
         return value
     known = value.value
     if isinstance(known, bool | np.bool_):
-        return Number(bool(known), BOOL)
+        return Number(bool(known), TRUTH_VALUE)
     if isinstance(known, int | np.integer):
-        return Number(int(known), INT)
+        return Number(int(known), WHOLE_NUMBER)
     if isinstance(known, float | np.floating):
-        return Number(float(known), REAL)
+        return Number(float(known), REAL_NUMBER)
     if isinstance(known, tuple):
-        return Several(tuple(as_kind(expression(Known(v)), REAL) for v in known), Kind("tuple", (len(known),)))
+        return Several(tuple(as_kind(expression(Known(v)), REAL_NUMBER) for v in known), Kind("tuple", (len(known),)))
     raise NotImplementedError(f"no number: {known!r}")
 
 

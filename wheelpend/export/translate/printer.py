@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from wheelpend.export.translate.idle import blocks_of, every_statement, names_in, values_of
 from wheelpend.export.translate.program import (
-    INT,
-    REAL,
+    REAL_NUMBER,
+    WHOLE_NUMBER,
     Assign,
     Call,
     Choice,
@@ -33,9 +33,22 @@ from wheelpend.export.translate.program import (
     While,
 )
 
-PRECEDENCE = {"or": 1, "and": 2, "==": 3, "!=": 3, "<": 4, "<=": 4, ">": 4, ">=": 4, "+": 5, "-": 5, "*": 6, "/": 6}
-UNARY, ATOM, CONDITION = 7, 9, 0
-INDENT = "    "
+OPERATOR_PRECEDENCE = {
+    "or": 1,
+    "and": 2,
+    "==": 3,
+    "!=": 3,
+    "<": 4,
+    "<=": 4,
+    ">": 4,
+    ">=": 4,
+    "+": 5,
+    "-": 5,
+    "*": 6,
+    "/": 6,
+}
+UNARY_PRECEDENCE, ATOM_PRECEDENCE, CHOICE_PRECEDENCE = 7, 9, 0
+INDENT_TEXT = "    "
 
 
 class Printer:
@@ -94,16 +107,16 @@ class Printer:
 
     def value(self, value: Expression, kind: Kind | None = None) -> str:
         """An expression that stands by itself, as a real number where one is wanted."""
-        return self.written(value, CONDITION, kind)
+        return self.written(value, CHOICE_PRECEDENCE, kind)
 
     def written(self, value: Expression, around: int, kind: Kind | None = None) -> str:
         """An expression inside another one that binds so tightly."""
         if isinstance(value, Number):
-            text, own = self.number(value, kind or value.kind), UNARY if value.value < 0 else ATOM
+            text, own = self.number(value, kind or value.kind), UNARY_PRECEDENCE if value.value < 0 else ATOM_PRECEDENCE
         else:
             text, own = self.bare(value)
-            if kind == REAL and value.kind.base in ("int", "bool"):
-                text, own = self.converted(self.enclosed(text, own, UNARY), value.kind), UNARY
+            if kind == REAL_NUMBER and value.kind.base in ("int", "bool"):
+                text, own = self.converted(self.enclosed(text, own, UNARY_PRECEDENCE), value.kind), UNARY_PRECEDENCE
         return self.enclosed(text, own, around)
 
     def enclosed(self, text: str, own: int, around: int) -> str:
@@ -114,18 +127,18 @@ class Printer:
         """An expression and how tightly it binds."""
         match value:
             case Name(name=name):
-                return self.name(name), ATOM
+                return self.name(name), ATOM_PRECEDENCE
             case Element():
-                return self.element(value), ATOM
+                return self.element(value), ATOM_PRECEDENCE
             case Entry():
-                return self.entry(value), ATOM
+                return self.entry(value), ATOM_PRECEDENCE
             case Call():
-                return self.call(value), ATOM
+                return self.call(value), ATOM_PRECEDENCE
             case Several():
-                return self.several(value), ATOM
+                return self.several(value), ATOM_PRECEDENCE
             case Choice(test=test, first=first, second=second, kind=kind):
                 parts = self.written(test, 1), self.written(first, 1, kind), self.written(second, 0, kind)
-                return "{} ? {} : {}".format(*parts), CONDITION
+                return "{} ? {} : {}".format(*parts), CHOICE_PRECEDENCE
             case Operation():
                 return self.operation(value)
         raise NotImplementedError(f"{value!r}")
@@ -135,10 +148,10 @@ class Printer:
         operator, operands = operation.operator, operation.operands
         if len(operands) == 1:
             sign = "!" if operator == "not" else "-"
-            return sign + self.written(operands[0], UNARY + 1), UNARY
-        own = PRECEDENCE[operator]
+            return sign + self.written(operands[0], UNARY_PRECEDENCE + 1), UNARY_PRECEDENCE
+        own = OPERATOR_PRECEDENCE[operator]
         inside = 5 if own in (3, 4) else own  # comparisons of comparisons want parentheses
-        kind = REAL if any(o.kind == REAL for o in operands) or operation.kind == REAL else None
+        kind = REAL_NUMBER if any(o.kind == REAL_NUMBER for o in operands) or operation.kind == REAL_NUMBER else None
         left = self.written(operands[0], inside, kind)
         right = self.written(operands[1], inside + (operator in ("-", "/", "==", "!=", "*")), kind)
         if operator == "or":  # mixed with "and" it wants parentheses
@@ -178,13 +191,13 @@ class Printer:
         """A statement; ``new`` are variables that it declares."""
 
         def indented(block: Sequence[Statement]) -> list[str]:
-            return [INDENT + line for line in self.block(block, inner.get(id(block), {}), returns)]
+            return [INDENT_TEXT + line for line in self.block(block, inner.get(id(block), {}), returns)]
 
         match s:
             case Assign(target=Name() as target, value=value) if target.name in new:
                 return [self.declaration(target, self.value(value, target.kind), self.stores[target.name] == 1)]
             case Assign(target=target, value=Operation(operator=operator, operands=(left, right))) if (
-                left == target and operator in "+-*/" and target.kind in (REAL, INT)
+                left == target and operator in "+-*/" and target.kind in (REAL_NUMBER, WHOLE_NUMBER)
             ):
                 return [f"{self.bare(target)[0]} {operator}= {self.value(right, target.kind)};"]
             case Assign(target=target, value=value):

@@ -18,7 +18,7 @@ class Kind:
     entry: Base = "real"  # what an array holds
 
 
-REAL, INT, BOOL, NOTHING = Kind("real"), Kind("int"), Kind("bool"), Kind("nothing")
+REAL_NUMBER, WHOLE_NUMBER, TRUTH_VALUE, NO_VALUE = Kind("real"), Kind("int"), Kind("bool"), Kind("nothing")
 
 
 @dataclass(frozen=True)

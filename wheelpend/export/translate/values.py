@@ -21,9 +21,9 @@ from wheelpend.export.translate.known import (
     joined,
 )
 from wheelpend.export.translate.program import (
-    BOOL,
-    INT,
-    REAL,
+    REAL_NUMBER,
+    TRUTH_VALUE,
+    WHOLE_NUMBER,
     Call,
     Choice,
     Element,
@@ -39,12 +39,12 @@ from wheelpend.export.translate.program import (
 )
 
 # of the language's own mathematics: by the name in the templates, that in a program
-BUILTINS = {
+BUILTIN_FUNCTIONS = {
     "math.sin": "sin", "math.cos": "cos", "math.tan": "tan", "math.exp": "exp", "math.log": "log",
     "math.sqrt": "sqrt", "math.tanh": "tanh", "math.atan": "atan", "math.ceil": "ceil",
     "math.isnan": "isnan", "np.isnan": "isnan", "math.erfc": "erfc",
 }  # fmt: skip
-OPERATORS = {
+OPERATOR_TEXTS = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
     ast.Eq: "==", ast.NotEq: "!=", ast.And: "and", ast.Or: "or",
 }  # fmt: skip
@@ -138,7 +138,7 @@ class Values:
             return Name(name, self.kinds[name])
         if name in self.owner.constants:
             constant = self.owner.constants[name]
-            return Name(constant.name, REAL) if isinstance(constant, RuntimeConstant) else Known(constant, name)
+            return Name(constant.name, REAL_NUMBER) if isinstance(constant, RuntimeConstant) else Known(constant, name)
         raise NotImplementedError(f"{self.source.name}: '{name}' is read before it has a value")
 
     def attribute(self, node: ast.Attribute) -> Value:
@@ -174,7 +174,7 @@ class Values:
         if base.kind.base == "tuple" and isinstance(base, Name):
             (place,) = indices
             if isinstance(place, Known):
-                return Entry(base, place.value, REAL)
+                return Entry(base, place.value, REAL_NUMBER)
         if base.kind.base != "array" or not isinstance(base, Name):
             raise NotImplementedError(f"{self.source.name}: {ast.unparse(node)}")
         left = base.kind.shape[len(indices) :]
@@ -186,7 +186,7 @@ class Values:
         if isinstance(value, Known):
             return Known((not value.value) if isinstance(op, ast.Not) else -value.value)
         if isinstance(op, ast.Not):
-            return Operation("not", (value,), BOOL)
+            return Operation("not", (value,), TRUTH_VALUE)
         if isinstance(op, ast.USub):
             return Operation("-", (value,), value.kind)
         raise NotImplementedError(f"{self.source.name}: {ast.dump(op)}")
@@ -195,13 +195,13 @@ class Values:
         """Arithmetic of two numbers."""
         if isinstance(op, ast.Pow):
             return self.power(left, right)
-        if type(op) not in OPERATORS:
+        if type(op) not in OPERATOR_TEXTS:
             raise NotImplementedError(f"{self.source.name}: {ast.dump(op)}")
         if isinstance(left, Known) and isinstance(right, Known):
-            return Known(computed(OPERATORS[type(op)], left.value, right.value))
+            return Known(computed(OPERATOR_TEXTS[type(op)], left.value, right.value))
         one, other = expression(left), expression(right)
-        kind = REAL if isinstance(op, ast.Div) else joined(one.kind, other.kind)
-        return Operation(OPERATORS[type(op)], (one, other), kind)
+        kind = REAL_NUMBER if isinstance(op, ast.Div) else joined(one.kind, other.kind)
+        return Operation(OPERATOR_TEXTS[type(op)], (one, other), kind)
 
     def power(self, base: Value, exponent: Value) -> Value:
         """A power: a product where the exponent is a small whole number."""
@@ -209,15 +209,15 @@ class Values:
             return Known(base.value**exponent.value)
         number = expression(base)
         if not isinstance(exponent, Known):
-            return Call("pow", (number, expression(exponent)), REAL, is_builtin=True)
+            return Call("pow", (number, expression(exponent)), REAL_NUMBER, is_builtin=True)
         n = exponent.value
         if n in (0.5, -0.5):
-            root = Call("sqrt", (number,), REAL, is_builtin=True)
-            return root if n > 0 else Operation("/", (Number(1.0, REAL), root), REAL)
+            root = Call("sqrt", (number,), REAL_NUMBER, is_builtin=True)
+            return root if n > 0 else Operation("/", (Number(1.0, REAL_NUMBER), root), REAL_NUMBER)
         if float(n).is_integer() and 1 <= abs(n) <= MAX_WRITTEN_OUT_POWER:
-            raised = Call("power", (number, Number(int(abs(n)), INT)), REAL, is_builtin=True)
-            return raised if n > 0 else Operation("/", (Number(1.0, REAL), raised), REAL)
-        return Call("pow", (number, Number(float(n), REAL)), REAL, is_builtin=True)
+            raised = Call("power", (number, Number(int(abs(n)), WHOLE_NUMBER)), REAL_NUMBER, is_builtin=True)
+            return raised if n > 0 else Operation("/", (Number(1.0, REAL_NUMBER), raised), REAL_NUMBER)
+        return Call("pow", (number, Number(float(n), REAL_NUMBER)), REAL_NUMBER, is_builtin=True)
 
     def logic(self, op: ast.boolop, nodes: Sequence[ast.expr]) -> Value:
         """``and`` or ``or``, as far as it is not decided beforehand."""
@@ -234,7 +234,7 @@ class Values:
             return Known(not deciding)
         made = left[0]
         for value in left[1:]:
-            made = Operation(OPERATORS[type(op)], (made, value), BOOL)
+            made = Operation(OPERATOR_TEXTS[type(op)], (made, value), TRUTH_VALUE)
         return made
 
     def compare(self, node: ast.Compare) -> Value:
@@ -246,9 +246,9 @@ class Values:
             if isinstance(op, ast.In) and isinstance(right, Known):
                 parts.append(self.membership(left, right.value))
             elif isinstance(left, Known) and isinstance(right, Known):
-                parts.append(Known(computed(OPERATORS[type(op)], left.value, right.value)))
+                parts.append(Known(computed(OPERATOR_TEXTS[type(op)], left.value, right.value)))
             else:
-                parts.append(Operation(OPERATORS[type(op)], (expression(left), expression(right)), BOOL))
+                parts.append(Operation(OPERATOR_TEXTS[type(op)], (expression(left), expression(right)), TRUTH_VALUE))
             left = right
         if any(isinstance(p, Known) and not p.value for p in parts):
             return Known(False)
@@ -257,23 +257,23 @@ class Values:
             return Known(True)
         made: Expression = open_parts[0]
         for p in open_parts[1:]:
-            made = Operation("and", (made, p), BOOL)
+            made = Operation("and", (made, p), TRUTH_VALUE)
         return made
 
     def membership(self, value: Value, among: Sequence[int]) -> Value:
         """True of a number that is one of these."""
         if isinstance(value, Known):
             return Known(value.value in among)
-        made: Expression = Operation("==", (value, expression(Known(among[0]))), BOOL)
+        made: Expression = Operation("==", (value, expression(Known(among[0]))), TRUTH_VALUE)
         for n in among[1:]:
-            made = Operation("or", (made, Operation("==", (value, expression(Known(n))), BOOL)), BOOL)
+            made = Operation("or", (made, Operation("==", (value, expression(Known(n))), TRUTH_VALUE)), TRUTH_VALUE)
         return made
 
     def call(self, node: ast.Call) -> Value:
         """A call of a function of the module, or of mathematics."""
         name = ast.unparse(node.func)
         arguments = [self.value(a) for a in node.args]
-        if name in ("min", "max", "abs", "int", "float") or name in BUILTINS or name == "_sine_pair":
+        if name in ("min", "max", "abs", "int", "float") or name in BUILTIN_FUNCTIONS or name == "_sine_pair":
             return self.builtin(name, arguments)
         if name not in self.owner.sources:
             raise NotImplementedError(f"{self.source.name}: {ast.unparse(node)}")
@@ -304,18 +304,22 @@ class Values:
             return Known(function(*values))
         numbers = [expression(a) for a in arguments]
         if name == "_sine_pair":
-            return Call("sine_pair", tuple(as_kind(n, REAL) for n in numbers), Kind("tuple", (2,)), is_builtin=True)
+            return Call(
+                "sine_pair", tuple(as_kind(n, REAL_NUMBER) for n in numbers), Kind("tuple", (2,)), is_builtin=True
+            )
         if name == "int":
-            return Call("whole", (numbers[0],), INT, is_builtin=True)
+            return Call("whole", (numbers[0],), WHOLE_NUMBER, is_builtin=True)
         if name in ("min", "max", "abs"):
             kind = numbers[0].kind
             for n in numbers[1:]:
                 kind = joined(kind, n.kind)
-            word = f"{name}_int" if kind == INT else name
+            word = f"{name}_int" if kind == WHOLE_NUMBER else name
             return Call(word, tuple(as_kind(n, kind) for n in numbers), kind, is_builtin=True)
         if name == "float":
-            return as_kind(numbers[0], REAL)
-        return Call(BUILTINS[name], tuple(as_kind(n, REAL) for n in numbers), REAL, is_builtin=True)
+            return as_kind(numbers[0], REAL_NUMBER)
+        return Call(
+            BUILTIN_FUNCTIONS[name], tuple(as_kind(n, REAL_NUMBER) for n in numbers), REAL_NUMBER, is_builtin=True
+        )
 
 
 def whole_array(source: ast.FunctionDef) -> str | None:
