@@ -15,5 +15,7 @@ c_target             a C library
 c_replay             the same, compiled and run
 javascript_target    an ES module
 javascript_replay    the same, run
+mujoco_target        an MJCF
+mujoco_replay        the same, run
 json_target          numbers, units and equations
 """

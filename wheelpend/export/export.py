@@ -18,6 +18,8 @@ from wheelpend.export.javascript_replay import replay_in_javascript
 from wheelpend.export.javascript_target import javascript_files
 from wheelpend.export.json_target import json_files
 from wheelpend.export.ledger import Carried, Ledger, all_exactly
+from wheelpend.export.mujoco_replay import replay_in_mujoco
+from wheelpend.export.mujoco_target import mujoco_carried, mujoco_files, mujoco_notes
 from wheelpend.export.replay import Replay, replay_of
 from wheelpend.files import write_files
 from wheelpend.logs.read import load_log
@@ -67,6 +69,12 @@ EXPORT_TARGETS = {
         javascript_files,
         lambda e: all_exactly(e.model.effects),
         replay_in_javascript,
+    ),
+    "mujoco": Target(
+        "an MJCF of the robot that moves as identified",
+        mujoco_files,
+        mujoco_carried,
+        replay_in_mujoco,
     ),
     "json": Target(
         "parameters with covariance, random force, equations, units",
@@ -173,6 +181,8 @@ def _notes(exported: ExportedModel, target: str) -> list[str]:
     """What else is not as in the model."""
     if target == "json":
         return []
+    if target == "mujoco":
+        return mujoco_notes(exported)
     notes = []
     if exported.inputs > 1:
         notes.append("There is no compensator: several inputs drive the machine.")
