@@ -90,5 +90,7 @@ def _falls(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     both = np.isfinite(before) & np.isfinite(after)
     if 2 * np.count_nonzero(both) < np.count_nonzero(np.isfinite(before)):
         return np.full(1, -(RUNAWAY_RESIDUAL_SIGMAS**2))
-    fall = np.where(both, before, 0.0) ** 2 - np.where(both, after, 0.0) ** 2
-    return np.array([fall[block].sum() for block in sample_blocks(np.where(both, before, np.nan))])
+    pair = [np.where(both, residuals, np.nan) for residuals in (before, after)]
+    blocks = sample_blocks(pair[0])
+    sums = np.array([[np.nansum(residuals[block] ** 2) for block in blocks] for residuals in pair])
+    return sums[0] - sums[1]
