@@ -79,7 +79,7 @@ def test_compensation_halves_what_friction_does_to_the_pitch_and_starts_no_limit
 
 
 def test_the_identifier_ends_within_the_errors_that_it_says():
-    """From a fifth off, after 20 s: within the standard errors that it says of itself, with the small force it expects."""
+    """From a fifth off, after 20 s, with the small force that it expects."""
     exported = exported_model(model_with("coulomb_drive").with_fit(
         {n: (v, 0.01 * v) for n, v in (("X1", 0.0437), ("X2", 0.0178), ("X3", 0.115), ("X4", 0.872), ("X5", 4.67),
                                        ("X6", 0.727), ("X7", 0.726), ("coulomb_drive.torque", 0.3))}
