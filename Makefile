@@ -9,7 +9,7 @@ PEERS := .venv-peers
 
 MINUTES ?= 60
 
-.PHONY: install demo test test-all test-extras docs mutate fuzz check bench benchmark generate clean
+.PHONY: install demo test test-all test-extras export-test docs mutate fuzz check bench benchmark generate clean
 
 install: $(STAMP)
 
@@ -43,6 +43,10 @@ test-all: $(EXTRAS)
 # What needs MuJoCo, rosbags, pandas or python-control, quick or not.
 test-extras: $(EXTRAS)
 	$(BIN)/python -m pytest -m extras
+
+# The exports, with what compilers, emulators and Node.js are here; what is absent is listed.
+export-test: $(EXTRAS)
+	$(BIN)/python -m pytest tests/export -rs
 
 # Small mistakes, one at a time, each of which the quick tests must notice: within two hours on two cores; goes on where
 # it was interrupted.

@@ -18,10 +18,10 @@ from derive.records import Model
 from derive.statespace import Code, generate_code
 
 
-def render(model: Model, source: str = "model.toml", title: str = "") -> str:
-    """Text of the model's module."""
+def render(model: Model, source: str = "model.toml", title: str = "", frame: str = "module") -> str:
+    """Text of the model's module; the ``frame`` ``real_time`` is that of one for loops in real time."""
     code = generate_code(model)
-    text = module_template().render(
+    text = module_template(frame).render(
         source=source,
         sympy=sp.__version__,
         jinja=version("jinja2"),
@@ -38,8 +38,8 @@ def render(model: Model, source: str = "model.toml", title: str = "") -> str:
 
 
 @lru_cache
-def module_template() -> jinja2.Template:
-    """The template of a module, read once for all of them."""
+def module_template(frame: str) -> jinja2.Template:
+    """The template of a module with a frame, read once for all of them."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATE_FOLDER),
         trim_blocks=True,
@@ -48,7 +48,7 @@ def module_template() -> jinja2.Template:
         undefined=jinja2.StrictUndefined,
     )
     environment.globals["core"] = core
-    return environment.get_template("module.py.j2")
+    return environment.get_template(f"{frame}.py.j2")
 
 
 def core(file: str, *names: str) -> str:

@@ -101,6 +101,7 @@ WRITERS = {
     "simulate to CSV": command("simulate", "-o", "log.csv", "--duration", "1"),
     "simulate to Parquet": command("simulate", "-o", "made.parquet", "--duration", "1"),
     "design": Writer(lambda folder: save_trajectory(folder / "designed.csv", *(np.arange(9.0) for _ in range(3)))),
+    "export": command("export", "json"),
     "report": Writer(lambda folder: page.write_report(None, folder / "report.html")),
     "campaign's journal": Writer(keep_journal),
     "campaign's table": Writer(lambda folder: write_text(folder / "campaign.csv", "a,b\n1,2\n")),

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from derive import emit
+from derive import emit, plants
+from wheelpend.kernels.load import real_time_text
 
 ROOT = Path(__file__).parent.parent
 CORE = sorted(p for p in (ROOT / "templates" / "core").glob("*.py") if p.stem not in ("__init__", "frame"))
 GENERATED = [(ROOT / "generated" / f"wheel_pendulum{kind}.py").read_text(encoding="utf-8") for kind in ("", "_library")]
+GENERATED.append(real_time_text("wheel_pendulum", plants.complete_assumptions("wheel_pendulum", {}), ["coulomb_drive"]))
 
 
 def functions(tree):

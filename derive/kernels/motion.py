@@ -85,6 +85,7 @@ def motion_kernels(model: Model) -> dict[str, Kernel]:
         "residual_jacobian": residual_jacobian_kernel(model),
         "drive": kernel([Target("driven", model.drive)], scalar_sources(model)),
         "drive_jacobian": drive_jacobian_kernel(model),
+        "first_row": first_row_kernel(model),
     }
 
 
@@ -137,6 +138,12 @@ def residual_jacobian_kernel(model: Model) -> Kernel:
     targets = [Target(f"by_{i}_{j}", by_state[i, j]) for i in range(rows) for j in range(columns)]
     targets += nonzero("by_parameter", by_parameter, "stage")
     return kernel(with_trig_arguments(model, targets), trig_sources(model))
+
+
+def first_row_kernel(model: Model) -> Kernel:
+    """What of the first row is no inertia and no dry friction: the force that would hold the machine as it moves."""
+    accelerations = dict.fromkeys((c.ddq for c in model.plant.moving), sp.Integer(0))
+    return kernel([Target("held", substitute(model.residual[0], accelerations))], scalar_sources(model))
 
 
 def drive_jacobian_kernel(model: Model) -> Kernel:

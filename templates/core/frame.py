@@ -26,7 +26,9 @@ NQ, NX, NY, NP = 1, 2, 2, 3  # coordinates; these and their rates; outputs; para
 NA, NV, NS = 1, 2, 2  # moving coordinates; variables; these and a lagging input
 RATES = (1,)
 FITTED, LINEAR = 3, ("X1", "X2", "X3")
-DELAY, LAG, SENSOR_DELAY = -1, -1, -1
+DELAY, LAG, SENSOR_DELAY, ORIGIN = -1, -1, -1, -1
+DOUBLINGS, BISECTIONS = 20, 40
+EVENT_TIMES = np.zeros(0, dtype=np.int64)
 DELAYED = (False, False)
 SURFACES, SLIP_MATRIX, IN_DRY_LAW = 0, np.zeros((0, NA)), np.zeros(NP, dtype=np.bool_)
 RATE, BEFORE, FORCE, UPPER, LOWER, DIRECTION = range(6)
@@ -51,6 +53,10 @@ BATCH_SIZE, STATE_ROW, INTEGRAL, GAINS, BATCH_ROWS = 64, 0, 7, 8, 16
 
 
 def _driven(t: float, voltage: float, parameters: np.ndarray) -> float:
+    raise NotImplementedError
+
+
+def _first_row(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray) -> float:
     raise NotImplementedError
 
 
@@ -83,6 +89,38 @@ def _runge_kutta(
 
 
 def _friction_limits(t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray) -> None:
+    raise NotImplementedError
+
+
+def _is_frictionless(parameters: np.ndarray) -> bool:
+    raise NotImplementedError
+
+
+def _stick_and_slip(
+    t: float,
+    h: float,
+    state: np.ndarray,
+    sens: np.ndarray,
+    voltage: float,
+    parameters: np.ndarray,
+    columns: np.ndarray,
+    new_state: np.ndarray,
+    stages: np.ndarray,
+    by_parameter: np.ndarray,
+    lanes: np.ndarray,
+    dry: np.ndarray,
+) -> None:
+    raise NotImplementedError
+
+
+def read_sensors(t: float, state: np.ndarray, parameters: np.ndarray, output: np.ndarray) -> None:
+    """Readings of the sensors."""
+    raise NotImplementedError
+
+
+def _sensor_jacobian(
+    t: float, state: np.ndarray, parameters: np.ndarray, by_state: np.ndarray, by_parameter: np.ndarray
+) -> None:
     raise NotImplementedError
 
 

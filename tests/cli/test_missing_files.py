@@ -24,12 +24,13 @@ LOGS = {  # a command line per measurement file that a command takes, with LOG i
     "report": ["report LOG", "report log.csv --holdout LOG"],
     "design": ["design LOG", "design --between slope,com_offset LOG"],
     "simulate": ["simulate -o x.csv --command LOG"],
+    "export": ["export c LOG", "export json log.csv --holdout LOG"],
     "campaign": ["campaign LOG", "campaign LOG --do diagnose"],
 }  # fmt: skip
 MODELS = [
     "inspect log.csv", "identify log.csv", "residuals log.csv", "compare log.csv", "diagnose log.csv", "add slope",
     "remove slope", "explain log.csv", "report log.csv", "history", "design log.csv", "simulate -o x.csv",
-    "campaign log.csv", "campaign --simulate", "effects", "equations", "generate", "warm",
+    "campaign log.csv", "campaign --simulate", "effects", "equations", "generate", "warm", "export json",
 ]  # fmt: skip
 LINES = [(line, f"{kind}.csv") for lines in LOGS.values() for line in lines for kind in ("nowhere", "folder", "empty")]
 

@@ -34,6 +34,7 @@ LONG_COMMANDS = {
     "diagnose",
     "verify",
     "design",
+    "export",
 }
 LONG_PATHS = {"log.csv", "generated/../log.csv"}
 

@@ -10,6 +10,7 @@ options      arguments and options that several commands share, or that make one
 loop         identify, compare, diagnose, add, remove, explain, report, demo
 logs         simulate, inspect, design, campaign
 workspace    new, equations, generate, history, effects, warm
+export       export
 paper        verify, reproduce
 change, design, campaign, demo    what these commands do around a result: files, history, interruptions
 """

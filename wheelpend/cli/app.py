@@ -17,7 +17,7 @@ COMMAND_GROUPS = {  # in the order of the way of working
     "Compare, and see where it fails": ("identify", "compare", "residuals"),
     "Learn what is missing, and add it": ("diagnose", "add", "remove", "explain", "history", "report"),
     "More logs": ("design", "simulate", "campaign"),
-    "The model and its code": ("effects", "equations", "generate", "warm"),
+    "The model and its code": ("effects", "equations", "generate", "warm", "export"),
     "The paper": ("verify", "reproduce"),
 }
 

@@ -39,6 +39,7 @@ values make the measurements likeliest, and how well do they predict what the fi
     scoring                 score and information of the filter's likelihood, with all that its gains change
     filter_fit              the likeliest parameters, sizes and correlation times
     source_search           which random sources a machine has, as few as suffice
+    stored_sources          those that identification left in a model file
     correlation_time        how far parameters move with the correlation time that is assumed
     smoother                states and random forces from the whole log, back along a filter's steps
     noise_alarm             the warning of an error well below the noise floor

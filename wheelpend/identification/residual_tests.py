@@ -16,7 +16,6 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.filter_fit import FilterEstimator, FilterPoint
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.estimation.random_source import RandomSource, Sources, possible_errors, possible_forces
 from wheelpend.estimation.residual_statistics import (
     autocorrelation,
     excess_kurtosis,
@@ -25,6 +24,7 @@ from wheelpend.estimation.residual_statistics import (
     spread_lags,
 )
 from wheelpend.estimation.source_search import as_mixture
+from wheelpend.estimation.stored_sources import stored_sources
 from wheelpend.identification.filter_error_method import estimator_at, filter_error_fit, remainder_at_point
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import LogValues, likeliest_point, require_finite
@@ -143,7 +143,7 @@ def residual_tests_beside(
     """
     require_short(problem.logs)
     whole = estimator_at(problem, part.problem.module, (), log_values, lambda: log_values)
-    stored = _stored_sources(problem)
+    stored = stored_sources(problem.model, problem.module.OUTPUTS)
     sources = whole.in_all_logs(stored) if stored else likeliest.sources
     estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
     require_finite(point)
@@ -180,31 +180,13 @@ def _filter_at(
     module = free_force_module(model.plant, model.assumptions, model.effects)
     log_values = [values] * len(problem.logs)
     whole = estimator_at(problem, module, (), log_values, lambda: log_values)
-    sources = whole.in_all_logs(_stored_sources(problem))
+    sources = whole.in_all_logs(stored_sources(model, problem.module.OUTPUTS))
     if not sources[0]:
         progress("measuring what is left to chance")
         sources = likeliest_point(problem, log_values, ())[1].sources
     estimator, point = as_mixture(whole, whole.point(whole.problem.space.start(), sources))
     require_finite(point)
     return estimator, point
-
-
-def _stored_sources(problem: EstimationProblem) -> Sources:
-    """The random sources that identification left in the model file."""
-    model, rows = problem.model, {c.row: n for n, c in enumerate(problem.plant.coordinates)}
-    found: dict[str, RandomSource] = {}
-    for source in possible_forces(problem.plant, problem.module.NY):
-        for row, force in model.random_force.items():
-            weight = abs(source.rows[rows[row]])
-            if weight and source.place == (force.place or row):
-                found.setdefault(source.place, source.with_noise(force.rms / weight, force.correlation_time))
-    errors = [
-        source.with_noise(error.rms, error.lag or error.correlation_time)
-        for source in possible_errors(problem.module.OUTPUTS, problem.module.NQ)
-        for channel, error in model.sensor_error.items()
-        if source.place == channel and source.lags == bool(error.lag)
-    ]
-    return (*found.values(), *errors)
 
 
 def _channel(problem: EstimationProblem, whitened: Sequence[np.ndarray], number: int) -> ChannelResidual:

@@ -76,6 +76,7 @@ class ModelConstants(Protocol):
     CONTAINS: Mapping[str, Mapping[str, tuple[Weights, ...]]]  # by effect: effects within it, with weights
     CARRYING: tuple[str, ...]  # effects with states that carry over from one segment to the next
     SURFACES: int  # with dry friction
+    HYSTERESES: int  # forces with a memory
     HYSTERESIS_SIZES: tuple[int, ...]  # indices of parameters; no force has a memory where these are zero
     INTERNAL: tuple[str, ...]  # parameters of the forces along internal coordinates
     STIFFEST: Mapping[str, float]  # largest values of parameters that are infinite where a coordinate is rigid

@@ -64,6 +64,15 @@ def model_text(plant: str, assumptions: dict, effects: Sequence[str], missing_fo
     return _cached_module_text(plant, assumptions, effects, (False, (), missing_force), derived_text)
 
 
+def real_time_text(plant: str, assumptions: dict, effects: Sequence[str]) -> str:
+    """Text of a module of loops in real time with these effects; ``assumptions`` are settled."""
+
+    def derived_text() -> str:
+        return derive.render(derive.compose(plant, assumptions, tuple(effects), missing_force=True), frame="real_time")
+
+    return _cached_module_text(plant, assumptions, effects, ("real_time",), derived_text)
+
+
 def library_text(plant: str, assumptions: dict, user_effects: Sequence[str] = (), released: Sequence[str] = ()) -> str:
     """Text of a module with every effect of the library and these of the user, under settled assumptions."""
     coordinates = tuple(sorted(released))

@@ -11,6 +11,6 @@ effects, history  the library, and the changes of a workspace
 structures        probabilities of what is missing
 remainder         what is left to chance, and the intervals that it widens
 unexplained       repeatability of the missing force, and a free-form law for it
-comparison, diagnosis, explanation, identification, residuals, inspection, first_look, design, campaign    whole results
-                  for the terminal
+comparison, diagnosis, explanation, identification, residuals, inspection, first_look, design, campaign, export    whole
+                  results for the terminal
 """

@@ -1,0 +1,90 @@
+"""The filter of filter_error in a real-time loop: where it begins, and what one sample's readings tell of state and parameters."""
+
+import math
+
+import numpy as np
+
+from templates.core.frame import (
+    FITTED,
+    LAG,
+    NS,
+    NV,
+    NX,
+    NY,
+    ORIGIN,
+    SURFACES,
+    _driven,
+    _sensor_jacobian,
+    compiled,
+    read_sensors,
+)
+from templates.core.kalman import _assimilate, _reading_direction, _start_filter
+from templates.core.learning import _learn_parameters
+
+
+@compiled
+def start_filter(
+    state, spread, voltage, parameters, reads, noise, now, commands, sens, force, force_by, covariance, rubbing
+):
+    """Begin in a state (NX,) of standard deviations spread (NS,), every command until now having been this voltage.
+
+    Sources (m of them: rms, correlation time, 1 or 0 in noise (m, 3)) and reads (NY, m) are those of filter_error. Written: now (NS,), commands
+    (k,), the newest first, sens (NS, NS + rows + n), force (m,), force_by (m, n), covariance (NS + m, NS + m) and rubbing (SURFACES,).
+    """
+    by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
+    transition = np.zeros((NS + force.size, NS + force.size))
+    for i in range(NS):
+        now[i] = state[i] if i < NX else 0.0
+    if ORIGIN >= 0:
+        parameters[ORIGIN] = state[0]
+    if LAG >= 0:
+        now[NV] = _driven(0.0, voltage, parameters)
+    for j in range(commands.shape[0]):
+        commands[j] = voltage
+    for i in range(SURFACES):
+        rubbing[i] = 0.0
+    _sensor_jacobian(0.0, now, parameters, by_state, reading_by)
+    _start_filter(sens, spread, by_state, reads, noise, force, force_by, covariance, transition)
+
+
+@compiled
+def filter_readings(
+    t, measured, weight, parameters, columns, reads, now, sens, force, force_by, covariance, learnt, forgetting, least, innovation,
+):  # fmt: skip
+    """Readings measured (NY,) at the time t, NaN where there is none: the update, of the parameters in columns (n,) too.
+
+    weight (NY,) is 1/σ. learnt (n, n) is the covariance of these parameters, which moves on; forgetting, 1 or a little less, is how much
+    older readings count; no parameter falls below least (n,). innovation (NY,) receives what was unexpected, in standard deviations. The
+    parameters by recursive prediction errors (Ljung and Söderström 1983), whose gradient is that of the filter itself.
+    """
+    n, m, first = columns.size, force.size, sens.shape[1] - columns.size
+    by_state, reading_by, reading, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY), np.zeros(n)
+    before, gain, crossed, by = np.zeros(NX), np.zeros(NS + m), np.zeros(NS + m), np.zeros(NS + m)
+    product, crossed_learnt = np.zeros((1, NS + m)), np.zeros(n)
+    read_sensors(t, now, parameters, reading)
+    _sensor_jacobian(t, now, parameters, by_state, reading_by)
+    for i in range(NX):
+        before[i] = now[i]  # about which the readings are linear
+    for y in range(NY):
+        innovation[y] = 0.0
+        if math.isnan(measured[y]):
+            continue
+        error = measured[y] - reading[y]
+        for i in range(NX):
+            error -= by_state[y, i] * (now[i] - before[i])
+        for j in range(m):
+            error -= reads[y, j] * force[j]
+        for c in range(n):
+            row[c] = reading_by[y, columns[c]]
+            for i in range(NX):
+                row[c] += by_state[y, i] * sens[i, first + c]
+            for j in range(m):
+                row[c] += reads[y, j] * force_by[j, c]
+        _reading_direction(y, by_state, reads, by)
+        root = _assimilate(
+            error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, product, gain, crossed
+        )
+        innovation[y] = error / root
+        _learn_parameters(
+            error, root, row, columns, learnt, forgetting if y == 0 else 1.0, least, parameters, now, sens, force, force_by, crossed_learnt,
+        )  # fmt: skip

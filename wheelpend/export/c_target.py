@@ -1,0 +1,154 @@
+"""A model as a C library: one header, one source, what builds them, and an example that balances."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+
+import derive
+from wheelpend.export.compensation import INTERVAL_SIGMAS, compensation_of
+from wheelpend.export.exported_model import EXPORT_PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.templates import file_template
+from wheelpend.export.translate.c_code import CPrinter, real
+from wheelpend.export.translate.program import Function
+from wheelpend.model.equations import derived_model
+from wheelpend.version import version
+
+TEMPLATE_FOLDER = Path(__file__).with_name("c")
+HEADER_FILE, SOURCE_FILE = "wheelpend_model.h", "wheelpend_model.c"
+PLAIN_LETTERS = {"²": "^2", "³": "^3", "·": " ", "−": "-", "θ": "theta", "τ": "tau", "±": "+-", "’": "'", "…": "..."}
+FILTER_PARTS = (
+    (
+        "observer",
+        "The state from the sensors, with the random force: the filter of `wheelpend identify`, an extended Kalman\n"
+        "   filter. Update it with every sample's readings, then predict under the command that you give.",
+        False,
+    ),
+    (
+        "identifier",
+        "The same, which learns parameters as it runs, near what any method could: by recursive prediction errors.",
+        True,
+    ),
+)
+
+
+def c_files(exported: ExportedModel) -> dict[str, str]:
+    """Texts of the library by path."""
+    context = _context(exported)
+    return {
+        f"src/{HEADER_FILE}": _template("model.h.j2").render(context),
+        f"src/{SOURCE_FILE}": _template("model.c.j2").render(context),
+        "CMakeLists.txt": _template("CMakeLists.txt.j2").render(context),
+        "library.properties": _template("library.properties.j2").render(context),
+        "examples/balance/balance.ino": _template("balance.ino.j2").render(context),
+        "examples/desktop/balance.c": _template("balance.c.j2").render(context),
+    }
+
+
+def c_replay_text(exported: ExportedModel) -> str:
+    """A program that replays logs with the library."""
+    return _template("replay.c.j2").render(_context(exported))
+
+
+def _context(exported: ExportedModel) -> dict[str, Any]:
+    compensation = compensation_of(exported)
+    program = exported.program(tuple(p for p in EXPORT_PARTS if compensation or p != "compensator"))
+    printer = CPrinter()
+    code = printer.text(program)
+    functions = {f.name: f for f in program.functions if f.public}
+
+    def call(name: str, owner: str) -> str:
+        return f"wp_{name}({', '.join(_argument(p.name, owner, functions[name]) for p in functions[name].parameters)})"
+
+    module = exported.module
+    doubt = (START_ERROR_SHARE * exported.parameters[exported.learnt]) ** 2
+    return {
+        "e": exported,
+        "m": module,
+        "title": f"Model of {exported.model.plant}",
+        "version": version(),
+        "equations": comment_safe(derive.equations_text(derived_model(exported.model))),
+        "effects": ", ".join(exported.model.effects),
+        "inputs_phrase": exported.model.plant_signature.inputs_phrase,
+        "header": HEADER_FILE,
+        "source": SOURCE_FILE,
+        "precision": (TEMPLATE_FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
+        "limits": (TEMPLATE_FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
+        "code": ascii_only(code),
+        "call": call,
+        "real": real,
+        "reals": lambda values: ", ".join(real(float(v)) for v in np.atleast_1d(values)) or real(0.0),
+        "rows": lambda matrix: ", ".join(
+            "{" + ", ".join(real(float(v)) for v in row) + "}" for row in np.atleast_2d(matrix)
+        ),
+        "names": lambda names: ", ".join(f'"{comment_safe(n)}"' for n in names),
+        "parameters": [_parameter(exported, i) for i in range(module.NP)],
+        "weight": 1.0 / exported.readings_sigma,
+        "doubt": np.where(doubt > 0.0, doubt, 1e-4),
+        "volts": "wp_real voltage" if exported.inputs <= 1 else f"const wp_real voltage[{exported.inputs}]",
+        "inputs_suffix": "" if exported.inputs <= 1 else "[WP_INPUTS]",
+        "compensates": compensation is not None,
+        "compensation": compensation,
+        "compensated": compensation.effects if compensation else (),
+        "interval": f"{INTERVAL_SIGMAS:g}",
+        "filters": FILTER_PARTS,
+        "zero": "WP_R(0.0)" if exported.inputs <= 1 else "state",
+        "gains": exported.model.controller.gains if exported.model.controller else None,
+    }
+
+
+def _argument(name: str, owner: str, function: Function) -> str:
+    """What a kernel is passed for one of its parameters."""
+    special = {
+        "t": f"{owner}->time" if owner else "WP_R(0.0)",
+        "h": f"{owner}->period",
+        "forgetting": "identifier->forgetting" if owner == "identifier" else "WP_R(1.0)",
+        "step": "WP_DIFFERENCE_STEP",
+        "by_state": "a",
+        "by_input": "b",
+        "reading_by_state": "c",
+        "forces": "compensated_forces",
+        "absent": "compensated_none",
+        "maps": "compensated_maps",
+        "shares": "compensated_shares",
+    }
+    passed = ("state", "voltage", "output", "rates", "measured", "wanted", "a", "b", "c")
+    if name in special:
+        return special[name]
+    if name in passed or not owner:
+        return {"least_slip": "WP_LEAST_SLIP", "least_input": "WP_LEAST_INPUT"}.get(name, name)
+    return f"{owner}->{name}"
+
+
+def _parameter(exported: ExportedModel, place: int) -> dict[str, str]:
+    """A parameter as a macro, with its value, unit and standard error as text."""
+    module, name = exported.module, exported.module.PARAMETERS[place]
+    value, sigma = float(exported.parameters[place]), exported.sigma.get(name)
+    error = f" +- {sigma:.2g}" if sigma else ""
+    unit = module.UNITS[place] if place < len(module.UNITS) else ""
+    return {
+        "macro": re.sub(r"\W", "_", name).upper(),
+        "value": real(value),
+        "text": comment_safe(f"{name}: {value:.6g}{error} {unit}".strip()),
+    }
+
+
+def ascii_only(text: str) -> str:
+    """Code whose comments are in ASCII."""
+    for letter, plain in PLAIN_LETTERS.items():
+        text = text.replace(letter, plain)
+    return text.encode("ascii", "replace").decode()
+
+
+def comment_safe(text: str) -> str:
+    """A text in ASCII that ends no comment and no string."""
+    return ascii_only(text).replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace('"', "'")
+
+
+def _template(name: str) -> jinja2.Template:
+    """A template of this language."""
+    return file_template(TEMPLATE_FOLDER, name)

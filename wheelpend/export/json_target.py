@@ -1,0 +1,58 @@
+"""A model as numbers, units and equations that any tool can read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy as sp
+
+from wheelpend.export.exported_model import ExportedModel
+from wheelpend.model.equations import derived_model, equation_sections
+from wheelpend.serialise import dumps, plain_data
+from wheelpend.version import version
+
+MODEL_JSON = "model.json"
+
+
+def json_files(exported: ExportedModel) -> dict[str, str]:
+    """Text of the file by path."""
+    return {MODEL_JSON: dumps({"schema": 1, **plain_data(_content(exported))}) + "\n"}
+
+
+def _content(exported: ExportedModel) -> dict[str, Any]:
+    model, module = exported.model, exported.module
+    hidden = set(module.MISSING_FORCES)
+    derived = derived_model(model)
+    known = {**model.parameters, **model.effect_values}
+    names = [n for n in module.PARAMETERS if n not in hidden and n in exported.sigma]
+    return {
+        "wheelpend": version(),
+        "plant": model.plant,
+        "assumptions": model.assumptions,
+        "effects": list(model.effects),
+        "states": list(module.STATES),
+        "inputs": list(module.INPUTS),
+        "outputs": list(module.OUTPUTS),
+        "parameters": {
+            name: {
+                "value": float(exported.parameters[i]),
+                "sigma": exported.sigma.get(name),
+                "unit": module.UNITS[i] if i < len(module.UNITS) else "",
+                "identified": name in known and known[name].identified is not None,
+            }
+            for i, name in enumerate(module.PARAMETERS)
+            if name not in hidden
+        },
+        "covariance": {
+            "names": names,
+            "matrix": [[exported.sigma[a] ** 2 if a == b else None for b in names] for a in names],
+        },
+        "random_force": {row: vars(force) for row, force in model.random_force.items()},
+        "sensor_error": {channel: vars(error) for channel, error in model.sensor_error.items()},
+        "equations": equation_sections(derived, str),
+        "equations_sympy": {
+            coordinate.row: sp.srepr(row)
+            for coordinate, row in zip(derived.plant.moving, derived.residual, strict=True)
+        },
+        "sample_period_s": exported.period,
+    }
