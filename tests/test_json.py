@@ -31,6 +31,7 @@ from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.estimation.estimate import Covariance, Estimate, LogValue
 from wheelpend.experiments.design import Design, ExpectedErrors, Peaks
 from wheelpend.experiments.simulated_experiment import Limits
+from wheelpend.export.ledger import Carried, Ledger
 from wheelpend.identification.bias_test import BiasTest
 from wheelpend.identification.identify import Identification
 from wheelpend.identification.recursive import TrackPoint
@@ -105,6 +106,7 @@ KEYS = {
     summary.ParameterAgreement: "logs mean mean_sigma spread sigma chi_square degrees p_value furthest",
     summary.LargestDeviation: "log sigmas",
     Proportion: "hits of",
+    Carried: "carried note",
     Verification: "equations parameters",
     EquationFinding: "number name status printed derived note how assumption shows agrees_with",
     NumberCheck: "name status printed derived note how",
@@ -162,6 +164,12 @@ def test_a_change_is_its_step_with_the_model_after_it():
 def test_a_designed_command_is_written_with_its_file_and_logs():
     data = serialise.to_json(WrittenDesign(blank(Design), Path("next.csv"), ("a.csv",)))
     assert list(data) == ["schema", *KEYS[Design].split(), "file", "logs"]
+
+
+def test_an_export_is_written_as_its_ledger_is():
+    data = serialise.to_json(Ledger("c", "wheel_pendulum", {"cogging": Carried("not")}))
+    named = "schema target plant effects error error_in_target replayed notes files"
+    assert list(data) == named.split() and data["effects"] == {"cogging": {"carried": "not", "note": ""}}
 
 
 def test_keys_are_those_of_to_json_and_not_the_names_of_fields():

@@ -88,6 +88,8 @@ COMMANDS = {
         closed_loop(rmse rmse_input diverged) where(row state from to share) force_error bursts per_log residuals
         remainder(force sensors places repeatable_share repeating resonances slow)
         against(model error fit_percent rmse horizons(seconds error diverged) fitted_first)""",
+    "export json": """
+        schema target plant effects error error_in_target replayed notes""",
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",
@@ -109,7 +111,7 @@ def test_a_command_writes_these_keys_and_no_other(command, folder, monkeypatch):
     entry = {"change": "add slope", "error_before": None, "error_after": None, "logs": []}
     (folder / "history.json").write_text(json.dumps([entry]), encoding="utf-8")
     data = json.loads(run(*command.split(), "--json", "-").stdout)
-    left = ("remainder.force.", "remainder.sensors.", "residuals.")  # by row and by channel, as each log has them
+    left = ("remainder.force.", "remainder.sensors.", "residuals.", "files")  # by row, channel and file
     assert {k for k in keys(data) if not k.startswith(left)} == flat(COMMANDS[command])
     assert data["schema"] == 1
 

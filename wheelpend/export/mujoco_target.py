@@ -25,19 +25,19 @@ DEFAULT_GRAVITY = 9.81  # m/s²
 ENGINE_STEP_S = 1e-4  # s
 SMALL_INERTIA = 1e-6  # kg m², that MuJoCo wants of every body
 
-EXACTLY = Carried("exactly")
-YIELDING = Carried("approximately", "a friction loss of MuJoCo, a constraint that yields a little before it slips")
-CARRIED: dict[str, Carried] = {
-    "viscous_drive": EXACTLY,
-    "body_damping": EXACTLY,
-    "ground_viscous": EXACTLY,
-    "tether_spring": EXACTLY,
-    "com_offset": EXACTLY,
-    "voltage_offset": EXACTLY,
-    "voltage_saturation": EXACTLY,
+CARRIED_EXACTLY = Carried("exactly")
+FRICTION_LOSS = Carried("approximately", "a friction loss of MuJoCo, a constraint that yields a little before it slips")
+CARRIED_EFFECTS: dict[str, Carried] = {
+    "viscous_drive": CARRIED_EXACTLY,
+    "body_damping": CARRIED_EXACTLY,
+    "ground_viscous": CARRIED_EXACTLY,
+    "tether_spring": CARRIED_EXACTLY,
+    "com_offset": CARRIED_EXACTLY,
+    "voltage_offset": CARRIED_EXACTLY,
+    "voltage_saturation": CARRIED_EXACTLY,
     "winding_inductance": Carried("exactly", "the actuator's filter, in full over each of the engine's steps"),
-    "coulomb_drive": YIELDING,
-    "rolling_resistance": YIELDING,
+    "coulomb_drive": FRICTION_LOSS,
+    "rolling_resistance": FRICTION_LOSS,
     "actuator_delay": Carried("approximately", "the actuator's delay, in whole steps of the engine"),
 }
 NOT_CARRIED = Carried("not", "MuJoCo has no such law; apply it where you step the engine, or export c")
@@ -50,7 +50,7 @@ def mujoco_files(exported: ExportedModel) -> dict[str, str]:
 
 def mujoco_carried(exported: ExportedModel) -> Mapping[str, Carried]:
     """How each effect is carried."""
-    return {name: CARRIED.get(name, NOT_CARRIED) for name in exported.model.effects}
+    return {name: CARRIED_EFFECTS.get(name, NOT_CARRIED) for name in exported.model.effects}
 
 
 def mujoco_notes(exported: ExportedModel) -> list[str]:
