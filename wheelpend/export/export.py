@@ -145,14 +145,16 @@ def write_export(export: Export, folder: Path) -> None:
     A file that an earlier export wrote and nobody changed since is replaced.
     """
     known = _known_files(folder)
+    new = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in export.files.items()}
     for name in export.files:
         path = folder / name
-        if path.exists() and name not in (LEDGER_TEXT, LEDGER_JSON) and known.get(name) != _digest(path):
+        own = (known.get(name), new[name])  # the latter of an export that was killed before its ledger was written
+        if path.exists() and name not in (LEDGER_TEXT, LEDGER_JSON) and _digest(path) not in own:
             raise Failure(f"An export must not overwrite what it did not write, but {path} is there and "
                           f"{'was changed since' if name in known else 'is none of its files'}. Move it, or name "
                           "another folder with -o.")  # fmt: skip
     for ledger in (folder / LEDGER_TEXT, folder / LEDGER_JSON):
-        if ledger.exists() and not known:
+        if ledger.exists() and not known and _digest(ledger) != new[ledger.name]:
             raise Failure(f"An export must not overwrite what it did not write, but {ledger} is there. Move it, or "
                           "name another folder with -o.")  # fmt: skip
     for name in export.files:
