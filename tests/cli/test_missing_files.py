@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+import wheelpend.export.export  # noqa: F401  (what it takes from kernels.load is not to be what a test puts there)
 from tests.support import run, simulated
 from wheelpend import Model, save_log
 from wheelpend.cli.app import LOG_PARAMETERS

@@ -46,7 +46,7 @@ def called(machine, folder, *line, code=0):
     plant = ["--plant", LEVER_FILE] if machine == LEVER and line[0] != "new" else []
     result = run(*line, *(["--model", folder / "model.toml"] if line[0] != "new" else []), *plant, code=code)
     text = result.stdout + result.stderr
-    sent = re.sub(r"`wheelpend inspect[^`]*`|^Next, .*$", "", text, flags=re.MULTILINE)  # what a warning or a hint advises
+    sent = re.sub(r"`wheelpend inspect[^`]*`|^Next, .*$", "", text, flags=re.MULTILINE)  # advised by warning or hint
     assert "Traceback" not in text and "wheelpend inspect" not in sent
     return checked(machine, text)
 
