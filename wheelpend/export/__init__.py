@@ -10,6 +10,7 @@ compensation         which effects a command can take away, and by how much
 ledger               what a target carries, and its error
 replay               logs as they are to be run in a target, and the error there
 running              programs of this machine that run an export
+context              what they are given in every language
 templates            of the files around translated functions, in c/ and javascript/
 c_target             a C library
 c_replay             the same, compiled and run

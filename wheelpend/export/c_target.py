@@ -9,14 +9,11 @@ from typing import Any
 import jinja2
 import numpy as np
 
-import derive
-from wheelpend.export.compensation import INTERVAL_SIGMAS, compensation_of
-from wheelpend.export.exported_model import EXPORT_PARTS, START_ERROR_SHARE, ExportedModel
+from wheelpend.export.compensation import INTERVAL_SIGMAS
+from wheelpend.export.context import translated_model
+from wheelpend.export.exported_model import EXPORT_PARTS, ExportedModel
 from wheelpend.export.templates import file_template
 from wheelpend.export.translate.c_code import CPrinter, real
-from wheelpend.export.translate.program import Function
-from wheelpend.model.equations import derived_model
-from wheelpend.version import version
 
 TEMPLATE_FOLDER = Path(__file__).with_name("c")
 HEADER_FILE, SOURCE_FILE = "wheelpend_model.h", "wheelpend_model.c"
@@ -51,34 +48,23 @@ def c_files(exported: ExportedModel) -> dict[str, str]:
 
 def c_replay_text(exported: ExportedModel) -> str:
     """A program that replays logs with the library."""
-    return _template("replay.c.j2").render(_context(exported))
+    return _template("replay.c.j2").render(e=exported, m=exported.module, header=HEADER_FILE, real=real)
 
 
 def _context(exported: ExportedModel) -> dict[str, Any]:
-    compensation = compensation_of(exported)
-    program = exported.program(tuple(p for p in EXPORT_PARTS if compensation or p != "compensator"))
-    printer = CPrinter()
-    code = printer.text(program)
-    functions = {f.name: f for f in program.functions if f.public}
+    translated = translated_model(exported, tuple(EXPORT_PARTS))
+    functions = translated.functions
 
     def call(name: str, owner: str) -> str:
-        return f"wp_{name}({', '.join(_argument(p.name, owner, functions[name]) for p in functions[name].parameters)})"
+        return f"wp_{name}({', '.join(_argument(p.name, owner) for p in functions[name].parameters)})"
 
-    module = exported.module
-    doubt = (START_ERROR_SHARE * exported.parameters[exported.learnt]) ** 2
-    return {
-        "e": exported,
-        "m": module,
-        "title": f"Model of {exported.model.plant}",
-        "version": version(),
-        "equations": comment_safe(derive.equations_text(derived_model(exported.model))),
-        "effects": ", ".join(exported.model.effects),
-        "inputs_phrase": exported.model.plant_signature.inputs_phrase,
+    return translated.values | {
+        "equations": comment_safe(translated.values["equations"]),
         "header": HEADER_FILE,
         "source": SOURCE_FILE,
         "precision": (TEMPLATE_FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
         "limits": (TEMPLATE_FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
-        "code": ascii_only(code),
+        "code": ascii_only(CPrinter().text(translated.program)),
         "call": call,
         "real": real,
         "reals": lambda values: ", ".join(real(float(v)) for v in np.atleast_1d(values)) or real(0.0),
@@ -86,14 +72,9 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
             "{" + ", ".join(real(float(v)) for v in row) + "}" for row in np.atleast_2d(matrix)
         ),
         "names": lambda names: ", ".join(f'"{comment_safe(n)}"' for n in names),
-        "parameters": [_parameter(exported, i) for i in range(module.NP)],
-        "weight": 1.0 / exported.readings_sigma,
-        "doubt": np.where(doubt > 0.0, doubt, 1e-4),
+        "parameters": [_parameter(exported, i) for i in range(exported.module.NP)],
         "volts": "wp_real voltage" if exported.inputs <= 1 else f"const wp_real voltage[{exported.inputs}]",
         "inputs_suffix": "" if exported.inputs <= 1 else "[WP_INPUTS]",
-        "compensates": compensation is not None,
-        "compensation": compensation,
-        "compensated": compensation.effects if compensation else (),
         "interval": f"{INTERVAL_SIGMAS:g}",
         "filters": FILTER_PARTS,
         "zero": "WP_R(0.0)" if exported.inputs <= 1 else "state",
@@ -101,7 +82,7 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
     }
 
 
-def _argument(name: str, owner: str, function: Function) -> str:
+def _argument(name: str, owner: str) -> str:
     """What a kernel is passed for one of its parameters."""
     special = {
         "t": f"{owner}->time" if owner else "WP_R(0.0)",

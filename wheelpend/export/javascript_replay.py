@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from wheelpend.export.exported_model import ExportedModel
-from wheelpend.export.javascript_target import REPLAY_FILE, javascript_context, javascript_files, template
+from wheelpend.export.javascript_target import REPLAY_FILE, javascript_files, javascript_replay_text
 from wheelpend.export.replay import Replay, as_numbers, from_numbers
 from wheelpend.export.running import found_program, run_program
 
@@ -20,10 +20,8 @@ def replay_in_javascript(exported: ExportedModel, replay: Replay) -> tuple[float
         return None, "Node.js is not installed here"
     with tempfile.TemporaryDirectory(prefix="wheelpend-export-") as name:
         folder = Path(name)
-        context = javascript_context(exported)
-        for path, text in (
-            javascript_files(exported) | {REPLAY_FILE: template(f"{REPLAY_FILE}.j2").render(context)}
-        ).items():
+        files = javascript_files(exported) | {REPLAY_FILE: javascript_replay_text(exported)}
+        for path, text in files.items():
             (folder / path).write_text(text, encoding="utf-8")
         shown, wrong = run_program([node, REPLAY_FILE], folder, "\n".join(map(repr, as_numbers(exported, replay))))
     if wrong:

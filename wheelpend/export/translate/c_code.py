@@ -14,7 +14,6 @@ from wheelpend.export.translate.program import (
     REAL_NUMBER,
     TRUTH_VALUE,
     Call,
-    Count,
     Element,
     Entry,
     Expression,
@@ -77,6 +76,7 @@ class CPrinter(Printer):
     """Prints functions as C."""
 
     keywords = RESERVED_WORDS
+    counter_type = "int"
     tuple_sizes: ClassVar[set[int]] = set()
 
     def number(self, value: Number, kind: Kind) -> str:
@@ -134,24 +134,19 @@ class CPrinter(Printer):
         zero = "0" if name.kind.entry == "int" else real(0.0)
         return f"{TYPE_NAMES[name.kind.entry]} {self.name(name.name)}{dims} = {'{' * depth}{zero}{'}' * depth};"
 
-    def counter(self, count: Count) -> str:
-        """The head of a loop that counts."""
-        name = self.name(count.variable)
-        test = "<" if count.step > 0 else ">"
-        onward = {1: "++", -1: "--"}.get(count.step, f" += {count.step}")
-        return (
-            f"for (int {name} = {self.value(count.start)}; {name} {test} {self.written(count.stop, 5)}; {name}{onward})"
-        )
-
     def copied(self, target: Name | Element, source: Name | Element) -> list[str]:
         """All entries of one row into another."""
         (size,) = target.kind.shape
         one, other = self.bare(target)[0], self.bare(source)[0]
-        return [f"for (int entry = 0; entry < {size}; entry++) {{", f"{INDENT_TEXT}{one}[entry] = {other}[entry];", "}"]
+        return [
+            f"for (int fill_1 = 0; fill_1 < {size}; fill_1++) {{",
+            f"{INDENT_TEXT}{one}[fill_1] = {other}[fill_1];",
+            "}",
+        ]
 
     def filled(self, target: Name | Element, value: Expression) -> list[str]:
         """A number into all entries of a row."""
-        names = ["first", "second", "third"][: len(target.kind.shape)]
+        names = ["fill_1", "fill_2", "fill_3"][: len(target.kind.shape)]
         heads = [f"for (int {n} = 0; {n} < {size}; {n}++) {{" for n, size in zip(names, target.kind.shape, strict=True)]
         place = self.bare(target)[0] + "".join(f"[{n}]" for n in names)
         lines = [INDENT_TEXT * i + head for i, head in enumerate(heads)]

@@ -10,7 +10,6 @@ from wheelpend.export.translate.program import (
     REAL_NUMBER,
     TRUTH_VALUE,
     Call,
-    Count,
     Element,
     Entry,
     Expression,
@@ -91,6 +90,7 @@ class JavaScriptPrinter(Printer):
     """Prints functions as JavaScript."""
 
     keywords = RESERVED_WORDS
+    counter_type = "let"
     words = Printer.words | {"==": "===", "!=": "!=="}
 
     def number(self, value: Number, kind: Kind) -> str:
@@ -144,15 +144,6 @@ class JavaScriptPrinter(Printer):
     def new_array(self, name: Name) -> str:
         """A new array of zeros."""
         return f"const {self.name(name.name)} = {self.buffers[name.name]}.fill(0);"
-
-    def counter(self, count: Count) -> str:
-        """The head of a loop that counts."""
-        name = self.name(count.variable)
-        test = "<" if count.step > 0 else ">"
-        onward = {1: "++", -1: "--"}.get(count.step, f" += {count.step}")
-        return (
-            f"for (let {name} = {self.value(count.start)}; {name} {test} {self.written(count.stop, 5)}; {name}{onward})"
-        )
 
     def copied(self, target: Name | Element, source: Name | Element) -> list[str]:
         """All entries of one row into another."""

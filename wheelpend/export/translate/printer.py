@@ -55,6 +55,7 @@ class Printer:
     """Prints functions; a language says how it writes numbers, arrays and calls."""
 
     keywords: frozenset[str] = frozenset()
+    counter_type = ""
     words: ClassVar[dict[str, str]] = {"and": "&&", "or": "||"}
 
     # -- what a language says
@@ -93,7 +94,11 @@ class Printer:
 
     def counter(self, count: Count) -> str:
         """The head of a loop that counts."""
-        raise NotImplementedError
+        name = self.name(count.variable)
+        test = "<" if count.step > 0 else ">"
+        onward = {1: "++", -1: "--"}.get(count.step, f" += {count.step}")
+        begin = f"{self.counter_type} {name} = {self.value(count.start)}"
+        return f"for ({begin}; {name} {test} {self.written(count.stop, 5)}; {name}{onward})"
 
     def nothing(self, kind: Kind) -> str:
         """The value of a variable that has none yet."""
