@@ -37,6 +37,14 @@ def start_machine(state, voltage, parameters, now, commands, readings):
     Written: now (NS,), the state with what effects add to it; commands (n,), the newest first; readings (m, NY) of
     sensors that are late, the newest first; and what of the parameters (NP,) depends on where the machine begins.
     """
+    _begin(state, voltage, parameters, now, commands)
+    for j in range(readings.shape[0]):
+        read_sensors(0.0, now, parameters, readings[j])
+
+
+@internal
+def _begin(state, voltage, parameters, now, commands):
+    """The state with what effects add to it at rest, and every command until now the same."""
     for i in range(NS):
         now[i] = state[i] if i < NX else 0.0
     if ORIGIN >= 0:
@@ -45,8 +53,6 @@ def start_machine(state, voltage, parameters, now, commands, readings):
         now[NV] = _driven(0.0, voltage, parameters)
     for j in range(commands.shape[0]):
         commands[j] = voltage
-    for j in range(readings.shape[0]):
-        read_sensors(0.0, now, parameters, readings[j])
 
 
 @compiled

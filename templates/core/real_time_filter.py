@@ -6,20 +6,17 @@ import numpy as np
 
 from templates.core.frame import (
     FITTED,
-    LAG,
     NS,
-    NV,
     NX,
     NY,
-    ORIGIN,
     SURFACES,
-    _driven,
     _sensor_jacobian,
     compiled,
     read_sensors,
 )
 from templates.core.kalman import _assimilate, _reading_direction, _start_filter
 from templates.core.learning import _learn_parameters
+from templates.core.real_time import _begin
 
 
 @compiled
@@ -33,14 +30,7 @@ def start_filter(
     """
     by_state, reading_by = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1))
     transition = np.zeros((NS + force.size, NS + force.size))
-    for i in range(NS):
-        now[i] = state[i] if i < NX else 0.0
-    if ORIGIN >= 0:
-        parameters[ORIGIN] = state[0]
-    if LAG >= 0:
-        now[NV] = _driven(0.0, voltage, parameters)
-    for j in range(commands.shape[0]):
-        commands[j] = voltage
+    _begin(state, voltage, parameters, now, commands)
     for i in range(SURFACES):
         rubbing[i] = 0.0
     _sensor_jacobian(0.0, now, parameters, by_state, reading_by)
