@@ -16,7 +16,7 @@ from wheelpend.export.templates import file_template
 from wheelpend.export.translate.javascript_code import JavaScriptPrinter
 
 TEMPLATE_FOLDER = Path(__file__).with_name("javascript")
-MODULE_FILE, REPLAY_FILE = "wheelpend_model.mjs", "replay.mjs"
+MODULE_FILE, REPLAY_FILE, SEGMENTS_FILE = "wheelpend_model.mjs", "replay.mjs", "segments.mjs.j2"
 FILTER_PARTS = (
     ("observer", "The state from the sensors, with the random force: the filter of `wheelpend identify`.", False),
     ("identifier", "The same, which learns parameters as it runs.", True),
@@ -36,8 +36,18 @@ def javascript_files(exported: ExportedModel, parts: Sequence[str] = tuple(EXPOR
 
 def javascript_replay_text(exported: ExportedModel) -> str:
     """A program that replays logs with the module."""
-    given = {"e": exported, "m": exported.module, "zero": _zero(exported), "module_name": MODULE_FILE}
-    return _template(f"{REPLAY_FILE}.j2").render(given)
+    return _template(f"{REPLAY_FILE}.j2").render(_replay_context(exported))
+
+
+def javascript_page_module(exported: ExportedModel) -> str:
+    """Text of a module that simulates the machine along segments of a log, for a page that carries it."""
+    model = javascript_files(exported, ("machine",))[MODULE_FILE]
+    plain = "\n".join(line for line in model.splitlines() if not line.lstrip().startswith(("//", "/**")))
+    return plain + _template(SEGMENTS_FILE).render(_replay_context(exported))
+
+
+def _replay_context(exported: ExportedModel) -> dict[str, Any]:
+    return {"e": exported, "m": exported.module, "zero": _zero(exported), "module_name": MODULE_FILE}
 
 
 def _context(exported: ExportedModel, parts: Sequence[str]) -> dict[str, Any]:

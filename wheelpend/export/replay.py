@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from wheelpend.diagnosis.compare import ComparedModel, model_to_compare, predict_segments
+from wheelpend.diagnosis.compare import model_to_compare, predict_segments
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.prediction import RUNAWAY_RESIDUAL_SIGMAS
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.states import fit_states, initial_states
 from wheelpend.export.exported_model import ExportedModel
 from wheelpend.logs.sources import LogsLike
@@ -41,6 +43,14 @@ class ReplayLog:
     measured: np.ndarray  # (samples of all segments, NY)
     sigma: np.ndarray  # (NY,)
     judged: np.ndarray  # (samples, NY) True where our own prediction was judged
+    residual: np.ndarray  # (samples, NY) of our own prediction [σ]
+
+    def first_segments(self, count: int) -> ReplayLog:
+        """The first segments alone."""
+        segments = self.segments[:count]
+        samples = sum(len(s.intervals) + 1 for s in segments)
+        rows = {n: getattr(self, n)[:samples] for n in ("measured", "judged", "residual")}
+        return replace(self, segments=segments, **rows)
 
 
 @dataclass(frozen=True)
@@ -68,17 +78,20 @@ def replay_of(
     compared = model_to_compare(model, logs, holdout, progress)
     progress("predicting segments")
     error, _ = predict_segments(compared)
-    made = [_log(exported, compared, k) for k in range(len(compared.log_segments))]
+    pairs = zip(compared.log_segments, compared.log_values, strict=True)
+    made = [replayed_log(exported, compared.problem.simulator, segments, values) for segments, values in pairs]
     states = compared.problem.module.NX * sum(len(s.bounds) for s in compared.log_segments)
     return Replay(tuple(made), error, int(sum(log.judged.sum() for log in made)) - states)
 
 
-def _log(exported: ExportedModel, compared: ComparedModel, number: int) -> ReplayLog:
-    problem, segments = compared.problem, compared.log_segments[number]
-    values, log = compared.log_values[number], segments.log
-    parameters = kernel_parameters(problem.module, values, log)
-    states, linearised = fit_states(problem.simulator, segments, initial_states(problem.module, segments), parameters)
-    acting = problem.module.acting_voltage(log.t, log.voltage, parameters)
+def replayed_log(
+    exported: ExportedModel, simulator: Simulator, segments: Segments, values: Mapping[str, float]
+) -> ReplayLog:
+    """Segments of a log with their initial states fitted, as they are to be replayed at these values."""
+    log, module = segments.log, simulator.module
+    parameters = kernel_parameters(module, values, log)
+    states, linearised = fit_states(simulator, segments, initial_states(module, segments), parameters)
+    acting = module.acting_voltage(log.t, log.voltage, parameters)
     commands = log.inputs.T if exported.inputs else np.zeros((len(log), 0))
     found, ended = [], -1
     for (begin, end), state in zip(segments.bounds.tolist(), states, strict=True):
@@ -105,6 +118,7 @@ def _log(exported: ExportedModel, compared: ComparedModel, number: int) -> Repla
         log.measured[rows],
         np.asarray(segments.sigma, dtype=float),
         judged,
+        residual,
     )
 
 

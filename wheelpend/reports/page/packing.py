@@ -18,7 +18,12 @@ def figure_text(figure: go.Figure) -> str:
     seen: dict[str, int] = {}
     plain = figure.to_plotly_json()
     text = to_json_plotly({"data": _packed(plain["data"], seen), "layout": plain["layout"]})
-    return text.replace("<", "\\u003c").replace(">", "\\u003e")
+    return script_text(text)
+
+
+def script_text(json: str) -> str:
+    """JSON as it may stand in a script's element: no ``<`` in it ends that."""
+    return json.replace("<", "\\u003c").replace(">", "\\u003e")
 
 
 UNPACKING_SCRIPT = f"""

@@ -24,7 +24,8 @@ from wheelpend.reports.page.digests import file_rows, log_file_rows
 from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.innovations import residual_section, residual_tests_of
-from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_rows
+from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_meanings, parameter_rows
+from wheelpend.reports.page.sliders import carried_markup, slider_section
 from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_sentences
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
@@ -70,6 +71,10 @@ def page_html(
     quantities = plant_units_of(explanation.model)
     first = explanation.first
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
+    meanings = {n: meaning for n, (_, meaning) in parameter_meanings(explanation).items()}
+    sliders = slider_section(explanation, quantities, meanings)
+    absent = isinstance(sliders, str)
+    scripts = (plotly, DRAWING_SCRIPT, *(() if absent else (sliders.script,)))
     changes, remarks = earlier_changes(explanation)
     earlier = earlier_rungs(changes)
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
@@ -80,7 +85,11 @@ def page_html(
         TEMPLATE_FILTERS,
         plotly=Markup(plotly),
         drawing=Markup(DRAWING_SCRIPT),
-        script_hashes=Markup(" ".join(map(script_hash, (plotly, DRAWING_SCRIPT)))),
+        script_hashes=Markup(" ".join(map(script_hash, scripts))),
+        sliders=None if absent else sliders,
+        no_sliders=sliders if absent else "",
+        slider_data="" if absent else carried_markup(sliders),
+        slider_script="" if absent else Markup(sliders.script),
         title=title_text(explanation),
         headline=[*headline_sentences(explanation, quantities), *story_sentences(changes)],
         remarks=[*explanation.warnings, *remarks],

@@ -1,0 +1,316 @@
+"""Sliders for the final model's parameters: the page simulates a held-out log anew with what its reader chooses."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import plotly.graph_objects as go
+from markupsafe import Markup
+from plotly.subplots import make_subplots
+
+from wheelpend.diagnosis.explain import Ladder
+from wheelpend.errors import Failure
+from wheelpend.estimation.continuation import kernels_for
+from wheelpend.estimation.free_parameters import effect_parameter, free_parameters
+from wheelpend.estimation.parameters import FreeParameter
+from wheelpend.estimation.prediction import with_lead_in
+from wheelpend.estimation.segments import Segments
+from wheelpend.estimation.shooting import Simulator
+from wheelpend.estimation.validation import LEAD_IN_SEGMENTS, validation_values
+from wheelpend.export.exported_model import ExportedModel, exported_model
+from wheelpend.export.javascript_target import javascript_page_module
+from wheelpend.export.replay import ReplayLog, replayed_log
+from wheelpend.model.units import PlantUnits
+from wheelpend.reports.names import display_text
+from wheelpend.reports.numbers import unit_text
+from wheelpend.reports.page.packing import figure_text, script_text
+from wheelpend.reports.page.style import AFTER_COLOUR, MEASURED_COLOUR, with_page_style
+from wheelpend.reports.page.thinning import segment_samples
+from wheelpend.reports.page.whole_numbers import held_series, smooth_series, whole_numbers_text
+
+SLIDER_SCRIPT = Path(__file__).with_name("sliders.js")
+MAX_CARRIED_S, MAX_CARRIED_TEXT = 20.0, 100_000  # of a log, and of its samples as text
+QUANTA_PER_SIGMA = 16  # of what is measured: rounding adds two ten-thousandths to an error of 1 σ
+QUANTA_PER_RANGE = 1 << 14  # of a command, whose sums are right to one of them
+QUANTA_PER_INTERVAL = 1 << 16  # of times
+MAX_EVEN_SPREAD = 1e-6  # of an interval, up to which samples are evenly spaced
+MAX_DRAWN_POINTS = 800  # of each line
+AXIS_MARGIN_SHARE = 0.15  # of what is measured, above and below it
+
+
+class Slider(NamedTuple):
+    """A parameter that may be moved: by ``first`` to ``last`` steps from its identified value."""
+
+    place: int  # among the exported parameters
+    name: str
+    unit: str
+    meaning: str
+    value: float
+    absent: float
+    step: float
+    first: int
+    last: int
+
+
+class SliderGroup(NamedTuple):
+    """Sliders of an effect, or of the plant itself."""
+
+    effect: str  # "" for the plant
+    sentence: str
+    sliders: tuple[Slider, ...]
+
+
+@dataclass(frozen=True)
+class SliderSection:
+    """Everything of the section: what is shown, what is carried, and the script that simulates."""
+
+    groups: tuple[SliderGroup, ...]
+    log_name: str
+    error: float  # of the identified model on what is carried [σ]
+    seconds: float
+    whole: bool  # everything on which the report's error is taken is carried
+    data: str  # JSON
+    figure: go.Figure
+    script: str
+
+
+def slider_section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection | str:
+    """The section of a ladder's final model, or in a sentence why there is none."""
+    try:
+        return _section(explanation, quantities, meanings)
+    except Failure as failure:
+        return str(failure)
+    except NotImplementedError:
+        return "Its equations have a part that cannot be translated into the language of a page."
+
+
+def _section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection:
+    problem, fitted = explanation.problem, explanation.fit
+    validation = problem.data.validation
+    part = validation[0].part if validation else problem.data.estimation[0]
+    values = validation_values(problem, fitted, validation[0]) if validation else fitted.of_log(0)
+    known = {n: (float(values.get(n, e.value)), e.sigma) for n, e in explanation.parameters.items()}
+    exported = exported_model(explanation.model.with_fit(known), period=part.log.dt)
+    exported = replace(exported, max_step=min(exported.period, problem.max_step))
+    simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
+    segments, lead = with_lead_in(part, LEAD_IN_SEGMENTS if problem.carries else 0)
+    begin = segments.log.t[segments.bounds[0, 0]]
+    chosen = segments.log.t[segments.bounds[:, 1] - 1] <= begin + MAX_CARRIED_S
+    segments = replace(segments, bounds=segments.bounds[chosen | (np.arange(len(chosen)) <= lead)], weights=None)
+    carried = CarriedLog.cut_to_size(replayed_log(exported, simulator, segments, values), segments, lead)
+    groups = _groups(explanation, exported, values, meanings)
+    script = javascript_page_module(exported) + SLIDER_SCRIPT.read_text(encoding="utf-8")
+    judged = len(carried.replay.segments) - lead
+    return SliderSection(
+        groups=groups,
+        log_name=part.log.name,
+        error=carried.error,
+        seconds=sum(float(s.intervals.sum()) for s in carried.replay.segments),
+        whole=len(validation) <= 1 and judged == len(part.bounds),
+        data=_json(carried.numbers() | {"groups": [[_moved(s) for s in g.sliders] for g in groups]}),
+        figure=_figure(part, quantities),
+        script=script.replace("</", "<\\/").replace("<!--", "<\\!--"),  # nothing in it may end the script
+    )
+
+
+@dataclass(frozen=True)
+class CarriedLog:
+    """Segments of a log as a page carries them; the first ``lead`` of them are not judged."""
+
+    replay: ReplayLog
+    states: int  # that are fitted in each segment
+    lead: int
+    residual: np.ndarray  # (samples, channels) [σ] of the identified model, NaN where it is not judged
+
+    @classmethod
+    def cut_to_size(cls, replay: ReplayLog, segments: Segments, lead: int) -> CarriedLog:
+        """As many segments as fit into the page."""
+        count = len(replay.segments)
+        while True:
+            kept = replay.first_segments(count)
+            begin = sum(len(s.intervals) + 1 for s in kept.segments[:lead])
+            residual = np.where(kept.judged, kept.residual, np.nan)
+            residual[:begin] = np.nan
+            made = cls(kept, len(kept.segments[0].state), lead, residual)
+            size = made.samples_size
+            if size <= MAX_CARRIED_TEXT or count <= lead + 1:
+                return made
+            count = max(lead + 1, min(count - 1, int(count * MAX_CARRIED_TEXT / size)))
+
+    @property
+    def freedom(self) -> int:
+        """Number of values less that of fitted states."""
+        return int(np.isfinite(self.residual).sum()) - self.states * (len(self.replay.segments) - self.lead)
+
+    @property
+    def error(self) -> float:
+        """Error of the identified model [σ]."""
+        return math.sqrt(float(np.nansum(self.residual**2)) / max(self.freedom, 1))
+
+    @property
+    def samples_size(self) -> int:
+        """Length of the samples as text."""
+        series = [*self.samples["measured"], *self.samples["commands"]]
+        return sum(len(s.whole) for s in series)
+
+    @cached_property
+    def samples(self) -> dict[str, Any]:
+        """Everything that there is of each sample."""
+        log = self.replay
+        commands = np.concatenate([s.commands for s in log.segments])
+        ranges = np.max(np.abs(commands), axis=0, initial=0.0)
+        intervals = np.concatenate([s.intervals for s in log.segments])
+        mean = float(intervals.mean())
+        even = float(np.ptp(intervals)) <= MAX_EVEN_SPREAD * mean
+        counted = np.isfinite(self.residual)
+        return {
+            "commands": [
+                held_series(c, 2.0 * r / QUANTA_PER_RANGE or 1.0) for c, r in zip(commands.T, ranges, strict=True)
+            ],
+            "interval": mean,
+            "intervals": None if even else held_series(intervals, mean / QUANTA_PER_INTERVAL),
+            "measured": [
+                smooth_series(_without_gaps(m), s / QUANTA_PER_SIGMA)
+                for m, s in zip(log.measured.T, log.sigma, strict=True)
+            ],
+            "counted": [whole_numbers_text(_run_lengths(c)) for c in counted.T],
+        }
+
+    def numbers(self) -> dict[str, Any]:
+        """What the page's script reads."""
+        log = self.replay
+        lengths = np.array([len(s.intervals) + 1 for s in log.segments])
+        ends = np.cumsum(lengths)
+        series = [_without_gaps(m) for m in log.measured.T] + [np.nan_to_num(r) for r in self.residual.T]
+        drawn = segment_samples(np.stack([ends - lengths, ends], axis=1), series, MAX_DRAWN_POINTS)
+        return self.samples | {
+            "parameters": log.parameters.tolist(),
+            "sigma": log.sigma.tolist(),
+            "freedom": self.freedom,
+            "drawn": whole_numbers_text(np.diff(drawn, prepend=0)),
+            "segments": [
+                {
+                    "state": s.state.tolist(),
+                    "acting": s.acting,
+                    "carriesOn": s.carries_on,
+                    "time": s.time,
+                    "before": s.before.ravel().tolist(),
+                    "steps": len(s.intervals),
+                }
+                for s in log.segments
+            ],
+        }
+
+
+def _without_gaps(values: np.ndarray) -> np.ndarray:
+    """A series whose missing values are those before them, at first 0."""
+    found = np.isfinite(values)
+    last = np.maximum.accumulate(np.where(found, np.arange(len(values)), -1))
+    return np.where(last >= 0, values[last], 0.0)
+
+
+def _run_lengths(flags: np.ndarray) -> np.ndarray:
+    """Lengths of the runs of equal flags, the first of them true, if of length 0."""
+    edges = np.flatnonzero(np.diff(flags)) + 1
+    lengths = np.diff([0, *edges, len(flags)])
+    return lengths if flags[0] else np.array([0, *lengths])
+
+
+def _groups(
+    explanation: Ladder, exported: ExportedModel, values: dict[str, float], meanings: dict[str, str]
+) -> tuple[SliderGroup, ...]:
+    """Sliders of each effect, then those of the plant."""
+    problem, places = explanation.problem, list(exported.module.PARAMETERS)
+    by_effect: dict[str, list[Slider]] = {effect: [] for effect in (*explanation.effects, "")}
+    for p in free_parameters(problem, [n for n in explanation.parameters if n in places]):
+        sigma = explanation.parameters[p.name].sigma
+        limited = places.index(p.name) in (exported.module.DELAY, exported.module.SENSOR_DELAY)
+        value = float(values[p.name])
+        if moves := _moves(problem, p, value, sigma, limited):
+            place = places.index(p.name)
+            absent = float(exported.module.ABSENT[place])
+            meaning = "" if p.effect else meanings.get(p.name, "")
+            by_effect[p.effect].append(Slider(place, p.name, unit_text(p.unit), meaning, value, absent, *moves))
+    return tuple(
+        SliderGroup(effect, problem.effect(effect).sentence if effect else "", tuple(sliders))
+        for effect, sliders in by_effect.items()
+        if sliders
+    )
+
+
+def _moves(
+    problem: Any, parameter: FreeParameter, value: float, sigma: float | None, limited: bool
+) -> tuple[float, int, int] | None:
+    """Step, and the first and the last number of steps from the identified value.
+
+    An effect's size goes from zero to three times what was identified, everything else by half of that either way.
+    """
+    row = effect_parameter(parameter.name, problem.plant)
+    if value == 0.0:
+        reach = 3.0 * sigma if sigma and math.isfinite(sigma) else row.typical if row else 0.0
+        step, first, last = reach / 500.0, -500, 500
+    elif parameter.role == "size" and math.isfinite(parameter.absent) and not limited:
+        step, first, last = value / 500.0, -500, 1000
+    else:
+        step, first, last = value / 1000.0, -500, 500
+    if not step or not math.isfinite(step):
+        return None
+    low, high = parameter.bounds
+    inside = [k for k in (first, last) if low <= value + k * step <= high]
+    if len(inside) < 2:
+        kept = [k for k in range(first, last + 1) if low <= value + k * step <= high]
+        return (step, min(kept), max(kept)) if kept else None
+    return step, first, last
+
+
+def _moved(slider: Slider) -> dict[str, Any]:
+    """What the script knows of a slider; infinity is a text."""
+    return {"place": slider.place, "value": slider.value, "step": slider.step, "absent": str(slider.absent),
+            "unit": slider.unit}  # fmt: skip
+
+
+def _figure(segments: Segments, units: PlantUnits) -> go.Figure:
+    """Axes and lines of each channel, measured and predicted above, residual below; the script fills them."""
+    channels: Sequence[str] = segments.log.channels
+    figure = make_subplots(rows=2 * len(channels), cols=1, shared_xaxes=True, vertical_spacing=0.022,
+                           row_heights=[1.4, 1.0] * len(channels))  # fmt: skip
+    for c, channel in enumerate(channels):
+        measured = np.concatenate([segments.log.measured[a:b, c] for a, b in segments.bounds.tolist()])
+        for name, colour, row, width in (
+            ("measured", MEASURED_COLOUR, 2 * c + 1, 1.0),
+            ("predicted", AFTER_COLOUR, 2 * c + 1, 1.4),
+            ("left over", AFTER_COLOUR, 2 * c + 2, 1.0),
+        ):
+            line = go.Scatter(x=[], y=[], name=name, legendgroup=name, mode="lines", connectgaps=False,
+                              showlegend=c == 0 and row == 1, line={"color": colour, "width": width})  # fmt: skip
+            figure.add_trace(line, row=row, col=1)
+        if np.isfinite(measured).any():
+            low, high = float(np.nanmin(measured)), float(np.nanmax(measured))
+            margin = AXIS_MARGIN_SHARE * (high - low) or 1.0
+            figure.update_yaxes(range=[low - margin, high + margin], row=2 * c + 1, col=1)
+        figure.update_yaxes(title=f"{display_text(channel)} [{units.unit(channel)}]", row=2 * c + 1, col=1)
+        figure.update_yaxes(title="resid. [σ]", row=2 * c + 2, col=1)
+    figure.update_xaxes(title="time [s]", row=2 * len(channels), col=1)
+    return with_page_style(figure, 80 + 210 * len(channels))
+
+
+def _json(numbers: dict[str, Any]) -> str:
+    """JSON of what the page carries."""
+    plain = json.dumps(numbers, default=float, allow_nan=False, separators=(",", ":"))
+    return script_text(plain)
+
+
+def carried_markup(section: SliderSection) -> Markup:
+    """The data of the section, which no browser executes."""
+    parts = {"numbers": section.data, "figure": figure_text(section.figure)}
+    # only escaped JSON goes into the page as it is
+    return Markup(
+        "\n".join(f'<script type="application/json" data-sliders="{n}">{t}</script>' for n, t in parts.items())
+    )
