@@ -14,6 +14,7 @@ from wheelpend.export.c_replay import replay_in_c
 from wheelpend.export.compensation import compensation_of, lowered
 from wheelpend.export.export import export_model, write_export
 from wheelpend.export.exported_model import exported_model
+from wheelpend.export.javascript_replay import replay_in_javascript
 from wheelpend.model import workspace
 from wheelpend.model.record import Model
 
@@ -118,6 +119,8 @@ def test_a_log_with_delays_gaps_and_jitter_is_replayed_as_we_predict_it(tmp_path
     replay = replay_of(exported, model, log, (), lambda text: None)
     found, how = replay_in_c(exported, replay)
     assert found == pytest.approx(replay.error, rel=0.02) and "double" in how  # a delay cuts the steps elsewhere
+    if shutil.which("node"):
+        assert replay_in_javascript(exported, replay)[0] == pytest.approx(found, rel=1e-9)
 
 
 # -- the compensator

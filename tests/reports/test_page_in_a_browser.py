@@ -10,6 +10,7 @@ import pytest
 
 from derive.effects import EFFECT_LIBRARY
 from tests.reports.test_page import explanation  # noqa: F401  # a fixture
+from wheelpend.reports.numbers import error_text
 from wheelpend.reports.page.page import page_html
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
@@ -93,7 +94,10 @@ def page(explanation):  # noqa: F811
 def test_hostile_names_are_text_and_the_pages_elements_its_own(page):
     seen = Elements(page).seen
     scripts = [attributes for tag, attributes in seen if tag == "script"]
-    assert len([a for a in scripts if not a]) == 2 and all({*a} <= {"type", "data-chart"} for a in scripts)
+    assert len([a for a in scripts if not a]) == 2 and all(
+        {*a} <= {"type", "data-chart", "data-sliders"} for a in scripts
+    )
+    assert [a["type"] for a in scripts if {*a} == {"type"}] == ["module"], "of the sliders"
     assert not [tag for tag, _ in seen if tag in ("img", "iframe", "svg", "object", "embed", "form")]
     assert not [a for _, a in seen if any(name.startswith("on") or "javascript:" in str(v) for name, v in a.items())]
     assert "\u202e" not in page and "\\u202e" in page and "{{ 7 * 7 }}" in page
@@ -123,3 +127,43 @@ def test_in_a_browser_nothing_sticks_out_of_a_page_as_narrow_as_a_telephone(expl
     found = re.search(r"<title>charts (\d+), wide (.*), cut (.*)\.</title>", dom)
     assert int(found[1]) > 3, "the charts were drawn when this was measured"
     assert found.group(2, 3) == ("", "")
+
+
+MOVING = """
+<iframe src="report.html" style="border: 0; width: 1000px; height: 900px"></iframe>
+<script>
+onload = () => setTimeout(async () => {
+  const page = document.querySelector("iframe").contentDocument;
+  const [section, error] = [page.getElementById("try"), page.getElementById("try-error")];
+  const done = [error.textContent];
+  const moved = async (change) => {
+    change();
+    await new Promise((resolve) => setTimeout(resolve, 500));
+    done.push(error.textContent);
+  };
+  const [torque] = section.querySelectorAll("input[type=range]");
+  const slide = (value) => () => {
+    torque.value = value;
+    torque.dispatchEvent(new Event("input", {bubbles: true}));
+    torque.dispatchEvent(new Event("input", {bubbles: true}));
+  };
+  await moved(slide(-500));
+  await moved(slide(0));
+  await moved(() => section.querySelector("input[type=checkbox]").click());
+  done.push(`${torque.disabled} ${section.querySelector("output").textContent}`);
+  await moved(() => page.getElementById("try-back").click());
+  const lines = page.getElementById("try-chart").data.filter((line) => line.y.some(Number.isFinite)).length;
+  document.title = `${done.join(", ")}; ${section.dataset.simulations} simulations, ${lines} lines.`;
+}, 3000);
+</script>"""
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium is installed")
+def test_in_a_browser_a_moved_slider_changes_the_error_and_the_identified_value_brings_it_back(explanation, tmp_path):  # noqa: F811
+    dom = shown(page_html(explanation), tmp_path, MOVING)
+    found = re.search(r"<title>(.*); (\d+) simulations, (\d+) lines\.</title>", dom)
+    identified, without, back, off, gone, again = found[1].split(", ")
+    assert identified == back == again == f"{error_text(explanation.error, 3)} σ"
+    assert float(without.split()[0]) > 2 * explanation.error and off == without, "zero torque is no friction"
+    assert gone == "true absent"
+    assert found.group(2, 3) == ("5", "9"), "two events at once are one simulation; three channels have three lines"

@@ -72,9 +72,8 @@ def page_html(
     first = explanation.first
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
     meanings = {n: meaning for n, (_, meaning) in parameter_meanings(explanation).items()}
-    sliders = slider_section(explanation, quantities, meanings)
-    absent = isinstance(sliders, str)
-    scripts = (plotly, DRAWING_SCRIPT, *(() if absent else (sliders.script,)))
+    sliders, no_sliders = slider_section(explanation, quantities, meanings)
+    scripts = (plotly, DRAWING_SCRIPT, *([sliders.script] if sliders else []))
     changes, remarks = earlier_changes(explanation)
     earlier = earlier_rungs(changes)
     still_missing = explanation.last.where if explanation.verdict == "unexplained" else ()
@@ -86,10 +85,10 @@ def page_html(
         plotly=Markup(plotly),
         drawing=Markup(DRAWING_SCRIPT),
         script_hashes=Markup(" ".join(map(script_hash, scripts))),
-        sliders=None if absent else sliders,
-        no_sliders=sliders if absent else "",
-        slider_data="" if absent else carried_markup(sliders),
-        slider_script="" if absent else Markup(sliders.script),
+        sliders=sliders,
+        no_sliders=no_sliders,
+        slider_data=carried_markup(sliders) if sliders else "",
+        slider_script=Markup(sliders.script if sliders else ""),
         title=title_text(explanation),
         headline=[*headline_sentences(explanation, quantities), *story_sentences(changes)],
         remarks=[*explanation.warnings, *remarks],

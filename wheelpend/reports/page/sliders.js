@@ -83,7 +83,7 @@ const switches = [...section.querySelectorAll("input[type=checkbox]")];
 const known = carried.groups.flat();
 const shownError = document.getElementById("try-error");
 const spent = document.getElementById("try-time");
-const valueOf = (k) => known[k].value + known[k].step * Number(sliders[k].value);
+const valueOf = (k) => known[k].value + known[k].scale * (Number(sliders[k].value) / known[k].steps);
 const isOff = (k) => sliders[k].closest("fieldset").querySelector("input[type=checkbox]")?.checked ?? false;
 
 let asked = false;

@@ -15,12 +15,14 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 from plotly.subplots import make_subplots
 
+from derive.parameter_name import effect_of
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import kernels_for
 from wheelpend.estimation.free_parameters import effect_parameter, free_parameters
 from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.prediction import with_lead_in
+from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.segments import Segments
 from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.validation import LEAD_IN_SEGMENTS, validation_values
@@ -41,12 +43,13 @@ QUANTA_PER_SIGMA = 16  # of what is measured: rounding adds two ten-thousandths 
 QUANTA_PER_RANGE = 1 << 14  # of a command, whose sums are right to one of them
 QUANTA_PER_INTERVAL = 1 << 16  # of times
 MAX_EVEN_SPREAD = 1e-6  # of an interval, up to which samples are evenly spaced
+SLIDER_STEPS = 500
 MAX_DRAWN_POINTS = 800  # of each line
 AXIS_MARGIN_SHARE = 0.15  # of what is measured, above and below it
 
 
 class Slider(NamedTuple):
-    """A parameter that may be moved: by ``first`` to ``last`` steps from its identified value."""
+    """A parameter that may be moved: by ``first`` to ``last`` steps, of which SLIDER_STEPS change it by ``scale``."""
 
     place: int  # among the exported parameters
     name: str
@@ -54,7 +57,7 @@ class Slider(NamedTuple):
     meaning: str
     value: float
     absent: float
-    step: float
+    scale: float
     first: int
     last: int
 
@@ -81,14 +84,16 @@ class SliderSection:
     script: str
 
 
-def slider_section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection | str:
+def slider_section(
+    explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]
+) -> tuple[SliderSection | None, str]:
     """The section of a ladder's final model, or in a sentence why there is none."""
     try:
-        return _section(explanation, quantities, meanings)
+        return _section(explanation, quantities, meanings), ""
     except Failure as failure:
-        return str(failure)
+        return None, str(failure)
     except NotImplementedError:
-        return "Its equations have a part that cannot be translated into the language of a page."
+        return None, "Its equations have a part that cannot be translated into the language of a page."
 
 
 def _section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection:
@@ -229,12 +234,12 @@ def _groups(
     """Sliders of each effect, then those of the plant."""
     problem, places = explanation.problem, list(exported.module.PARAMETERS)
     by_effect: dict[str, list[Slider]] = {effect: [] for effect in (*explanation.effects, "")}
-    for p in free_parameters(problem, [n for n in explanation.parameters if n in places]):
+    for p in free_parameters(problem, [n for n in explanation.parameters if n in places and effect_of(n) in by_effect]):
         sigma = explanation.parameters[p.name].sigma
-        limited = places.index(p.name) in (exported.module.DELAY, exported.module.SENSOR_DELAY)
+        place = places.index(p.name)
+        late = place in (exported.module.DELAY, exported.module.SENSOR_DELAY)
         value = float(values[p.name])
-        if moves := _moves(problem, p, value, sigma, limited):
-            place = places.index(p.name)
+        if moves := _moves(problem, p, value, sigma, late):
             absent = float(exported.module.ABSENT[place])
             meaning = "" if p.effect else meanings.get(p.name, "")
             by_effect[p.effect].append(Slider(place, p.name, unit_text(p.unit), meaning, value, absent, *moves))
@@ -246,34 +251,30 @@ def _groups(
 
 
 def _moves(
-    problem: Any, parameter: FreeParameter, value: float, sigma: float | None, limited: bool
+    problem: EstimationProblem, parameter: FreeParameter, value: float, sigma: float | None, late: bool
 ) -> tuple[float, int, int] | None:
-    """Step, and the first and the last number of steps from the identified value.
+    """What SLIDER_STEPS steps change, and the first and last step that a simulation can be made with; None for none.
 
-    An effect's size goes from zero to three times what was identified, everything else by half of that either way.
+    An effect's size goes from zero to three times what was identified, everything else by half of that either way: so
+    does a delay (``late``), of which an export keeps no more commands.
     """
-    row = effect_parameter(parameter.name, problem.plant)
+    row, last = effect_parameter(parameter.name, problem.plant), SLIDER_STEPS
     if value == 0.0:
-        reach = 3.0 * sigma if sigma and math.isfinite(sigma) else row.typical if row else 0.0
-        step, first, last = reach / 500.0, -500, 500
-    elif parameter.role == "size" and math.isfinite(parameter.absent) and not limited:
-        step, first, last = value / 500.0, -500, 1000
+        known = sigma is not None and math.isfinite(sigma)
+        scale = 3.0 * sigma if sigma and known else row.typical if row else 0.0
+    elif parameter.role == "size" and math.isfinite(parameter.absent) and not late:
+        scale, last = value, 2 * SLIDER_STEPS
     else:
-        step, first, last = value / 1000.0, -500, 500
-    if not step or not math.isfinite(step):
-        return None
+        scale = 0.5 * value
     low, high = parameter.bounds
-    inside = [k for k in (first, last) if low <= value + k * step <= high]
-    if len(inside) < 2:
-        kept = [k for k in range(first, last + 1) if low <= value + k * step <= high]
-        return (step, min(kept), max(kept)) if kept else None
-    return step, first, last
+    inside = [k for k in range(-SLIDER_STEPS, last + 1) if low <= value + scale * (k / SLIDER_STEPS) <= high]
+    return (scale, inside[0], inside[-1]) if scale and math.isfinite(scale) and inside else None
 
 
 def _moved(slider: Slider) -> dict[str, Any]:
     """What the script knows of a slider; infinity is a text."""
-    return {"place": slider.place, "value": slider.value, "step": slider.step, "absent": str(slider.absent),
-            "unit": slider.unit}  # fmt: skip
+    return {"place": slider.place, "value": slider.value, "scale": slider.scale, "absent": str(slider.absent),
+            "unit": slider.unit, "steps": SLIDER_STEPS}  # fmt: skip
 
 
 def _figure(segments: Segments, units: PlantUnits) -> go.Figure:
