@@ -90,6 +90,13 @@ def test_a_model_that_cannot_be_translated_has_a_sentence_in_place_of_sliders(ex
     assert 'id="try"' not in page and '<script type="module">' not in page
 
 
+def test_a_prediction_that_runs_away_has_no_sliders(explanation, monkeypatch):  # noqa: F811
+    replayed = sliders.replayed_log
+    monkeypatch.setattr(sliders, "replayed_log", lambda *given: replace(found := replayed(*given), judged=~found.judged))
+    section, why = slider_section(explanation, plant_units_of(explanation.model), {})
+    assert section is None and "runs away" in why
+
+
 def test_nothing_in_the_script_ends_its_element(explanation, monkeypatch):  # noqa: F811
     monkeypatch.setattr(sliders, "javascript_page_module", lambda exported: '"</script><!--"')
     assert section_of(explanation).script.startswith('"<\\/script><\\!--"')

@@ -141,6 +141,8 @@ class CarriedLog:
         while True:
             kept = replay.first_segments(count)
             begin = sum(len(s.intervals) + 1 for s in kept.segments[:lead])
+            if (np.isfinite(kept.measured) & ~kept.judged)[begin:].any():
+                raise Failure("The model's own prediction runs away on this log.")
             residual = np.where(kept.judged, kept.residual, np.nan)
             residual[:begin] = np.nan
             made = cls(kept, len(kept.segments[0].state), lead, residual)
