@@ -10,7 +10,7 @@ import pytest
 from tests.reports.test_page import explanation  # noqa: F401  # a fixture
 from wheelpend.errors import Failure
 from wheelpend.model.units import plant_units_of
-from wheelpend.reports.page import sliders
+from wheelpend.reports.page import carried_log, sliders
 from wheelpend.reports.page.page import page_html
 from wheelpend.reports.page.sliders import slider_section
 from wheelpend.reports.page.whole_numbers import held_series, smooth_series, whole_numbers_text
@@ -59,7 +59,7 @@ def test_an_effect_goes_from_nothing_to_three_times_its_size_and_the_machine_by_
 def test_everything_that_the_error_is_taken_on_is_carried_and_less_where_it_would_not_fit(explanation, monkeypatch):  # noqa: F811
     whole = section_of(explanation)
     assert whole.whole and whole.error == pytest.approx(explanation.error, rel=1e-9)
-    monkeypatch.setattr(sliders, "MAX_CARRIED_TEXT", len(whole.data) // 3)
+    monkeypatch.setattr(carried_log, "MAX_CARRIED_TEXT", len(whole.data) // 3)
     part = section_of(explanation)
     assert not part.whole and 0 < part.seconds < 0.5 * whole.seconds and len(part.data) < 0.5 * len(whole.data)
     assert "as many as fit into the page" in page_html(explanation)
@@ -92,7 +92,9 @@ def test_a_model_that_cannot_be_translated_has_a_sentence_in_place_of_sliders(ex
 
 def test_a_prediction_that_runs_away_has_no_sliders(explanation, monkeypatch):  # noqa: F811
     replayed = sliders.replayed_log
-    monkeypatch.setattr(sliders, "replayed_log", lambda *given: replace(found := replayed(*given), judged=~found.judged))
+    monkeypatch.setattr(
+        sliders, "replayed_log", lambda *given: replace(found := replayed(*given), judged=~found.judged)
+    )
     section, why = slider_section(explanation, plant_units_of(explanation.model), {})
     assert section is None and "runs away" in why
 

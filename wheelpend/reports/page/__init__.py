@@ -9,7 +9,8 @@ equations          equations of motion before and after
 innovations        tests of the final model's residuals
 correlations       how parameters depend on each other
 charts             its charts as markup
-sliders            parameters that a reader moves, with the log and the model that the page then simulates (sliders.js)
+sliders            parameters that a reader moves, and the model that the page then simulates (sliders.js)
+carried_log        the log with which it does so
 whole_numbers      series as text, as exact as a simulation needs them
 packing            figures as text, and the script that reads it
 thinning           samples that a chart draws

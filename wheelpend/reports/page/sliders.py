@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,23 +27,17 @@ from wheelpend.estimation.shooting import Simulator
 from wheelpend.estimation.validation import LEAD_IN_SEGMENTS, validation_values
 from wheelpend.export.exported_model import ExportedModel, exported_model
 from wheelpend.export.javascript_target import javascript_page_module
-from wheelpend.export.replay import ReplayLog, replayed_log
+from wheelpend.export.replay import replayed_log
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import unit_text
+from wheelpend.reports.page.carried_log import CarriedLog
 from wheelpend.reports.page.packing import figure_text, script_text
 from wheelpend.reports.page.style import AFTER_COLOUR, MEASURED_COLOUR, with_page_style
-from wheelpend.reports.page.thinning import segment_samples
-from wheelpend.reports.page.whole_numbers import held_series, smooth_series, whole_numbers_text
 
 SLIDER_SCRIPT = Path(__file__).with_name("sliders.js")
-MAX_CARRIED_S, MAX_CARRIED_TEXT = 20.0, 100_000  # of a log, and of its samples as text
-QUANTA_PER_SIGMA = 16  # of what is measured: rounding adds two ten-thousandths to an error of 1 σ
-QUANTA_PER_RANGE = 1 << 14  # of a command, whose sums are right to one of them
-QUANTA_PER_INTERVAL = 1 << 16  # of times
-MAX_EVEN_SPREAD = 1e-6  # of an interval, up to which samples are evenly spaced
+MAX_CARRIED_S = 20.0  # of a log
 SLIDER_STEPS = 500
-MAX_DRAWN_POINTS = 800  # of each line
 AXIS_MARGIN_SHARE = 0.15  # of what is measured, above and below it
 
 
@@ -104,130 +97,32 @@ def _section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, st
     known = {n: (float(values.get(n, e.value)), e.sigma) for n, e in explanation.parameters.items()}
     exported = exported_model(explanation.model.with_fit(known), period=part.log.dt)
     exported = replace(exported, max_step=min(exported.period, problem.max_step))
-    simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
-    segments, lead = with_lead_in(part, LEAD_IN_SEGMENTS if problem.carries else 0)
-    begin = segments.log.t[segments.bounds[0, 0]]
-    chosen = segments.log.t[segments.bounds[:, 1] - 1] <= begin + MAX_CARRIED_S
-    segments = replace(segments, bounds=segments.bounds[chosen | (np.arange(len(chosen)) <= lead)], weights=None)
-    carried = CarriedLog.cut_to_size(replayed_log(exported, simulator, segments, values), segments, lead)
+    carried = _carried_log(problem, exported, part, values)
     groups = _groups(explanation, exported, values, meanings)
     script = javascript_page_module(exported) + SLIDER_SCRIPT.read_text(encoding="utf-8")
-    judged = len(carried.replay.segments) - lead
     return SliderSection(
         groups=groups,
         log_name=part.log.name,
         error=carried.error,
         seconds=sum(float(s.intervals.sum()) for s in carried.replay.segments),
-        whole=len(validation) <= 1 and judged == len(part.bounds),
+        whole=len(validation) <= 1 and len(carried.replay.segments) - carried.lead == len(part.bounds),
         data=_json(carried.numbers() | {"groups": [[_moved(s) for s in g.sliders] for g in groups]}),
         figure=_figure(part, quantities),
         script=script.replace("</", "<\\/").replace("<!--", "<\\!--"),  # nothing in it may end the script
     )
 
 
-@dataclass(frozen=True)
-class CarriedLog:
-    """Segments of a log as a page carries them; the first ``lead`` of them are not judged."""
-
-    replay: ReplayLog
-    states: int  # that are fitted in each segment
-    lead: int
-    residual: np.ndarray  # (samples, channels) [σ] of the identified model, NaN where it is not judged
-
-    @classmethod
-    def cut_to_size(cls, replay: ReplayLog, segments: Segments, lead: int) -> CarriedLog:
-        """As many segments as fit into the page."""
-        count = len(replay.segments)
-        while True:
-            kept = replay.first_segments(count)
-            begin = sum(len(s.intervals) + 1 for s in kept.segments[:lead])
-            if (np.isfinite(kept.measured) & ~kept.judged)[begin:].any():
-                raise Failure("The model's own prediction runs away on this log.")
-            residual = np.where(kept.judged, kept.residual, np.nan)
-            residual[:begin] = np.nan
-            made = cls(kept, len(kept.segments[0].state), lead, residual)
-            size = made.samples_size
-            if size <= MAX_CARRIED_TEXT or count <= lead + 1:
-                return made
-            count = max(lead + 1, min(count - 1, int(count * MAX_CARRIED_TEXT / size)))
-
-    @property
-    def freedom(self) -> int:
-        """Number of values less that of fitted states."""
-        return int(np.isfinite(self.residual).sum()) - self.states * (len(self.replay.segments) - self.lead)
-
-    @property
-    def error(self) -> float:
-        """Error of the identified model [σ]."""
-        return math.sqrt(float(np.nansum(self.residual**2)) / max(self.freedom, 1))
-
-    @property
-    def samples_size(self) -> int:
-        """Length of the samples as text."""
-        series = [*self.samples["measured"], *self.samples["commands"]]
-        return sum(len(s.whole) for s in series)
-
-    @cached_property
-    def samples(self) -> dict[str, Any]:
-        """Everything that there is of each sample."""
-        log = self.replay
-        commands = np.concatenate([s.commands for s in log.segments])
-        ranges = np.max(np.abs(commands), axis=0, initial=0.0)
-        intervals = np.concatenate([s.intervals for s in log.segments])
-        mean = float(intervals.mean())
-        even = float(np.ptp(intervals)) <= MAX_EVEN_SPREAD * mean
-        counted = np.isfinite(self.residual)
-        return {
-            "commands": [
-                held_series(c, 2.0 * r / QUANTA_PER_RANGE or 1.0) for c, r in zip(commands.T, ranges, strict=True)
-            ],
-            "interval": mean,
-            "intervals": None if even else held_series(intervals, mean / QUANTA_PER_INTERVAL),
-            "measured": [
-                smooth_series(_without_gaps(m), s / QUANTA_PER_SIGMA)
-                for m, s in zip(log.measured.T, log.sigma, strict=True)
-            ],
-            "counted": [whole_numbers_text(_run_lengths(c)) for c in counted.T],
-        }
-
-    def numbers(self) -> dict[str, Any]:
-        """What the page's script reads."""
-        log = self.replay
-        lengths = np.array([len(s.intervals) + 1 for s in log.segments])
-        ends = np.cumsum(lengths)
-        series = [_without_gaps(m) for m in log.measured.T] + [np.nan_to_num(r) for r in self.residual.T]
-        drawn = segment_samples(np.stack([ends - lengths, ends], axis=1), series, MAX_DRAWN_POINTS)
-        return self.samples | {
-            "parameters": log.parameters.tolist(),
-            "sigma": log.sigma.tolist(),
-            "freedom": self.freedom,
-            "drawn": whole_numbers_text(np.diff(drawn, prepend=0)),
-            "segments": [
-                {
-                    "state": s.state.tolist(),
-                    "acting": s.acting,
-                    "carriesOn": s.carries_on,
-                    "time": s.time,
-                    "before": s.before.ravel().tolist(),
-                    "steps": len(s.intervals),
-                }
-                for s in log.segments
-            ],
-        }
-
-
-def _without_gaps(values: np.ndarray) -> np.ndarray:
-    """A series whose missing values are those before them, at first 0."""
-    found = np.isfinite(values)
-    last = np.maximum.accumulate(np.where(found, np.arange(len(values)), -1))
-    return np.where(last >= 0, values[last], 0.0)
-
-
-def _run_lengths(flags: np.ndarray) -> np.ndarray:
-    """Lengths of the runs of equal flags, the first of them true, if of length 0."""
-    edges = np.flatnonzero(np.diff(flags)) + 1
-    lengths = np.diff([0, *edges, len(flags)])
-    return lengths if flags[0] else np.array([0, *lengths])
+def _carried_log(
+    problem: EstimationProblem, exported: ExportedModel, part: Segments, values: dict[str, float]
+) -> CarriedLog:
+    """The first segments of a log, after those through which a coupled model must be simulated before."""
+    segments, lead = with_lead_in(part, LEAD_IN_SEGMENTS if problem.carries else 0)
+    t, bounds = segments.log.t, segments.bounds
+    near = t[bounds[:, 1] - 1] <= t[bounds[0, 0]] + MAX_CARRIED_S
+    near[: lead + 1] = True
+    simulator = Simulator(kernels_for(problem, (), values), problem.max_step)
+    first = replace(segments, bounds=bounds[near], weights=None)
+    return CarriedLog.cut_to_size(replayed_log(exported, simulator, first, values), lead)
 
 
 def _groups(
