@@ -28,6 +28,14 @@ with replacing(Path("half.txt")) as partial:
 """
 
 
+@pytest.fixture(autouse=True)
+def heeded():
+    """Ctrl-C as in a terminal: what runs in the background of a shell without job control inherits that it is ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def interrupted(*command, folder):
     """Exit code, standard error and seconds until the end of a process that gets Ctrl-C once it is ready."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
