@@ -30,7 +30,7 @@ with replacing(Path("half.txt")) as partial:
 
 @pytest.fixture(autouse=True)
 def heeded():
-    """Ctrl-C as in a terminal: what runs in the background of a shell without job control inherits that it is ignored."""
+    """Ctrl-C as in a terminal; behind an ampersand a shell without job control has it ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
