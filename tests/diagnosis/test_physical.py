@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 import derive
-from wheelpend.diagnosis.physical import is_within_its_friction
+from wheelpend.diagnosis.physical import is_determined, is_within_its_friction
 from wheelpend.estimation.fit import Fit
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
@@ -34,3 +34,13 @@ def test_it_is_not_judged_where_the_plants_own_parameters_contain_the_friction()
 def test_laws_of_other_kinds_have_no_friction_to_stay_within():
     values = Fit.at({"coulomb_drive.torque": 5.0}, [{}])
     assert is_within_its_friction(SimpleNamespace(), derive.effects.find("coulomb_drive"), values)
+
+
+def test_a_law_whose_shape_the_logs_leave_open_is_to_them_a_simpler_one():
+    def found(speed, sigma):
+        return SimpleNamespace(coefficients={"static": 0.4, "sliding": 0.3, "speed": speed}, sigma={"speed": sigma})
+
+    stribeck = derive.effects.find("stribeck_drive")
+    assert is_determined(stribeck, found(0.5, 0.2))
+    assert not is_determined(stribeck, found(1e-3, 1e7))
+    assert is_determined(derive.effects.find("coulomb_drive"), SimpleNamespace(coefficients={"torque": 0.1}, sigma={}))

@@ -12,7 +12,7 @@ from derive.effects import Effect
 from derive.parameter_name import short_name
 from wheelpend.diagnosis.block_evidence import evidence_in_blocks, p_value_of_rest, sample_blocks
 from wheelpend.diagnosis.criteria import MIN_RELATIVE_ERROR_DECREASE
-from wheelpend.diagnosis.physical import is_physical, is_within_its_friction
+from wheelpend.diagnosis.physical import is_determined, is_physical, is_within_its_friction
 from wheelpend.diagnosis.score_test import linear_names, size_names
 from wheelpend.estimation.estimate import EffectEstimate, Estimate
 from wheelpend.estimation.fit import Fit
@@ -80,6 +80,7 @@ class CandidateFit(EffectEstimate):
     evidence: np.ndarray | None = field(repr=False, compare=False, default=None)  # rise of log-likelihood in blocks
     p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals with it being no more than noise
     probability: float | None = None  # that it is missing, alone or with others, once every round is known
+    determined: bool = True  # the logs tell its shape
 
     def to_json(self) -> dict[str, Any]:
         """The candidate under the keys of JSON."""
@@ -102,6 +103,11 @@ class CandidateFit(EffectEstimate):
             "held_out_gain": self.held_out_gain,
             "in_sample_gain": self.in_sample_gain,
         }
+
+    @property
+    def is_possible(self) -> bool:
+        """Physically possible, and of a shape that the logs determine."""
+        return self.physical and self.determined
 
     def is_supported(self, error_before: float) -> bool:
         """Significant, physically possible, and lowering the validation error by enough."""
@@ -149,6 +155,7 @@ def evaluate_candidate(
         equivalent_to=(),
         physical=all(is_physical(effect, own.coefficients | c, own.sigma | s) for c, s in in_logs)
         and is_within_its_friction(problem, effect, fitted),
+        determined=is_determined(effect, own),
         fit=fitted,
         beyond=incremental,
         per_log=per_log,

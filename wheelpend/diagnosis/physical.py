@@ -1,4 +1,7 @@
-"""Whether an effect's parameters are physically possible: in their range, in order, and no friction that drives."""
+"""Whether an effect's parameters are physically possible: in their range, in order, and no friction that drives.
+
+And whether logs determine its shape: a law whose shape they leave open is to them a simpler law.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Mapping
 
 import derive
 from derive.effects import Effect
+from wheelpend.estimation.estimate import EffectEstimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameter_table import conservative_standard_error
 from wheelpend.estimation.problem import EstimationProblem
@@ -21,6 +25,12 @@ def is_physical(effect: Effect, coefficients: Mapping[str, float], sigma: Mappin
     return all(
         p.minimum - slack[p.name] <= coefficients[p.name] <= p.maximum + slack[p.name] for p in effect.parameters
     ) and all(coefficients[a] <= coefficients[b] + slack[a] + slack[b] for a, b in pairs)
+
+
+def is_determined(effect: Effect, found: EffectEstimate) -> bool:
+    """True where an inner parameter is known to better than its own size; else the effect is a simpler one."""
+    inner = effect.profiled
+    return inner is None or found.sigma[inner.name] < abs(found.coefficients[inner.name])
 
 
 def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:

@@ -158,7 +158,7 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """A diagnosis with the probabilities of what may be missing, by the rounds of its search."""
     evidence = [
         RoundEvidence(
-            {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.physical},
+            {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.is_possible},
             r.named[0].effect if r.named else "",
             {c.effect: r.problem.replaced(c.effect) for c in r.refitted},
         )

@@ -32,8 +32,9 @@ from wheelpend.diagnosis.likelihood.held_out import (
     prediction,
     prediction_at,
 )
-from wheelpend.diagnosis.likelihood.meaning import has_meaning, is_determined, rest_has_meaning
+from wheelpend.diagnosis.likelihood.meaning import has_meaning, rest_has_meaning
 from wheelpend.diagnosis.likelihood.refits import at_sources
+from wheelpend.diagnosis.physical import is_determined
 from wheelpend.diagnosis.score_test import size_names
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import simpler_effects

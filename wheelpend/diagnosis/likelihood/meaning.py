@@ -8,7 +8,6 @@ from derive.effects import Effect, Quantiles
 from wheelpend.diagnosis.evidence import estimate_of
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.physical import is_physical, is_within_its_friction
-from wheelpend.estimation.estimate import EffectEstimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import magnitude
@@ -22,12 +21,6 @@ def has_meaning_throughout(model: FilteredModel) -> bool:
         for row in rows
         for values in log_values
     )
-
-
-def is_determined(effect: Effect, found: EffectEstimate) -> bool:
-    """True where an inner parameter is known to better than its own size; else the effect is a simpler one."""
-    inner = effect.profiled
-    return inner is None or found.sigma[inner.name] < abs(found.coefficients[inner.name])
 
 
 def rest_has_meaning(model: FilteredModel, fitted: Fit, effect: str) -> bool:
