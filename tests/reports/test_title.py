@@ -15,11 +15,13 @@ OFFSET = ("com_offset", {"angle": Estimate(0.02, 0.001, unit="rad")}, ("imu_bias
 LATE = ("actuator_delay", {"delay": Estimate(0.004, 1e-5, unit="s")}, ())
 
 
-def title(*steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum"):
+def title(*steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missing", plant="wheel_pendulum", has=None):
     made = tuple(SimpleNamespace(effect=e, estimates=found, equivalent_to=alike) for e, found, alike in steps)
     problem = SimpleNamespace(plant=PLANTS[plant])
-    return title_text(SimpleNamespace(steps=made, parameters={}, base_error=before, error=after, noise_floor=floor,
-                                      verdict=verdict, problem=problem))  # fmt: skip
+    values = has or {}
+    model = SimpleNamespace(effects=list(dict.fromkeys(n.partition(".")[0] for n in values)))
+    return title_text(SimpleNamespace(steps=made, parameters=values, base_error=before, error=after, noise_floor=floor,
+                                      verdict=verdict, problem=problem, model=model))  # fmt: skip
 
 
 def test_one_effect_has_its_sentence_its_name_and_its_size():
@@ -69,3 +71,12 @@ def test_the_words_are_those_of_the_plant():
 def test_without_a_step_the_title_is_the_verdict():
     assert title() == "Nothing is missing in this model"
     assert title(verdict="unexplained") == "Something is missing that the library does not hold"
+
+
+def test_without_a_step_the_title_says_what_the_model_already_has():
+    added = {"coulomb_drive.torque": DRY[1]["torque"]}
+    dry = "Dry friction in motor and gearbox (coulomb_drive), 0.3 V"
+    assert title(has=added) == f"Nothing more is missing in this model with {dry}"
+    ripple = {f"cogging.{n}": e for n, e in RIPPLE[1].items()}
+    assert title(has=added | ripple).startswith(f"Nothing more is missing in this model with {dry}; ")
+    assert title(has=added, verdict="unexplained") == "Something is missing that the library does not hold"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from derive.parameter_name import full_name
+from derive.parameter_name import effect_of, full_name
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.reports.numbers import error_text, is_number, typeset_number_text, unit_text
 from wheelpend.reports.text.verdict import plain_effect_text
 
 if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder, Step
+    from wheelpend.estimation.estimate import Estimate
 
 SHOWN_DIGITS = 3  # of sizes and errors: the page has the others
 MIN_MOST_SHARE = 0.5  # of the error above the noise floor, from which on most of it is explained
@@ -19,9 +21,7 @@ MIN_MOST_SHARE = 0.5  # of the error above the noise floor, from which on most o
 def title_text(explanation: Ladder) -> str:
     """The added effects in words, with their names, and how far they explain the error."""
     if not explanation.steps:
-        unexplained = explanation.verdict == "unexplained"
-        return "Something is missing that the library does not hold" if unexplained else (
-            "Nothing is missing in this model")  # fmt: skip
+        return _without_steps(explanation)
     first, *others = (_found_text(step, explanation) for step in explanation.steps)
     found = "; ".join([first, *(other[:1].lower() + other[1:] for other in others)])
     verb = "together they explain" if others else "that explains"
@@ -29,13 +29,28 @@ def title_text(explanation: Ladder) -> str:
     return f"{found}: {verb} {_explained_text(explanation)}, {before} → {after} σ"
 
 
+def _without_steps(explanation: Ladder) -> str:
+    """The finding that no effect is to be added, and which the model already has."""
+    if explanation.verdict == "unexplained":
+        return "Something is missing that the library does not hold"
+    known = [
+        _named_text(e, [e], [v for n, v in explanation.parameters.items() if effect_of(n) == e], explanation)
+        for e in explanation.model.effects
+    ]
+    return f"Nothing more is missing in this model with {'; '.join(known)}" if known else (
+        "Nothing is missing in this model")  # fmt: skip
+
+
 def _found_text(step: Step, explanation: Ladder) -> str:
     """An effect in words, its name and those of its equivalents, and its size where one number tells it."""
-    names = " or ".join((step.effect, *step.equivalent_to))
     sizes = [explanation.parameters.get(full_name(step.effect, n), e) for n, e in step.estimates.items()]
+    return _named_text(step.effect, (step.effect, *step.equivalent_to), sizes, explanation)
+
+
+def _named_text(effect: str, names: Sequence[str], sizes: Sequence[Estimate], explanation: Ladder) -> str:
     size = "" if len(sizes) != 1 or sizes[0].per_log or not is_number(sizes[0].value) else (
         f", {typeset_number_text(sizes[0].value, SHOWN_DIGITS)} {unit_text(sizes[0].unit)}".rstrip())  # fmt: skip
-    return f"{plain_effect_text(step.effect, explanation.problem.plant)} ({names}){size}"
+    return f"{plain_effect_text(effect, explanation.problem.plant)} ({' or '.join(names)}){size}"
 
 
 def _explained_text(explanation: Ladder) -> str:
