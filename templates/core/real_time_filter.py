@@ -39,13 +39,12 @@ def start_filter(
 
 @compiled
 def filter_readings(
-    t, measured, weight, parameters, columns, reads, now, sens, force, force_by, covariance, learnt, forgetting, least, innovation,
+    t, measured, weight, parameters, columns, reads, now, sens, force, force_by, covariance, learnt, least, innovation,
 ):  # fmt: skip
     """Readings measured (NY,) at the time t, NaN where there is none: the update, of the parameters in columns (n,) too.
 
-    weight (NY,) is 1/σ. learnt (n, n) is the covariance of these parameters, which moves on; forgetting, 1 or a little less, is how much
-    older readings count; no parameter falls below least (n,). innovation (NY,) receives what was unexpected, in standard deviations. The
-    parameters by recursive prediction errors (Ljung and Söderström 1983), whose gradient is that of the filter itself.
+    weight (NY,) is 1/σ. learnt (n, n) is the covariance of these parameters, which moves on; no parameter falls below least (n,).
+    innovation (NY,) receives what was unexpected, in standard deviations. The parameters by recursive prediction errors (Ljung and Söderström 1983), whose gradient is that of the filter itself.
     """
     n, m, first = columns.size, force.size, sens.shape[1] - columns.size
     by_state, reading_by, reading, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY), np.zeros(n)
@@ -76,5 +75,5 @@ def filter_readings(
         )
         innovation[y] = error / root
         _learn_parameters(
-            error, root, row, columns, learnt, forgetting if y == 0 else 1.0, least, parameters, now, sens, force, force_by, crossed_learnt,
-        )  # fmt: skip
+            error, root, row, columns, learnt, least, parameters, now, sens, force, force_by, crossed_learnt
+        )

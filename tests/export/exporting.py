@@ -8,7 +8,6 @@ import numpy as np
 import derive
 from wheelpend.export.c_target import SOURCE_FILE, c_files
 from wheelpend.export.compensation import compensation_of
-from wheelpend.export.exported_model import START_ERROR_SHARE
 from wheelpend.export.javascript_target import MODULE_FILE, javascript_files
 from wheelpend.model.record import Model
 
@@ -57,18 +56,23 @@ def numbers_of_python(exported):
             "covariance": np.zeros((e.size + count, e.size + count)), "rubbing": np.zeros(m.SURFACES),
             "innovation": np.zeros(m.NY),
         }  # fmt: skip
-        doubt = (START_ERROR_SHARE * e.parameters[columns]) ** 2
-        f["learnt"] = np.diag(np.where(doubt > 0.0, doubt, 1e-4))
+        f["learnt"] = np.diag(e.doubt if n else np.zeros(0))
+        f["noise"] = (e.noise_at_start if n else e.noise).copy()
         moving = [f[k] for k in ("sens", "force", "force_by", "covariance", "rubbing")]
-        m.start_filter(state, e.spread, given(0.0), f["parameters"], e.reads, e.noise, f["now"], f["commands"], *moving)
+        m.start_filter(state, e.spread, given(0.0), f["parameters"], e.reads, f["noise"], f["now"], f["commands"],
+                       *moving)  # fmt: skip
         filters.append(f)
     shown, time, weight = [], 0.0, 1.0 / e.readings_sigma
     for wanted in COMMANDS:
         for f in filters:
-            least = e.least if len(f["columns"]) else np.zeros(0)
+            learns = len(f["columns"]) > 0
+            least = e.least if learns else np.zeros(0)
             moving = [f[k] for k in ("sens", "force", "force_by", "covariance")]
             m.filter_readings(time, output, weight, f["parameters"], f["columns"], e.reads, f["now"], *moving,
-                              f["learnt"], 1.0, least, f["innovation"])  # fmt: skip
+                              f["learnt"], least, f["innovation"])  # fmt: skip
+            if learns:
+                m.adapt_filter(time, e.period, 1.0, e.doubt, f["learnt"], f["force"], f["force_by"], f["covariance"],
+                               f["noise"])  # fmt: skip
         command = wanted
         if compensation:
             c = compensation
@@ -81,7 +85,7 @@ def numbers_of_python(exported):
         for f in filters:
             moving = [f[k] for k in ("sens", "force", "force_by", "covariance", "rubbing")]
             m.filter_step(time, e.period, given(command), f["parameters"], f["columns"], e.forces, e.mixing, e.reads,
-                          e.noise, e.max_step, f["now"], f["commands"], *moving)  # fmt: skip
+                          f["noise"], e.max_step, f["now"], f["commands"], *moving)  # fmt: skip
         m.step_machine(time, e.period, given(command), machine[0], e.max_step, *machine[1:], output)
         time += e.period
         observer, identifier = filters

@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import numpy as np
-
 import derive
 from wheelpend.export.compensation import Compensation, compensation_of
-from wheelpend.export.exported_model import START_ERROR_SHARE, ExportedModel
+from wheelpend.export.exported_model import ExportedModel
 from wheelpend.export.translate.program import Function, Program
 from wheelpend.model.equations import derived_model
 from wheelpend.version import version
-
-UNKNOWN_VARIANCE = 1e-4  # of a parameter that is zero, before anything is learnt
 
 
 class TranslatedModel(NamedTuple):
@@ -30,7 +26,7 @@ def translated_model(exported: ExportedModel, parts: Sequence[str]) -> Translate
     """The kernels of some parts; without a compensator where no effect can be compensated."""
     compensation = compensation_of(exported) if "compensator" in parts else None
     program = exported.program([p for p in parts if compensation or p != "compensator"])
-    model, doubt = exported.model, (START_ERROR_SHARE * exported.parameters[exported.learnt]) ** 2
+    model = exported.model
     values = {
         "e": exported,
         "m": exported.module,
@@ -40,7 +36,6 @@ def translated_model(exported: ExportedModel, parts: Sequence[str]) -> Translate
         "effects": ", ".join(model.effects),
         "inputs_phrase": model.plant_signature.inputs_phrase,
         "weight": 1.0 / exported.readings_sigma,
-        "doubt": np.where(doubt > 0.0, doubt, UNKNOWN_VARIANCE),
         "compensates": compensation is not None,
         "compensation": compensation,
         "compensated": compensation.effects if compensation else (),

@@ -45,6 +45,7 @@ EXPORT_PARTS: dict[str, dict[str, str]] = {
         "start_identifier": "start_filter",
         "predict_identifier": "filter_step",
         "update_identifier": "filter_readings",
+        "adapt_identifier": "adapt_filter",
     },
 }
 DEFAULT_PERIOD_S = 0.001  # between samples, where no log says
@@ -52,6 +53,8 @@ FURTHEST_DELAY_FACTOR = 1.5  # of the model's own delays, for which commands and
 LEAST_VALUE_SHARE = 0.05  # of a positive parameter, below which what is learnt does not fall
 START_SPREAD = {"rad": 0.1, "m": 0.1, "rad/s": 1.0, "m/s": 1.0}  # standard deviations of a state that is hardly known
 UNKNOWN_FORCE, UNKNOWN_FORCE_TIME_S = 0.02, 0.1  # rms in the row's unit and correlation time of a force nobody measured
+START_FORCE = 3.0  # least rms of a source, in its unit, where the identifier begins: that of a drive
+UNKNOWN_VARIANCE = 1e-4  # of a parameter that is zero, before anything is learnt
 START_ERROR_SHARE = 0.3  # of a parameter, its standard deviation before anything is learnt
 
 
@@ -115,10 +118,12 @@ class ExportedModel:
 
     @cached_property
     def sources(self) -> tuple:
-        """Random forces and errors of sensors that the model knows of; a small force at a port where it knows none."""
-        plant = self.model.plant_signature
-        small = possible_forces(plant, self.module.NY)[0].with_noise(UNKNOWN_FORCE, UNKNOWN_FORCE_TIME_S)
-        return stored_sources(self.model, self.module.OUTPUTS) or (small,)
+        """Random forces and errors of sensors that the model knows of; else a small force on each row."""
+        single = [
+            f for f in possible_forces(self.model.plant_signature, self.module.NY) if np.count_nonzero(f.rows) == 1
+        ]
+        small = tuple(f.with_noise(UNKNOWN_FORCE, UNKNOWN_FORCE_TIME_S) for f in single)
+        return stored_sources(self.model, self.module.OUTPUTS) or small
 
     @cached_property
     def mixing(self) -> np.ndarray:
@@ -136,6 +141,20 @@ class ExportedModel:
         found = noise_array(self.sources)
         found[:, 2] = 0.0
         return found
+
+    @cached_property
+    def noise_at_start(self) -> np.ndarray:
+        """The same (m, 3) where the identifier begins: forces with room for what its first parameters miss."""
+        found = self.noise.copy()
+        forces = [np.any(s.rows) for s in self.sources]
+        found[forces, 0] = np.maximum(found[forces, 0], START_FORCE)
+        return found
+
+    @cached_property
+    def doubt(self) -> np.ndarray:
+        """Variances (n,) of what is learnt, before anything is."""
+        found = (START_ERROR_SHARE * self.parameters[self.learnt]) ** 2
+        return np.where(found > 0.0, found, UNKNOWN_VARIANCE)
 
     @cached_property
     def spread(self) -> np.ndarray:
@@ -169,6 +188,7 @@ class ExportedModel:
             "sens": (self.size, self.size + m.NQ + n), "force": (count,), "force_by": (count, n),
             "covariance": (self.size + count, self.size + count), "rubbing": (m.SURFACES,),
             "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "learnt": (n, n), "least": (n,),
+            "doubt": (n,),
         }  # fmt: skip
         numbers = ("t", "h", "period", "max_step", "step", "wanted", "least_slip", "least_input", "forgetting")
         return {

@@ -1,0 +1,119 @@
+"""Both studies as a section of docs/export.md, between its marks, and the curve of what is left of friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from wheelpend.benchmarks.in_the_loop.compensate import FRICTION_SIZES_V, LEAST_ERROR_SHARE, PITCH_COMMANDS, Pitch
+from wheelpend.benchmarks.in_the_loop.learn import Learnt
+from wheelpend.benchmarks.in_the_loop.runner import Answers, failures_of, pitches_of, records_of
+from wheelpend.benchmarks.markdown import markdown_table, replace_between
+from wheelpend.errors import Failure
+from wheelpend.files import write_text
+
+BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.in_the_loop -->", "<!-- end of in the loop -->"
+COMMAND_LINE = "python -m wheelpend.benchmarks.in_the_loop"
+PICTURE_FILE = "friction_compensated.svg"
+COMMAND_WORDS = {"aggressive": "a fast command", "upright": "standing"}
+
+
+def section_text(answers: Answers) -> str:
+    """The two studies in Markdown; nothing of one that has no answers."""
+    failed = [f"- {sentence}" for sentence in failures_of(answers)]
+    parts = [*compensator_part(pitches_of(answers)), *identifier_part(records_of(answers)), "\n".join(failed)]
+    return "\n\n".join(filter(None, parts))
+
+
+def compensator_part(found: Sequence[Pitch]) -> Iterator[str]:
+    """What is left of friction's part of the pitch, and how still the robot stands."""
+    if not found:
+        return
+    draws = len(found) // max(len({(p.friction, p.command) for p in found}), 1)
+    yield (
+        f"`{COMMAND_LINE} --only compensate`: {draws} draws from the covariance of an identification in MuJoCo, "
+        f"widened until the friction is known to {100 * LEAST_ERROR_SHARE:g} %, each with its own noise of the sensors."
+        " Friction's part of the pitch is the standard deviation of the run with "
+        "friction less the run without; the table has what is left of it with compensation, median and worst draw, "
+        "and over the last two seconds the pitch's standard deviation against that of a robot without friction."
+    )
+    head = ("friction [V]", "command", "left: median", "left: worst", "still: uncompensated", "still: worst")
+    yield markdown_table(head, (pitch_row(*key, own) for key, own in _groups(found)))
+
+
+def _groups(found: Sequence[Pitch]) -> Iterator[tuple[tuple[float, str], list[Pitch]]]:
+    for command in PITCH_COMMANDS:
+        for friction in FRICTION_SIZES_V:
+            if own := [p for p in found if (p.friction, p.command) == (friction, command)]:
+                yield (friction, command), own
+
+
+def pitch_row(friction: float, command: str, own: Sequence[Pitch]) -> tuple[str, ...]:
+    """Findings for one size of friction."""
+    left = [p.after / p.before for p in own]
+    still = [p.still_after / p.still_without for p in own]
+    before = np.median([p.still_before / p.still_without for p in own])
+    return (f"{friction:g}", COMMAND_WORDS[command], f"{100 * np.median(left):.0f} %",
+            f"{100 * max(left):.0f} %", f"{before:.2f}", f"{max(still):.2f}")  # fmt: skip
+
+
+def identifier_part(records: Sequence[dict[str, Learnt]]) -> Iterator[str]:
+    """How far what was learnt is off, against the bound and against its own standard errors."""
+    if not records:
+        return
+    yield (
+        f"`{COMMAND_LINE} --only learn`: {len(records)} records of 20 s at 1 kHz with the paper's noise; every "
+        "parameter begins off by a fifth (standard deviation; two at most). Errors at the end, root mean square over "
+        "the records: against the Cramér-Rao bound of each record, in which no force acts at all, and against the "
+        "standard errors that the identifier says of itself."
+    )
+    names = list(records[0])
+    yield markdown_table(("", "at the start", "at the end", "over the bound", "over its own"),
+                         (learnt_row(n, [r[n] for r in records]) for n in names))  # fmt: skip
+
+
+def learnt_row(name: str, found: Sequence[Learnt]) -> tuple[str, ...]:
+    """Findings on one parameter."""
+    percent = [100.0 / abs(p.truth) for p in found]
+    return (
+        name,
+        f"{_rms([s * (p.begin - p.truth) for s, p in zip(percent, found, strict=True)]):.0f} %",
+        f"{_rms([s * (p.value - p.truth) for s, p in zip(percent, found, strict=True)]):.2g} %",
+        f"{_rms([(p.value - p.truth) / p.bound for p in found]):.3g}",
+        f"{_rms([(p.value - p.truth) / p.sigma for p in found]):.2f}",
+    )
+
+
+def _rms(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def draw_curve(path: Path, found: Sequence[Pitch]) -> None:
+    """Friction's part of the pitch over friction, before and after, with the range of the draws."""
+    from wheelpend.benchmarks.measured.drawing import AFTER_COLOUR, BEFORE_COLOUR, new_figure, save_svg
+
+    figure, axes = new_figure(7, 4.2, len(PITCH_COMMANDS))
+    for ax, command in zip(axes, PITCH_COMMANDS, strict=True):
+        for label, colour, part in (("friction", BEFORE_COLOUR, "before"), ("compensated", AFTER_COLOUR, "after")):
+            sizes = [[1e3 * getattr(p, part) for p in own] for (_, c), own in _groups(found) if c == command]
+            low, middle, high = (np.quantile(sizes, q, axis=1) for q in (0.0, 0.5, 1.0))
+            ax.fill_between(FRICTION_SIZES_V, low, high, color=colour, alpha=0.25, lw=0)
+            ax.plot(FRICTION_SIZES_V, middle, color=colour, marker="o", ms=3, label=label)
+        ax.set_title(COMMAND_WORDS[command], fontsize=9, loc="left")
+        ax.set_ylabel("pitch [mrad]")
+        ax.set_ylim(bottom=0.0)
+    axes[0].legend(frameon=False, fontsize=8)
+    axes[-1].set_xlabel("dry friction [V]; what it does to the pitch, band: all draws")
+    save_svg(figure, path)
+
+
+def write(path: Path, answers: Answers) -> None:
+    """Write the section between its marks in a page and the picture beside it; raises Failure where it has no place."""
+    before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN_MARK}\n{END_MARK}\n"
+    if BEGIN_MARK not in before or END_MARK not in before:
+        raise Failure(f"{path} must have the lines '{BEGIN_MARK}' and '{END_MARK}' where the tables go. Add them.")
+    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{section_text(answers)}\n\n"))
+    if found := pitches_of(answers):
+        draw_curve(path.with_name(PICTURE_FILE), found)
