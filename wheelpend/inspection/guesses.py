@@ -6,14 +6,14 @@ A guess stands in the model.toml that is proposed, with its reason as a comment,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from wheelpend.inspection.angle_unit import is_in_degrees
 from wheelpend.inspection.column_names import SUPPLY_NAMES, contains, is_counting, stated_factor, stated_unit
-from wheelpend.inspection.raw_units import MIN_PWM_PEAK, full_scale, states_volts
+from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.logs.columns import ColumnMap, ColumnTable
@@ -22,7 +22,6 @@ USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
 USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
-MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
 
 
 class Guess(NamedTuple):
@@ -32,8 +31,13 @@ class Guess(NamedTuple):
     reason: str
 
 
-def guess_units(survey: Survey, table: ColumnTable, columns: Mapping[str, str], unit: str) -> dict[str, Guess]:
-    """Guesses of the units of quantities whose columns state none; ``unit`` is that of the inputs."""
+def guess_units(
+    survey: Survey, table: ColumnTable, columns: Mapping[str, str], unit: str, untold: Collection[str] = ()
+) -> dict[str, Guess]:
+    """Guesses of the units of quantities whose columns state none; ``unit`` is that of the inputs.
+
+    ``untold`` are channels in counts of which the equations of motion did not say how many are a turn.
+    """
     found: dict[str, Guess] = {}
     for name, column in columns.items():
         values = survey.values.get(column)
@@ -42,6 +46,8 @@ def guess_units(survey: Survey, table: ColumnTable, columns: Mapping[str, str], 
         own = unit if name in table.inputs else table.units[name]
         if name in table.inputs:
             guess = guess_supply(survey, column) if own == "V" else None
+        elif values is not None and name in untold:
+            guess = guess_counts(column, values, own)
         elif values is not None and own in ("rad", "m") and not (table.wiring_check and survey.signals):
             guess = guess_place(survey, column, values, own, survey.of_role("input"))
         else:
@@ -57,9 +63,14 @@ def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, input
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     if not is_whole(values):
         return None
-    reach = float(np.nanmax(np.abs(values)))
     if own == "rad" and not counting and np.nanmax(values) - np.nanmin(values) < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
+    return guess_counts(column, values, own)
+
+
+def guess_counts(column: str, values: np.ndarray, own: str) -> Guess:
+    """A guess of what one count of a position (N,) in counts is, of an encoder that is usual."""
+    reach = float(np.nanmax(np.abs(values)))
     if own == "rad":
         return Guess(
             ColumnMap(column, scale=float(f"{2 * math.pi / USUAL_COUNTS:.7g}")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from derive import plants
@@ -18,6 +18,8 @@ from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
 
+COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
+
 
 class Proposal(NamedTuple):
     """The text of a model.toml for a file, with the sentences that say why."""
@@ -28,8 +30,11 @@ class Proposal(NamedTuple):
     guesses: Mapping[str, str] = {}  # why a quantity's column is read as it is, where only numbers say so
 
 
-def propose(survey: Survey, plant: str = "") -> Proposal:
-    """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns."""
+def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Proposal:
+    """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns.
+
+    ``untold`` are channels in counts whose unit the equations of motion did not tell.
+    """
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None
     found = sorted(
@@ -41,7 +46,7 @@ def propose(survey: Survey, plant: str = "") -> Proposal:
     best = found[0]
     unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
-    guesses = guess_units(survey, best.table, best.columns, unit)
+    guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
     reasons = {n: g.reason for n, g in guesses.items()}
     sentences = [plants_sentence(found), *role_sentences(survey, best), *offset_sentence(best, maps, gravity, offset)]
@@ -172,7 +177,8 @@ def model_text(
 def map_entry(entry: ColumnMap) -> dict[str, Any]:
     """A column map as a table of [columns]."""
     stated = {"unit": entry.unit} if entry.unit else {}
-    return {"column": entry.column} | stated | ({"scale": entry.scale} if entry.scale != 1.0 else {})
+    scale = {"scale": entry.scale} if entry.scale != 1.0 else {}
+    return {"column": entry.column} | stated | scale | ({"times": entry.times} if entry.times else {})
 
 
 def toml_text(plant: str, tables: Mapping[str, Any], guesses: Mapping[str, str]) -> str:
@@ -183,7 +189,7 @@ def toml_text(plant: str, tables: Mapping[str, Any], guesses: Mapping[str, str])
     lines = [f'plant = "{plant}"']
     for name, entries in tables.items():
         flat = {k: v for k, v in entries.items() if not isinstance(v, dict) or name == "columns"}
-        why = {k: f"  # guessed: {guesses[k]}" for k in flat if name == "columns" and k in guesses}
+        why = {k: f"  # guessed: {guesses[k]}" for k in flat if name in COMMENTED_SECTIONS and k in guesses}
         lines += ["", f"[{name}]"] * bool(flat) + [f"{k} = {inline(v)}{why.get(k, '')}" for k, v in flat.items()]
         for key, entry in entries.items():
             if key not in flat:
