@@ -12,6 +12,7 @@ from tests.raw_logs import balancing_robot, write_csv
 from wheelpend import Model
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.inspect import inspect_file
+from wheelpend.inspection.survey import survey_file
 
 WHEEL = "wheel_pendulum"
 MODEL = """
@@ -60,3 +61,52 @@ def test_a_wheel_in_whole_numbers_of_hundreds_looks_like_counts(robot, tmp_path)
     (said,) = [f for f in found.findings if f.kind == "counts"]
     assert said.sentence.startswith("theta_w looks like counts: whole numbers up to")
     assert "encoder_counts" not in found.sensors and "theta_w" not in found.sensors
+
+
+def test_a_command_is_told_by_its_numbers_and_a_battery_multiplies_it(robot, tmp_path):
+    look = first_look(written(tmp_path, robot))
+    roles = {c.name: c.role for c in look.survey.columns}
+    assert roles == {"ms": "time", "m": "input", "vb": "supply", "pos": "position", "ang": "position", "rate": "rate"}
+    entry = tomllib.loads(look.model)["columns"]["v_in"]
+    assert entry == {"column": "m", "scale": pytest.approx(1 / 255, rel=1e-5), "times": "vb"}
+    (line,) = [row for row in look.model.splitlines() if row.startswith("v_in")]
+    assert "# guessed: whole numbers within a timer's full scale" in line
+
+
+def test_the_model_of_a_named_plant_reads_the_robot_rightly(robot, tmp_path):
+    look = first_look(written(tmp_path, robot), WHEEL)
+    found = tomllib.loads(look.model)
+    assert found["sensors"]["encoder"] == "relative"
+    assert {n: e.get("sign", 1) for n, e in found["columns"].items() if n in ("v_in", "theta_w")} == {
+        "v_in": 1, "theta_w": 1}  # fmt: skip
+    assert all(found["columns"][n]["sign"] == -1 for n in ("theta_p", "dtheta_p"))
+    assert not any("left out" in w for w in look.log.warnings)
+
+
+@pytest.mark.parametrize(("name", "values"), [
+    ("mode", lambda rng: rng.integers(0, 4, 2401)), ("n2", lambda rng: 40 + rng.integers(-3, 4, 2401)),
+    ("load", lambda rng: rng.integers(-200, 201, 2401)), ("distance_mm", lambda rng: 255 * rng.integers(0, 2, 2401)),
+])  # fmt: skip
+def test_whole_numbers_that_move_nothing_are_no_command(name, values, robot, tmp_path):
+    other = {n: v for n, v in robot.items() if n not in ("m", "vb")}
+    columns = {**other, name: values(np.random.default_rng(6)).astype(float)}
+    assert survey_file(written(tmp_path, columns)).of_role("input") == []
+
+
+def test_an_encoders_counts_are_no_command(robot, tmp_path):
+    columns = {n: v for n, v in robot.items() if n not in ("m", "vb")}
+    columns["ang"] = np.round(5.0 * columns["ang"])  # as an encoder of 1800 counts reads it
+    assert survey_file(written(tmp_path, columns)).of_role("input") == []
+
+
+def test_a_steady_battery_gives_its_median(robot, tmp_path):
+    columns = {**robot, "vb": np.round(24.0 + 0.02 * np.sin(np.arange(len(robot["ms"]))), 2)}
+    look = first_look(written(tmp_path, columns), WHEEL)
+    entry = tomllib.loads(look.model)["columns"]["v_in"]
+    assert entry == {"column": "m", "scale": pytest.approx(24.0 / 255, rel=1e-3)} and "median of vb" in look.model
+
+
+def test_volts_beside_volts_are_no_battery(robot, tmp_path):
+    columns = {**robot, "m": 0.1 * robot["m"]}
+    columns["v_in"] = columns.pop("m")
+    assert survey_file(written(tmp_path, columns)).of_role("supply") == []

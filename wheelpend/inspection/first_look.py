@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -58,8 +59,10 @@ def first_look(path: Path, plant: str = "") -> FirstLook:
     except Failure as failure:
         return FirstLook(survey, proposal, proposal.text, None, None, str(failure), proposal.guesses)
     guesses = {**proposal.guesses, **estimates(inspection)}
-    cured = with_cures(proposal.text, inspection.proposal)
-    sensors = inspect_file(Model.parse(cured), path)[1].sensors if inspection.proposal else inspection.sensors
+    cured, sensors = with_cures(proposal.text, inspection.proposal), inspection.sensors
+    if inspection.proposal:
+        as_cured, again = inspect_file(Model.parse(cured), path)
+        log, sensors = replace(log, warnings=as_cured.warnings), again.sensors  # of what the cures leave
     comments = {**guesses, **counts_comments(guesses, Model.parse(cured).table)}
     text = with_cures(cured, steps_text(sensors), guesses=comments)  # steps in the unit that the cures give a channel
     return FirstLook(survey, proposal, text, log, inspection, "", guesses)

@@ -19,6 +19,7 @@ from wheelpend.inspection.survey import Survey
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
+MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
 USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
@@ -94,22 +95,29 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
         limit = full_scale("pwm", values)  # a step of so many volts is rarer than one in counts
     if not limit:
         return None
-    volts, why = supply_of(survey)
-    return Guess(ColumnMap(column, scale=float(f"{volts / limit:.6g}")), f"a duty of ±{limit:g} of {why}")
+    why, scale, times = supply_of(survey)
+    reason = f"a duty of ±{limit:g} {why}"
+    reason = f"{entry.remark}; {reason}" if entry.remark else reason
+    return Guess(ColumnMap(column, scale=float(f"{scale / limit:.6g}"), times=times), reason)
 
 
-def supply_of(survey: Survey) -> tuple[float, str]:
-    """Volts of the supply with the words for where they are from: a column, or what is usual."""
+def supply_of(survey: Survey) -> tuple[str, float, str]:
+    """Words for the supply's volts, by which a duty is scaled, that number, and the column that multiplies beside it.
+
+    The column is one that varies; of one that does not, the number is its median, and without any what is usual.
+    """
     for entry in survey.columns:
-        if entry.role == "time" or not contains(entry.name, SUPPLY_NAMES):
+        if entry.role == "time" or not (entry.role == "supply" or contains(entry.name, SUPPLY_NAMES)):
             continue
         values = survey.values.get(entry.name)
-        middle = 0.5 * (entry.minimum + entry.maximum) if values is None else float(np.nanmedian(values))
-        volts = middle * (stated_factor(entry.name) if values is None else 1.0)
-        volts = volts if stated_unit(entry.name) or volts <= MAX_SUPPLY_V else 1e-3 * volts  # else it is in mV
-        if MIN_SUPPLY_V <= volts <= MAX_SUPPLY_V:
-            sag = abs(entry.maximum - entry.minimum) / (abs(middle) or 1.0) if values is None else (
-                float(np.nanmax(values) - np.nanmin(values)) / abs(middle))  # fmt: skip
-            varies = f" (it varies by {100 * sag:.2g} %; log duty times {entry.name} as v_in)" if sag > 0.01 else ""
-            return float(f"{volts:.4g}"), f"{volts:.4g} V, the median of {entry.name}{varies}"
-    return USUAL_SUPPLY_V, f"{USUAL_SUPPLY_V:g} V: put your supply's volts in its place"
+        factor = stated_factor(entry.name)
+        middle = 0.5 * (entry.minimum + entry.maximum) * factor if values is None else float(np.nanmedian(values))
+        if not stated_unit(entry.name) and middle > MAX_SUPPLY_V:
+            factor, middle = 1e-3, 1e-3 * middle  # in mV
+        if MIN_SUPPLY_V <= middle <= MAX_SUPPLY_V:
+            sag = abs(entry.maximum - entry.minimum) * factor / middle
+            if sag > MAX_STEADY_SAG:
+                return f"times the volts of {entry.name}, which vary by {100 * sag:.2g} %", factor, entry.name
+            volts = float(f"{middle:.4g}")
+            return f"of {volts:g} V, the median of {entry.name}", volts, ""
+    return f"of {USUAL_SUPPLY_V:g} V: put your supply's volts in its place", USUAL_SUPPLY_V, ""

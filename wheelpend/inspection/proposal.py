@@ -129,6 +129,7 @@ def plants_sentence(found: list[Candidate]) -> str:
 def role_sentences(survey: Survey, best: Candidate) -> list[str]:
     """What is said of rates, references and constants."""
     found = [f"{c.name} is the derivative of {c.of}. {c.remark}".strip() for c in survey.columns if c.role == "rate"]
+    found += [f"{c.name} is the battery beside the duty, by its numbers." for c in survey.columns if c.role == "supply"]
     found += [f"{c.name} comes in steps. {c.remark}" for c in survey.columns if c.role == "position" and c.remark]
     found += [
         f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of

@@ -27,7 +27,9 @@ from wheelpend.inspection.column_names import (
 from wheelpend.inspection.counters import counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
+from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, uniform_signals
+from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import check_time, starts_at_rest
 from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.noise import find_quantum
@@ -43,6 +45,7 @@ COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, fro
 MIN_ENCODER_COUNTS = 100  # of a turn
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
+COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
@@ -57,7 +60,7 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, constant, counter, further
+    role: str  # time, input, position, rate, reference, supply, constant, counter, further
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
@@ -125,6 +128,7 @@ def survey_file(path: Path) -> Survey:
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
         remark = counters.get(name, remark)
+        remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
 
@@ -167,10 +171,36 @@ def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str
     roles |= rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
+    roles |= unnamed_roles(free, values, roles)
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and is_place(values[n])}
     return roles | {n: ("further", "") for n in values if n not in roles}
+
+
+def unnamed_roles(
+    free: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
+) -> dict[str, tuple[str, str]]:
+    """The command among columns whose names say nothing, where none is called one, and the battery beside a duty.
+
+    One place at least is left: what moves is no command.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    turning = {of for role, of in roles.values() if role == "rate"}
+    open_names = [n for n in free if n not in roles]
+    if not any(r == "input" for r, _ in roles.values()) and (
+        command := unnamed_command([n for n in open_names if n not in turning], values, sensors=free)
+    ):
+        found[command] = ("input", "")
+    inputs = [n for n, (role, _) in (roles | found).items() if role == "input"]
+    if any(full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n) for n in inputs):
+        found |= {n: ("supply", "") for n in values if n not in roles | found and is_battery(n, values[n])}
+    return found if any(is_place(values[n]) for n in open_names if n not in found) else {}
+
+
+def is_unnamed(name: str) -> bool:
+    """True of an input whose name did not say that it is one."""
+    return not (inputs_among([name]) or is_likely_input(name) or name.startswith(NAMELESS_PREFIX))
 
 
 def is_likely_input(name: str) -> bool:
