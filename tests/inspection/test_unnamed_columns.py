@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.raw_logs import balancing_robot, write_csv
-from wheelpend import Model
+from tests.support import run
+from wheelpend import Failure, Model
 from wheelpend.inspection.first_look import first_look
 from wheelpend.inspection.inspect import inspect_file
 from wheelpend.inspection.survey import survey_file
@@ -110,3 +111,32 @@ def test_volts_beside_volts_are_no_battery(robot, tmp_path):
     columns = {**robot, "m": 0.1 * robot["m"]}
     columns["v_in"] = columns.pop("m")
     assert survey_file(written(tmp_path, columns)).of_role("supply") == []
+
+
+def test_a_named_plant_is_written_with_what_fits_and_says_what_is_left(robot, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    columns = {**robot, "m": np.round(90 * np.sin(0.01 * np.arange(len(robot["ms"]))))}  # as smooth as an encoder
+    said = run("new", "robot", "--from", written(tmp_path, columns), "--plant", WHEEL).output
+    text = Path("robot/model.toml").read_text(encoding="utf-8")
+    found = tomllib.loads(text)["columns"]
+    assert {n: e["column"] for n, e in found.items()} == {
+        "t": "ms", "v_in": "?", "theta_p": "ang", "dtheta_p": "rate", "theta_w": "m"}  # fmt: skip
+    assert 'v_in = { column = "?" }  # not recognised: put one of vb, pos in its place' in text
+    assert "v_in is not recognised: put one of vb, pos" in said
+    assert "theta_w" in said and "# guessed: " in next(r for r in text.splitlines() if r.startswith("theta_w"))
+    assert "column v_in is missing" in run("inspect", "log.csv", "--model", "robot/model.toml", code=1).output
+
+
+def test_a_log_without_a_plant_says_which_command_starts_one(robot, tmp_path):
+    columns = {n: v for n, v in robot.items() if n != "m"} | {"speed": np.sin(robot["ms"])}
+    with pytest.raises(Failure) as failed:
+        first_look(written(tmp_path, columns))
+    said = str(failed.value)
+    assert "Not recognised: speed." in said and "`wheelpend new FOLDER --from log.csv --plant NAME`" in said
+    assert 'v_in = { column = "speed" }' in said and "`wheelpend new --plant" not in said
+
+
+def test_a_named_plant_without_any_position_is_refused(tmp_path, robot):
+    columns = {"ms": robot["ms"], "pwm": robot["m"]}
+    with pytest.raises(Failure, match="must have other columns than no positions"):
+        first_look(written(tmp_path, columns), WHEEL)

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from derive import plants
 from derive.plant_signature import PlantSignature
 from wheelpend.inspection.column_names import suggested_input_base, unit_within
+from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
@@ -123,6 +124,24 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
     computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
     return Candidate(plant, chosen, table, columns, named, computed)
+
+
+def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
+    """A plant under its defaults with those of the file's columns that fit its places; None where no position does."""
+    table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, {})))
+    own, places = places_of(table), survey.of_role("position")
+    rates = {survey.column(r).of: r for r in survey.of_role("rate")}
+    named = {n: c for n, c in guess_columns(places, own, table).items() if c}
+    with_rate = [a for a in table.rates.values() if a in own and a not in named]
+    named |= dict(zip(with_rate, [c for c in places if c in rates and c not in named.values()], strict=False))
+    free, left = [c for c in places if c not in named.values()], [n for n in own if n not in named]
+    free.sort(key=lambda c: not is_whole(survey.values[c]))  # an encoder's counts before what may be anything
+    found = dict(zip(left, free, strict=False)) | named
+    if not found:
+        return None
+    columns = dict(zip(table.inputs, survey.of_role("input"), strict=False)) | {n: found[n] for n in own if n in found}
+    columns |= {r: rates[columns[a]] for r, a in table.rates.items() if columns.get(a) in rates and r in table.channels}
+    return Candidate(plant, {}, table, columns, 0, 0)
 
 
 def names_rate_sensor(column: str) -> bool:
