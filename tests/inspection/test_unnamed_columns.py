@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.raw_logs import balancing_robot, write_csv
+from tests.raw_logs import balancing_robot, driven_axis, write_csv
 from tests.support import run
 from wheelpend import Failure, Model
 from wheelpend.inspection.first_look import first_look
@@ -140,3 +140,38 @@ def test_a_named_plant_without_any_position_is_refused(tmp_path, robot):
     columns = {"ms": robot["ms"], "pwm": robot["m"]}
     with pytest.raises(Failure, match="must have other columns than no positions"):
         first_look(written(tmp_path, columns), WHEEL)
+
+
+def test_a_gyro_that_shares_the_fast_motion_of_its_angle_is_a_sensor(robot, tmp_path):
+    said = survey_file(written(tmp_path, robot)).column("rate").remark
+    assert "% of its scatter from sample to sample and not the rest: a sensor of its own." in said
+
+
+def smoothed_slope(angle: np.ndarray) -> np.ndarray:
+    """A rate as a program computes it: differences of the angle, averaged over five."""
+    return np.convolve(np.gradient(angle, 0.005), np.full(5, 0.2), mode="same")
+
+
+def test_a_rate_that_was_computed_is_no_sensor(robot, tmp_path):
+    columns = {**robot, "rate": np.round(smoothed_slope(robot["ang"]), 2)}
+    said = survey_file(written(tmp_path, columns)).column("rate").remark
+    assert said.endswith("computed from it, no sensor of its own.")
+
+
+def test_a_rate_that_was_computed_from_a_coarse_angle_before_is_no_sensor(tmp_path):
+    t, _, way = driven_axis(3000)
+    place = np.round(way / 2e-3) * 2e-3
+    other = np.random.default_rng(8).normal(size=t.size, scale=0.02)
+    path = written(tmp_path, {"t": t, "q": place, "dq": smoothed_slope(place) + other})
+    assert survey_file(path).column("dq").remark.endswith("no sensor of its own.")
+
+
+def test_a_body_with_a_gyro_is_a_robot_on_wheels_rather_than_a_cart(robot, tmp_path):
+    assert first_look(written(tmp_path, robot)).proposal.plants[0] == WHEEL
+    assert first_look(written(tmp_path, {n: v for n, v in robot.items() if n != "rate"})).proposal.plants[0] != WHEEL
+
+
+def test_a_column_that_no_place_was_found_for_is_not_recognised(robot, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = run("inspect", written(tmp_path, {**robot, "mode": np.arange(len(robot["ms"])) // 100 % 3})).output
+    assert "not recognised" in said and "further" not in said

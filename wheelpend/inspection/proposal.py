@@ -19,7 +19,7 @@ from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
 
-PLACEHOLDER = "?"  # stands for a column that its user must name
+UNNAMED_COLUMN = "?"  # stands for a column that its user must name
 COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
 
 
@@ -61,7 +61,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
     ]
     sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
-    maps |= {n: ColumnMap(PLACEHOLDER) for n in missing}
+    maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
     text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
     return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
 
@@ -157,7 +157,7 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
 def no_plant_text(survey: Survey, plant: str) -> str:
     """The message that no plant, or not the one named, has a file's columns."""
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
-    taken = ", ".join(f"{c.name} is {c.role}" for c in survey.columns)
+    taken = ", ".join(f"{c.name} is {c.words}" for c in survey.columns)
     what = f"the plant {plant} must have other columns than" if plant else "no plant has"
     speeds = [c.name for c in survey.columns if c.role == "further" and is_no_place(c.name)]
     integrate = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -41,7 +42,9 @@ from wheelpend.numerics import gaussian_smoothed
 
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
-COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
+COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
+ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
+MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
 MIN_ENCODER_COUNTS = 100  # of a turn
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
@@ -66,6 +69,12 @@ class FileColumn(NamedTuple):
     maximum: float
     step: float  # 0 where it has none
     remark: str  # a sentence, or nothing
+
+    @property
+    def words(self) -> str:
+        """What it is in words: rate of theta_p, not recognised."""
+        what = "not recognised" if self.role == "further" else self.role
+        return what + (f" of {self.of}" if self.of else "")
 
     def to_json(self) -> dict[str, Any]:
         """The column under the keys of JSON."""
@@ -268,7 +277,11 @@ def jump_mask(values: np.ndarray) -> np.ndarray:
 
 
 def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
-    """What is known of where a rate comes from: how much of its errors are those of its angle, and whose they are."""
+    """What is known of where a rate comes from: how much of its scatter is that of its angle, and whose it is.
+
+    Fast motion is in both, so that a part of the scatter proves nothing: what was computed has nearly all of it, or
+    the angle's rounding in it.
+    """
     good = np.flatnonzero(np.isfinite(angle) & np.isfinite(rate))[:MAX_REMARK_SAMPLES]
     if good.size < 20 * MAX_FILTER_SAMPLES:
         return ""
@@ -278,15 +291,19 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     target = own[MAX_FILTER_SAMPLES:-MAX_FILTER_SAMPLES]
     rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
-    raw_angle = bool(find_quantum(angle)) or not is_filtered(angle)
-    if shared > COMPUTED_SHARE and raw_angle:
-        return f"A filter of the angle gives {100 * shared:.0f} % of its errors: computed from it, {COMPUTED}"
+    quantum = find_quantum(angle)
+    rounding = quantum / math.sqrt(6) / float(np.median(np.diff(t[good])))  # of the slope between two readings
+    by_rounding = shared > ROUNDING_SHARE and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding
+    raw_angle = bool(quantum) or not is_filtered(angle)
+    gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
+    if by_rounding or (shared > COMPUTED_SHARE and raw_angle):
+        return f"{gives}: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
-        return (f"{100 * shared:.0f} % of its errors are the angle's too: one of the two was made from the other, as a "
-                "fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
+        return (f"{100 * shared:.0f} % of its scatter from sample to sample is the angle's too: one of the two was "
+                "made from the other, as a fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
     if is_filtered(rate) and raw_angle:
         return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
-    return f"A filter of the angle gives {100 * shared:.0f} % of its errors: a sensor of its own."
+    return f"{gives} and not the rest: a sensor of its own."
 
 
 def is_filtered(values: np.ndarray) -> bool:
