@@ -68,7 +68,7 @@ def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Pr
 
 def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:
     """Why a quantity has the column that it has, where the file has more of that kind than the plant has places."""
-    found = {}
+    found: dict[str, str] = {}
     for role, names in (("input", best.table.inputs), ("position", places_of(best.table))):
         columns = survey.of_role(role)
         if len(columns) > len(names) and not best.by_name:
