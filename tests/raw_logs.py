@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from wheelpend import Model, simulate
+
 DT_S = 0.005
 
 
@@ -49,3 +51,23 @@ def swing(
             speed += DT_S / 5 * (u - 1.2 * np.sin(angle) - 0.01 * speed) / 0.05
             angle += DT_S / 5 * speed
     return t, np.array(torques), np.array(angles)
+
+
+def balancing_robot(seed: int = 3, duration: float = 12.0) -> dict[str, np.ndarray]:
+    """Columns (N,) of a balancing robot as it writes them, under names that say nothing.
+
+    Milliseconds, PWM counts of ±255, a battery's volts that sag, 1440 counts a turn of the wheel against the body, and
+    pitch and gyro in degrees, turned round.
+    """
+    log = simulate(Model.default(), duration=duration, seed=seed, sample=0.005)
+    wheel, pitch, rate = log.measured.T
+    rng = np.random.default_rng(seed)
+    battery = 24.2 - 0.04 * log.t - 0.3 * np.abs(log.voltage) / 24 + 0.01 * rng.normal(size=log.t.size)
+    return {
+        "ms": 51234 + np.round(1e3 * log.t),
+        "m": np.clip(np.round(255 * log.voltage / battery), -255, 255),
+        "vb": np.round(battery, 2),
+        "pos": np.round((wheel - pitch) * 1440 / (2 * np.pi)),
+        "ang": -np.round(np.degrees(pitch), 2),
+        "rate": -np.round(np.degrees(rate), 2),
+    }

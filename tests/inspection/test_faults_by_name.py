@@ -39,6 +39,9 @@ def against_the_body() -> Log:
 FAULTS = {
     **{f"wheel angle in {unit}": lambda f=f: turned("theta_w", f) for unit, f in SCALES.items()},
     "wheel angle in counts": lambda: faulty.in_counts(faulty.clean()),
+    "wheel angle in counts of an unknown turn": lambda: faulty.with_columns(
+        faulty.clean(), theta_w=np.round(np.cumsum(np.random.default_rng(4).normal(size=len(faulty.clean()), scale=40)))
+    ),
     "encoder against the body": against_the_body,
     "input in PWM counts": lambda: faulty.as_pwm(faulty.clean(), 255),
     "input as duty": lambda: faulty.as_pwm(faulty.clean(), 1, supply=12, whole=False),

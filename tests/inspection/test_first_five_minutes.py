@@ -76,7 +76,7 @@ def test_counts_pwm_and_battery_of_a_two_wheeled_robot(tmp_path):
     assert 2 * np.pi / columns["theta_w"]["scale"] == pytest.approx(4480, rel=0.05)
     counts = found["sensors"]["encoder_counts"]  # of the wheel in rad, not of the column in counts
     assert counts * columns["theta_w"]["scale"] == pytest.approx(2 * np.pi, rel=0.01)
-    assert text.count("# guessed: ") == 2 and said.count("is guessed") == 2
+    assert text.count("# guessed: ") == 3 and said.count("is guessed") == 2
     assert compared(tmp_path / "robot", path)["fit_percent"]["theta_p"] > 80
 
 

@@ -42,6 +42,11 @@ def duty_axis(**other: np.ndarray) -> dict[str, np.ndarray]:
     return {"t": t, "pwm": np.round(volts / 11.4 * 255), "x": way, **other}
 
 
+def full_duty() -> np.ndarray:
+    """PWM counts (N,) that reach ±255."""
+    return np.clip(np.round(driven_axis()[1] / 8.0 * 255), -255, 255)
+
+
 def sign_law() -> dict[str, np.ndarray]:
     t, torque, angle = swing(begin=0.3, law=0.3)
     return {"time": t, "position": angle, "torque": torque}
@@ -59,6 +64,7 @@ RAW = {
     },
     "PWM counts and a battery": lambda: duty_axis(vbat=11.6 - 0.2 * np.sin(0.003 * ROWS) ** 2),
     "PWM counts alone": duty_axis,
+    "PWM counts under a name that says nothing": lambda: {"t": axis()["t"], "x": axis()["x"], "m": full_duty()},
     "a counter of rows": lambda: {"n": ROWS, **axis()},
     "a second clock": lambda: {n: v[KEPT] for n, v in axis(device_time=5.0 + 1e3 * axis()["t"]).items()},
     "a controller on the sign of the rate": sign_law,
@@ -94,7 +100,8 @@ def test_each_raw_log_is_read_as_the_docs_say(name, tmp_path):
 @pytest.mark.parametrize(("name", "channel", "entry"), [
     ("an angle in degrees", "theta_1", {"unit": "deg"}), ("a driven angle in degrees", "theta_1", {"unit": "deg"}),
     ("an encoder's counts", "x", {"scale": 1e-4}), ("PWM counts alone", "v_in", {"scale": 0.0470588}),
-    ("PWM counts and a battery", "v_in", {"scale": pytest.approx(11.5 / 255, rel=0.01)}),
+    ("PWM counts and a battery", "v_in", {"scale": pytest.approx(1 / 255, rel=1e-5), "times": "vbat"}),
+    ("PWM counts under a name that says nothing", "v_in", {"column": "m", "scale": 0.0470588}),
 ])  # fmt: skip
 def test_a_guess_is_a_line_with_its_reason(name, channel, entry, tmp_path):
     look = look_at(RAW[name](), tmp_path)

@@ -51,8 +51,10 @@ def proposed_text(log: Path, plant: str) -> str:
     from wheelpend.inspection.first_look import first_look  # imported late, as above
 
     look = first_look(log, plant)
-    if look.refusal:
+    if look.refusal and not look.proposal.missing:
         raise Failure(look.refusal)
+    for name, advice in look.proposal.missing.items():
+        print_line(f"- {name} is {advice}, in model.toml.")
     for finding in look.inspection.findings if look.inspection else ():
         print_line(f"- {finding.sentence} {finding.cure}")
     for name, reason in look.guesses.items():

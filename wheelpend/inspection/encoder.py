@@ -20,6 +20,7 @@ MAX_DAMPING_RATIO_DEVIATION = 0.6  # of X7/X6 from 1, beyond which other reading
 MAX_OUTSIDE_DAMPING = 0.1  # of X6: what damps the body beside the drive, air for instance, is less
 MAX_UNIT_ITERATIONS, UNIT_TOLERANCE = 12, 0.02  # of the search for the unit that makes both dampings equal
 UNIT_NAMES = {"deg": DEGREES_PER_RADIAN, "rev": 1 / (2 * math.pi)}  # units in a rad, by their name in [columns]
+MIN_TURN_COUNTS = 100  # of an encoder, gear included, in a turn of the wheel
 MIN_UNIT_FACTOR = 3.0  # between units that are told apart: a dead zone bends the damping by up to 2.4
 MAX_UNIT_MISFIT = 2.0  # times the declared reading's misfit: on a slow log both are noise
 MAX_UNIT_NAME_DEVIATION = 0.15  # of the unit found from one with a name: the search is about so exact
@@ -82,6 +83,11 @@ def find_encoder_reading(signals: Signals, declared: EncoderHypothesis) -> Encod
         if far and scaled.shift.share < MAX_UNIT_MISFIT * declared.shift.share:
             return scaled
     return other if other in rivals else declared
+
+
+def is_too_coarse(reading: EncoderHypothesis) -> bool:
+    """True of counts fewer to a turn of a wheel than encoders have: one read against the body misleads the search."""
+    return 1.0 < reading.unit < MIN_TURN_COUNTS / (2 * math.pi)
 
 
 def stands_clear(one: EncoderHypothesis, other: EncoderHypothesis) -> bool:

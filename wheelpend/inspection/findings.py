@@ -67,6 +67,7 @@ class LogCorrections:
             *([f"scale = {scale!r}"] if scale != 1.0 else []),
             *(["sign = -1"] if sign < 0 else []),
             *([f"offset = {offset:.9g}"] if offset else []),
+            *([f"times = {json.dumps(known.times, ensure_ascii=False)}"] if known.times else []),
         ]
         return "{ " + ", ".join(parts) + " }"
 

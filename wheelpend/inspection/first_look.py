@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from wheelpend.inspection.inspect import Inspection, inspect_file
 from wheelpend.inspection.plant_fit import toml_value
 from wheelpend.inspection.proposal import Proposal, propose, with_cures
 from wheelpend.inspection.survey import Survey, survey_file
+from wheelpend.logs.columns import ColumnTable
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 from wheelpend.model.toml_checks import call_look_up
@@ -51,12 +53,18 @@ def first_look(path: Path, plant: str = "") -> FirstLook:
     proposal = propose(survey, plant)
     try:
         log, inspection = inspect_file(Model.parse(proposal.text), path)
+        if untold := [f.channel for f in inspection.findings if f.kind == "counts" and not f.size]:
+            proposal = propose(survey, plant, untold)
+            log, inspection = inspect_file(Model.parse(proposal.text), path)
     except Failure as failure:
         return FirstLook(survey, proposal, proposal.text, None, None, str(failure), proposal.guesses)
     guesses = {**proposal.guesses, **estimates(inspection)}
-    cured = with_cures(proposal.text, inspection.proposal)
-    sensors = inspect_file(Model.parse(cured), path)[1].sensors if inspection.proposal else inspection.sensors
-    text = with_cures(cured, steps_text(sensors), guesses=guesses)  # steps in the unit that the cures give a channel
+    cured, sensors = with_cures(proposal.text, inspection.proposal), inspection.sensors
+    if inspection.proposal:
+        as_cured, again = inspect_file(Model.parse(cured), path)
+        log, sensors = replace(log, warnings=as_cured.warnings), again.sensors  # of what the cures leave
+    comments = {**guesses, **counts_comments(guesses, Model.parse(cured).table)}
+    text = with_cures(cured, steps_text(sensors), guesses=comments)  # steps in the unit that the cures give a channel
     return FirstLook(survey, proposal, text, log, inspection, "", guesses)
 
 
@@ -70,6 +78,12 @@ def estimates(inspection: Inspection) -> dict[str, str]:
         elif finding.kind == "wrong_unit" and "exact ratio" in finding.cure:
             found[finding.channel] = f"1 / {finding.size:.4g} by the equations; put 1 / the exact ratio"
     return found
+
+
+def counts_comments(guesses: Mapping[str, str], table: ColumnTable) -> dict[str, str]:
+    """Why an encoder's counts in [sensors] are what they are, where the scale of its channel is a guess."""
+    keys = {c: table.sensors[c].counts_key for c in guesses if c in table.sensors and table.sensors[c].counts_key}
+    return {key: f"with the scale of {channel}; put the exact number here too" for channel, key in keys.items()}
 
 
 def steps_text(sensors: str) -> str:

@@ -6,23 +6,23 @@ A guess stands in the model.toml that is proposed, with its reason as a comment,
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from wheelpend.inspection.angle_unit import is_in_degrees
 from wheelpend.inspection.column_names import SUPPLY_NAMES, contains, is_counting, stated_factor, stated_unit
-from wheelpend.inspection.raw_units import MIN_PWM_PEAK, full_scale, states_volts
+from wheelpend.inspection.raw_units import MIN_COUNTS_NAMED, MIN_PWM_PEAK, full_scale, states_volts
 from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.logs.columns import ColumnMap, ColumnTable
 
 USUAL_SUPPLY_V, MIN_SUPPLY_V, MAX_SUPPLY_V = 12.0, 2.0, 100.0
+MAX_STEADY_SAG = 0.01  # of a supply's volts, by which they vary and one number still does
 USUAL_COUNTS = 4096  # of a turn
 USUAL_WAY_M = 1e-4  # along an axis in a count
 MAX_TURNS_DEG = 720.0  # range of whole numbers that may be degrees
-MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
 
 
 class Guess(NamedTuple):
@@ -32,8 +32,13 @@ class Guess(NamedTuple):
     reason: str
 
 
-def guess_units(survey: Survey, table: ColumnTable, columns: Mapping[str, str], unit: str) -> dict[str, Guess]:
-    """Guesses of the units of quantities whose columns state none; ``unit`` is that of the inputs."""
+def guess_units(
+    survey: Survey, table: ColumnTable, columns: Mapping[str, str], unit: str, untold: Collection[str] = ()
+) -> dict[str, Guess]:
+    """Guesses of the units of quantities whose columns state none; ``unit`` is that of the inputs.
+
+    ``untold`` are channels in counts of which the equations of motion did not say how many are a turn.
+    """
     found: dict[str, Guess] = {}
     for name, column in columns.items():
         values = survey.values.get(column)
@@ -42,6 +47,8 @@ def guess_units(survey: Survey, table: ColumnTable, columns: Mapping[str, str], 
         own = unit if name in table.inputs else table.units[name]
         if name in table.inputs:
             guess = guess_supply(survey, column) if own == "V" else None
+        elif values is not None and name in untold:
+            guess = guess_counts(column, values, own)
         elif values is not None and own in ("rad", "m") and not (table.wiring_check and survey.signals):
             guess = guess_place(survey, column, values, own, survey.of_role("input"))
         else:
@@ -57,9 +64,14 @@ def guess_place(survey: Survey, column: str, values: np.ndarray, own: str, input
         return Guess(ColumnMap(column, "deg"), f"degrees, for {why}")
     if not is_whole(values):
         return None
-    reach = float(np.nanmax(np.abs(values)))
     if own == "rad" and not counting and np.nanmax(values) - np.nanmin(values) < MAX_TURNS_DEG:
         return Guess(ColumnMap(column, "deg"), "degrees, for all readings are whole numbers; or an encoder's counts")
+    return guess_counts(column, values, own)
+
+
+def guess_counts(column: str, values: np.ndarray, own: str) -> Guess:
+    """A guess of what one count of a position (N,) in counts is, of an encoder that is usual."""
+    reach = float(np.nanmax(np.abs(values)))
     if own == "rad":
         return Guess(
             ColumnMap(column, scale=float(f"{2 * math.pi / USUAL_COUNTS:.7g}")),
@@ -83,22 +95,29 @@ def guess_supply(survey: Survey, column: str) -> Guess | None:
         limit = full_scale("pwm", values)  # a step of so many volts is rarer than one in counts
     if not limit:
         return None
-    volts, why = supply_of(survey)
-    return Guess(ColumnMap(column, scale=float(f"{volts / limit:.6g}")), f"a duty of ±{limit:g} of {why}")
+    why, scale, times = supply_of(survey)
+    reason = f"a duty of ±{limit:g} {why}"
+    reason = f"{entry.remark}; {reason}" if entry.remark else reason
+    return Guess(ColumnMap(column, scale=float(f"{scale / limit:.6g}"), times=times), reason)
 
 
-def supply_of(survey: Survey) -> tuple[float, str]:
-    """Volts of the supply with the words for where they are from: a column, or what is usual."""
+def supply_of(survey: Survey) -> tuple[str, float, str]:
+    """Words for the supply's volts, by which a duty is scaled, that number, and the column that multiplies beside it.
+
+    The column is one that varies; of one that does not, the number is its median, and without any what is usual.
+    """
     for entry in survey.columns:
-        if entry.role == "time" or not contains(entry.name, SUPPLY_NAMES):
+        if entry.role == "time" or not (entry.role == "supply" or contains(entry.name, SUPPLY_NAMES)):
             continue
         values = survey.values.get(entry.name)
-        middle = 0.5 * (entry.minimum + entry.maximum) if values is None else float(np.nanmedian(values))
-        volts = middle * (stated_factor(entry.name) if values is None else 1.0)
-        volts = volts if stated_unit(entry.name) or volts <= MAX_SUPPLY_V else 1e-3 * volts  # else it is in mV
-        if MIN_SUPPLY_V <= volts <= MAX_SUPPLY_V:
-            sag = abs(entry.maximum - entry.minimum) / (abs(middle) or 1.0) if values is None else (
-                float(np.nanmax(values) - np.nanmin(values)) / abs(middle))  # fmt: skip
-            varies = f" (it varies by {100 * sag:.2g} %; log duty times {entry.name} as v_in)" if sag > 0.01 else ""
-            return float(f"{volts:.4g}"), f"{volts:.4g} V, the median of {entry.name}{varies}"
-    return USUAL_SUPPLY_V, f"{USUAL_SUPPLY_V:g} V: put your supply's volts in its place"
+        factor = stated_factor(entry.name)
+        middle = 0.5 * (entry.minimum + entry.maximum) * factor if values is None else float(np.nanmedian(values))
+        if not stated_unit(entry.name) and middle > MAX_SUPPLY_V:
+            factor, middle = 1e-3, 1e-3 * middle  # in mV
+        if MIN_SUPPLY_V <= middle <= MAX_SUPPLY_V:
+            sag = abs(entry.maximum - entry.minimum) * factor / middle
+            if sag > MAX_STEADY_SAG:
+                return f"times the volts of {entry.name}, which vary by {100 * sag:.2g} %", factor, entry.name
+            volts = float(f"{middle:.4g}")
+            return f"of {volts:g} V, the median of {entry.name}", volts, ""
+    return f"of {USUAL_SUPPLY_V:g} V: put your supply's volts in its place", USUAL_SUPPLY_V, ""

@@ -12,8 +12,9 @@ import numpy as np
 
 from wheelpend.estimation.data import noise_of
 from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs
-from wheelpend.inspection.raw_units import find_duty, find_rectified
+from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
+from wheelpend.inspection.signals import channel_values
 from wheelpend.inspection.standstill import constant_signal_times, find_gaps, find_no_excitation, standstills
 from wheelpend.inspection.wiring import find_faults
 from wheelpend.kernels.kernel_module import KernelModule
@@ -98,6 +99,8 @@ def inspect_log(
     ]
     if set(table.channels) <= set(log.channels):
         findings += find_faults(log, relative, corrections, module)
+    unit_told = {f.channel for f in findings if f.kind in ("counts", "wrong_unit")}
+    findings += [f for f in find_counts(log, corrections) if f.channel not in unit_told]
     findings = with_consistent_signs(findings, corrections)
     return Inspection(
         samples=len(log),
@@ -108,7 +111,7 @@ def inspect_log(
         channels=channel_statistics(raw, noise, table),
         findings=tuple(findings),
         proposal=corrections.text(),
-        sensors=sensors_section_text(log, noise, table, corrections.source),
+        sensors=sensors_section_text(log, noise, table, corrections),
         stand_still=standstills(log, noise, table),
     )
 
@@ -155,15 +158,17 @@ def channel_statistics(log: Log, noise: Noise, table: ColumnTable) -> dict[str, 
     }
 
 
-def sensors_section_text(log: Log, noise: Noise, table: ColumnTable, source: Mapping[str, str] | None = None) -> str:
+def sensors_section_text(log: Log, noise: Noise, table: ColumnTable, corrections: LogCorrections) -> str:
     """Section [sensors] of a model.toml with what the log says of its sensors: noise, or steps.
 
-    ``source`` names the columns of interchanged quantities: a step belongs to what its column holds.
+    The step of interchanged columns belongs to what its column holds; that of one still in counts is no angle's.
     """
-    holds = {column: name for name, column in (source or {}).items()}
+    holds = {column: name for name, column in corrections.source.items()}
     levels: dict[str, float] = {}
     steps: dict[str, float] = {}
     for name, sigma, step in zip(log.channels, noise.sigma, noise.quantum, strict=True):
+        if in_counts(name, channel_values(log, name), corrections.known.get(name, ColumnMap(name)), table):
+            continue
         if holds.get(name, name) in table.channels:
             (steps if step else levels)[holds.get(name, name)] = float(step or sigma)
     own = []

@@ -10,10 +10,13 @@ from typing import Any, NamedTuple
 from derive import plants
 from derive.plant_signature import PlantSignature
 from wheelpend.inspection.column_names import suggested_input_base, unit_within
+from wheelpend.inspection.signals import is_whole
 from wheelpend.inspection.survey import Survey
 from wheelpend.kernels.plant_signature import plant_signature
 from wheelpend.logs.columns import ColumnTable, guess_columns
 
+IGNORED_SENSOR_COST = 0.3  # in preference, of a rate's sensor that a plant has no place for: more than of a name
+OPTIONAL_SENSOR_COST = 0.15  # of one that such a machine seldom has
 RATE_SENSOR_WORDS = ("gyro", "gyr_", "imu")
 
 
@@ -26,6 +29,7 @@ class Candidate(NamedTuple):
     columns: Mapping[str, str]  # our name: the file's
     named: int  # of them under its own name or another known one
     computed: int  # of its rates, those that are no sensor of their own and not called so
+    ignored: int = 0  # rates of the file that are sensors of their own and that it has no place for
     by_name: bool = False  # the file has every one of its columns under its own name, whatever they do
 
     @property
@@ -122,7 +126,26 @@ def fitted(plant: str, chosen: Mapping[str, Any], signature: PlantSignature, sur
     named = sum(c == n or is_called(n, c, table) for n, c in columns.items())
     rates_found = {n: c for n, c in columns.items() if n not in (*own, *table.inputs)}
     computed = sum(n != c and survey.is_computed(c) and not names_rate_sensor(c) for n, c in rates_found.items())
-    return Candidate(plant, chosen, table, columns, named, computed)
+    ignored = sum(not survey.is_computed(r) and r not in rates_found.values() for r in survey.of_role("rate"))
+    return Candidate(plant, chosen, table, columns, named, computed, ignored)
+
+
+def partly_fitted(plant: str, survey: Survey) -> Candidate | None:
+    """A plant under its defaults with those of the file's columns that fit its places; None where no position does."""
+    table = ColumnTable.of(plant_signature(plant, plants.complete_assumptions(plant, {})))
+    own, places = places_of(table), survey.of_role("position")
+    rates = {survey.column(r).of: r for r in survey.of_role("rate")}
+    named = {n: c for n, c in guess_columns(places, own, table).items() if c}
+    with_rate = [a for a in table.rates.values() if a in own and a not in named]
+    named |= dict(zip(with_rate, [c for c in places if c in rates and c not in named.values()], strict=False))
+    free, left = [c for c in places if c not in named.values()], [n for n in own if n not in named]
+    free.sort(key=lambda c: not is_whole(survey.values[c]))  # an encoder's counts before what may be anything
+    found = dict(zip(left, free, strict=False)) | named
+    if not found:
+        return None
+    columns = dict(zip(table.inputs, survey.of_role("input"), strict=False)) | {n: found[n] for n in own if n in found}
+    columns |= {r: rates[columns[a]] for r, a in table.rates.items() if columns.get(a) in rates and r in table.channels}
+    return Candidate(plant, {}, table, columns, 0, 0)
 
 
 def names_rate_sensor(column: str) -> bool:
@@ -154,13 +177,18 @@ def without_digits(name: str) -> str:
 
 
 def preference(candidate: Candidate, gravity: bool) -> float:
-    """How likely a plant is meant: by the names of its columns, then by whether gravity shows, then the simplest."""
+    """How likely a plant is meant: by the names of its columns, then by whether gravity shows, then the simplest.
+
+    A gyro speaks for the machine that always has one, a body on wheels, against a cart with its encoders.
+    """
     exact = sum(n == c for n, c in candidate.columns.items())
     first = candidate.table.units[places_of(candidate.table)[0]]
     fits = 0.5 if len(places_of(candidate.table)) == 1 and candidate.swings == gravity else 0.0
     called = 0.1 * candidate.named
+    sensors = IGNORED_SENSOR_COST * candidate.ignored
+    sensors += OPTIONAL_SENSOR_COST * bool(candidate.assumptions.get("rate_sensor"))
     unit = 0.2 * any(unit_within(first, c) not in ("", first) for c in candidate.columns.values())
-    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions) - candidate.computed
+    return 10 * exact + fits + called + unit - 0.01 * len(candidate.assumptions) - candidate.computed - sensors
 
 
 def toml_value(value: Any) -> str:

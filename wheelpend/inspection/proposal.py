@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 from derive import plants
@@ -13,10 +13,14 @@ from wheelpend.inspection.angle_unit import is_in_degrees
 from wheelpend.inspection.column_names import input_unit, is_no_place, stated_unit, unit_within
 from wheelpend.inspection.gravity import gravity_zero, zero_offset
 from wheelpend.inspection.guesses import guess_units
-from wheelpend.inspection.plant_fit import Candidate, candidates, places_of, preference, toml_value
+from wheelpend.inspection.plant_fit import Candidate, candidates, partly_fitted, places_of, preference, toml_value
+from wheelpend.inspection.raw_units import in_counts
 from wheelpend.inspection.signals import DEGREES_PER_RADIAN
 from wheelpend.inspection.survey import FileColumn, Survey
 from wheelpend.logs.columns import ColumnMap
+
+UNNAMED_COLUMN = "?"  # stands for a column that its user must name
+COMMENTED_SECTIONS = ("columns", "sensors")  # of a model.toml, in which an entry may be a guess
 
 
 class Proposal(NamedTuple):
@@ -26,29 +30,82 @@ class Proposal(NamedTuple):
     sentences: tuple[str, ...]
     plants: tuple[str, ...]  # that fit by the columns, the likeliest first
     guesses: Mapping[str, str] = {}  # why a quantity's column is read as it is, where only numbers say so
+    missing: Mapping[str, str] = {}  # what to put for a quantity of the plant named that no column was found for
 
 
-def propose(survey: Survey, plant: str = "") -> Proposal:
-    """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns."""
+def propose(survey: Survey, plant: str = "", untold: Collection[str] = ()) -> Proposal:
+    """The model that a file's columns suggest, of that plant if named; raises Failure where none has such columns.
+
+    ``untold`` are channels in counts whose unit the equations of motion did not tell.
+    """
     inputs, places = survey.of_role("input"), survey.of_role("position")
     gravity = hanging_at(survey, places[0], inputs) if len(places) == 1 else None
     found = sorted(
         candidates(survey, [plant] if plant else list(plants.KNOWN_PLANTS)),
         key=lambda c: -preference(c, gravity is not None),
     )
-    if not found:
+    best = found[0] if found else partly_fitted(plant, survey) if plant else None
+    if best is None:
         raise Failure(no_plant_text(survey, plant))
-    best = found[0]
-    unit = input_unit([best.columns[n] for n in best.table.inputs]) if best.table.inputs else ""
+    missing = missing_columns(survey, best)
+    untold = counted_channels(survey, best) if missing else untold  # the equations cannot be asked
+    unit = unit_of_inputs(best)
     offset = zero_offset(gravity) if best.swings and gravity is not None else 0.0
-    guesses = guess_units(survey, best.table, best.columns, unit)
+    guesses = guess_units(survey, best.table, best.columns, unit, untold)
     maps = column_maps(best, survey, unit) | {n: g.column for n, g in guesses.items()}
-    reasons = {n: g.reason for n, g in guesses.items()}
-    sentences = [plants_sentence(found), *role_sentences(survey, best), *offset_sentence(best, maps, gravity, offset)]
+    reasons = surplus_reasons(survey, best) | {n: g.reason for n, g in guesses.items()}
+    sentences = [
+        plants_sentence(found or [best]),
+        *role_sentences(survey, best),
+        *offset_sentence(best, maps, gravity, offset),
+    ]
     sentences += [guess_sentence(n, g.column.column, g.reason) for n, g in guesses.items()]
     offsets = {places_of(best.table)[0]: offset} if offset else {}
-    text = model_text(best, maps, unit, offsets, reasons)
-    return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found)), reasons)
+    maps |= {n: ColumnMap(UNNAMED_COLUMN) for n in missing}
+    text = model_text(best, maps, unit, offsets, {**guess_comments(reasons), **missing})
+    return Proposal(text, tuple(sentences), tuple(dict.fromkeys(c.words for c in found or [best])), reasons, missing)
+
+
+def surplus_reasons(survey: Survey, best: Candidate) -> dict[str, str]:
+    """Why a quantity has the column that it has, where the file has more of that kind than the plant has places."""
+    found: dict[str, str] = {}
+    for role, names in (("input", best.table.inputs), ("position", places_of(best.table))):
+        columns = survey.of_role(role)
+        if len(columns) > len(names) and not best.by_name:
+            found |= {n: f"one of {len(columns)} {role}s: {', '.join(columns)}" for n in names if n in best.columns}
+    return found
+
+
+def unit_of_inputs(best: Candidate) -> str:
+    """Unit of a plant's inputs by their columns, its own where none was found; nothing where nothing drives it."""
+    columns = [best.columns[n] for n in best.table.inputs if n in best.columns]
+    return input_unit(columns) if columns else best.table.units.get(best.table.input, "")
+
+
+def missing_columns(survey: Survey, best: Candidate) -> dict[str, str]:
+    """What to put for each quantity that a plant needs and no column of the file was found for."""
+    left = left_over(survey, [*best.columns.values()])
+    choice = f"put one of {', '.join(left)} in its place" if left else "no column is left over; log it"
+    return {n: f"not recognised: {choice}" for n in best.table.required[1:] if n not in best.columns}
+
+
+def left_over(survey: Survey, used: Collection[str]) -> list[str]:
+    """The columns of a file that change, tell more than the time, and are not used."""
+    return [c.name for c in survey.columns if c.name not in used and c.role not in ("time", "counter", "constant")]
+
+
+def counted_channels(survey: Survey, best: Candidate) -> list[str]:
+    """The positions of a plant that are in counts by their numbers."""
+    return [
+        n
+        for n, c in best.columns.items()
+        if c in survey.values and in_counts(n, survey.values[c], ColumnMap(c, stated_unit(c)), best.table)
+    ]
+
+
+def guess_comments(guesses: Mapping[str, str]) -> dict[str, str]:
+    """The comments that mark entries of a model.toml as guessed."""
+    return {name: f"guessed: {reason}" for name, reason in guesses.items()}
 
 
 def hanging_at(survey: Survey, place: str, inputs: list[str]) -> float | None:
@@ -100,7 +157,7 @@ def column_maps(best: Candidate, survey: Survey, unit: str) -> dict[str, ColumnM
 def no_plant_text(survey: Survey, plant: str) -> str:
     """The message that no plant, or not the one named, has a file's columns."""
     inputs, places = (count(len(survey.of_role(r)), r) for r in ("input", "position"))
-    taken = ", ".join(f"{c.name} is {c.role}" for c in survey.columns)
+    taken = ", ".join(f"{c.name} is {c.words}" for c in survey.columns)
     what = f"the plant {plant} must have other columns than" if plant else "no plant has"
     speeds = [c.name for c in survey.columns if c.role == "further" and is_no_place(c.name)]
     integrate = (
@@ -108,9 +165,20 @@ def no_plant_text(survey: Survey, plant: str) -> str:
         if speeds and not survey.of_role("position")
         else ""
     )
+    left = left_over(survey, survey.of_role("position") + survey.of_role("rate") + survey.of_role("input"))
+    rest = f" Not recognised: {', '.join(left)}." if left else ""
     return (
-        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate} Start a "
-        "workspace with `wheelpend new --plant NAME` and map the columns in its model.toml under [columns]."
+        f"{survey.file}: {what} {places} and {inputs}; by their names and what they do, {taken}.{integrate}{rest}"
+        + ("" if plant else plant_advice(survey.file, left))
+    )
+
+
+def plant_advice(file: str, left: list[str]) -> str:
+    """How to start with a plant that one knows, with a line that says what a column is."""
+    return (
+        f" If you know the plant ({', '.join(plants.KNOWN_PLANTS)}), `wheelpend new FOLDER --from {file} --plant NAME` "
+        "writes a model.toml with what fits; under its [columns] a line says what another column is:\n\n"
+        f'v_in = {{ column = "{left[0] if left else "..."}" }}'
     )
 
 
@@ -124,6 +192,7 @@ def plants_sentence(found: list[Candidate]) -> str:
 def role_sentences(survey: Survey, best: Candidate) -> list[str]:
     """What is said of rates, references and constants."""
     found = [f"{c.name} is the derivative of {c.of}. {c.remark}".strip() for c in survey.columns if c.role == "rate"]
+    found += [f"{c.name} is the battery beside the duty, by its numbers." for c in survey.columns if c.role == "supply"]
     found += [f"{c.name} comes in steps. {c.remark}" for c in survey.columns if c.role == "position" and c.remark]
     found += [
         f"{c.name} is what {c.of} follows: the reference." for c in survey.columns if c.role == "reference" and c.of
@@ -158,32 +227,33 @@ def model_text(
     maps: Mapping[str, ColumnMap],
     unit: str,
     offsets: Mapping[str, float],
-    guesses: Mapping[str, str],
+    comments: Mapping[str, str],
 ) -> str:
-    """The text of a model.toml with the columns of a file."""
+    """The text of a model.toml with the columns of a file, and comments on some of its entries."""
     own = best.table.units[best.table.inputs[0]] if best.table.inputs else ""
     tables: dict[str, Any] = {"assumptions": dict(best.assumptions), "input": {"unit": unit} if unit != own else {}}
     tables["columns"] = {n: map_entry(m) for n, m in maps.items()}
     for name, offset in offsets.items():
         tables["columns"].setdefault(name, {"column": best.columns[name]})["offset"] = offset
-    return toml_text(best.plant, tables, guesses)
+    return toml_text(best.plant, tables, comments)
 
 
 def map_entry(entry: ColumnMap) -> dict[str, Any]:
     """A column map as a table of [columns]."""
     stated = {"unit": entry.unit} if entry.unit else {}
-    return {"column": entry.column} | stated | ({"scale": entry.scale} if entry.scale != 1.0 else {})
+    scale = {"scale": entry.scale} if entry.scale != 1.0 else {}
+    return {"column": entry.column} | stated | scale | ({"times": entry.times} if entry.times else {})
 
 
-def toml_text(plant: str, tables: Mapping[str, Any], guesses: Mapping[str, str]) -> str:
+def toml_text(plant: str, tables: Mapping[str, Any], comments: Mapping[str, str]) -> str:
     """Plant and tables as the text of a model.toml; tables within [columns] stand on a line each.
 
-    Those of ``guesses`` have a comment that says why.
+    Those of ``comments`` have one behind them.
     """
     lines = [f'plant = "{plant}"']
     for name, entries in tables.items():
         flat = {k: v for k, v in entries.items() if not isinstance(v, dict) or name == "columns"}
-        why = {k: f"  # guessed: {guesses[k]}" for k in flat if name == "columns" and k in guesses}
+        why = {k: f"  # {comments[k]}" for k in flat if name in COMMENTED_SECTIONS and k in comments}
         lines += ["", f"[{name}]"] * bool(flat) + [f"{k} = {inline(v)}{why.get(k, '')}" for k, v in flat.items()]
         for key, entry in entries.items():
             if key not in flat:
@@ -207,4 +277,4 @@ def with_cures(text: str, *cures: str, guesses: Mapping[str, str] | None = None)
             known = found.setdefault(section, {})
             for key, entry in entries.items():
                 known[key] = {**known.get(key, {}), **entry} if isinstance(entry, dict) else entry
-    return toml_text(plant, found, guesses or {})
+    return toml_text(plant, found, guess_comments(guesses or {}))

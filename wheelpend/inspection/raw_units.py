@@ -15,6 +15,7 @@ MIN_PWM_PEAK = 30.0  # whole numbers up to which an input may as well be volts
 ACTING_SHARE = 0.1  # of its largest value, from which on an input acts
 MIN_WAY_BACK_SHARE = 0.1  # of a place's way, against an input that acts one way only: a brake takes less
 MIN_CLIPPED_SAMPLES = 3  # readings at just 1 or 100, from which on that is a limit
+MIN_COUNTS_NAMED = 20.0  # range of an encoder's readings in whole numbers, beyond which they are no rad nor m
 DUTY_LIMITS = (1.0, 100.0)  # of a duty as a share and in percent
 
 
@@ -24,8 +25,36 @@ def find_duty(log: Log, corrections: LogCorrections) -> list[Finding]:
     found = []
     for name, values in zip(table.inputs, log.inputs, strict=False):
         mapped = corrections.known.get(name, ColumnMap(name))
-        if table.units.get(name) == "V" and not mapped.unit and mapped.scale == 1.0 and not states_volts(mapped.column):
+        if table.units.get(name) == "V" and reads_as_it_is(mapped) and not states_volts(mapped.column):
             found += duty_findings(name, mapped.column, values)
+    return found
+
+
+def reads_as_it_is(mapped: ColumnMap) -> bool:
+    """True of a column of which nobody said in which unit it is."""
+    return mapped.scale == 1.0 and not mapped.unit and not mapped.times
+
+
+def in_counts(name: str, values: np.ndarray, mapped: ColumnMap, table: ColumnTable) -> bool:
+    """True of a position (N,) in whole numbers, read as it is, that go far beyond what they would be in rad or m."""
+    if not reads_as_it_is(mapped) or table.units.get(name) not in ("rad", "m") or name == table.range_channel:
+        return False
+    known = values[np.isfinite(values)]
+    return is_whole(known) and float(np.ptp(known)) > MIN_COUNTS_NAMED
+
+
+def find_counts(log: Log, corrections: LogCorrections) -> list[Finding]:
+    """The findings on positions in an encoder's counts of which nothing tells how many are a turn, or a metre."""
+    found = []
+    for name in log.channels:
+        values, mapped = channel_values(log, name), corrections.known.get(name, ColumnMap(name))
+        if in_counts(name, values, mapped, corrections.table):
+            own = corrections.table.units[name]
+            reach = float(np.nanmax(np.abs(values)))
+            words = "2π over the counts per turn" if own == "rad" else "metres per count"
+            sentence = f"{name} looks like counts: whole numbers up to {reach:g}, no {own}."
+            cure = f"Map it in [columns] with scale = {words}, the gear included; this log cannot tell how many."
+            found.append(Finding("counts", name, sentence, cure, None))
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +28,9 @@ from wheelpend.inspection.column_names import (
 from wheelpend.inspection.counters import counter_sentence
 from wheelpend.inspection.file_values import MAX_STEP_SHARE, analysed, moving_columns, numeric_columns
 from wheelpend.inspection.kinematics import RatePair, rate_misfit
+from wheelpend.inspection.raw_units import full_scale, states_volts
 from wheelpend.inspection.signals import MAX_SWAPPED_MISFIT_SHARE, Signals, uniform_signals
+from wheelpend.inspection.unnamed_columns import is_battery, unnamed_command
 from wheelpend.logs.checks import check_time, starts_at_rest
 from wheelpend.logs.columns import TIME_ALIASES, UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.noise import find_quantum
@@ -39,10 +42,13 @@ from wheelpend.numerics import gaussian_smoothed
 
 MAX_FOLLOWING_SHARE = 0.05  # of a position's variance, by which another one that it follows differs at most
 MIN_NAMED_RATE_SHARE = 0.3  # unexplained, up to which a column that is called a rate is that of a position
-COMPUTED_SHARE = 0.4  # of a rate's errors that a filter of its angle gives, from which on it was computed
+COMPUTED_SHARE = 0.9  # of a rate's scatter that a filter of its angle gives, from which on it was computed
+ROUNDING_SHARE = 0.4  # the same where the angle scatters by little more than its rounding: no motion is shared then
+MAX_ROUNDING_GROWTH = 3.0  # of the scatter of an angle's slope over what rounding makes of it, for that
 MIN_ENCODER_COUNTS = 100  # of a turn
 NAMELESS_PREFIX = "column "  # begins the names of the columns of a file without a header
 COMPUTED, COUNTS_ENDING = "no sensor of its own.", "counts a turn."  # ends of remarks
+COMMAND_REMARK = "whole numbers within a timer's full scale, which the sensors' motion follows"
 SCATTER_LAG_SAMPLES, MAX_RAW_GROWTH = 4, 1.9  # growth of a raw signal's scatter over so many samples
 MAX_REMARK_SAMPLES = 20_000  # looked at for that
 MIN_PLACES = 10  # different readings of a place
@@ -57,12 +63,18 @@ class FileColumn(NamedTuple):
     """A column of a file: what it is taken for, and why."""
 
     name: str
-    role: str  # time, input, position, rate, reference, constant, counter, further
+    role: str  # time, input, position, rate, reference, supply, constant, counter, further
     of: str  # the position of a rate or a reference
     minimum: float
     maximum: float
     step: float  # 0 where it has none
     remark: str  # a sentence, or nothing
+
+    @property
+    def words(self) -> str:
+        """What it is in words: rate of theta_p, not recognised."""
+        what = "not recognised" if self.role == "further" else self.role
+        return what + (f" of {self.of}" if self.of else "")
 
     def to_json(self) -> dict[str, Any]:
         """The column under the keys of JSON."""
@@ -125,6 +137,7 @@ def survey_file(path: Path) -> Survey:
         remark = rate_remark(moving[of], moving[name], t) if role == "rate" else ""
         remark = step_remark(find_quantum(v) * stated_factor(name)) if role == "position" else remark
         remark = counters.get(name, remark)
+        remark = COMMAND_REMARK if role == "input" and is_unnamed(name) else remark
         columns.append(column_of(name, role, of, v, remark))
     return Survey(path.name, tuple(columns), clock, signals, {**moving, "t": t}, scalars_of(path))
 
@@ -167,10 +180,36 @@ def roles_of(values: dict[str, np.ndarray], signals: Signals | None) -> dict[str
     roles |= rates_among(free, signals)
     if not any(r == "input" for r, _ in roles.values()):
         roles |= {n: ("input", "") for n in free if is_likely_input(n) and n not in roles}
+    roles |= unnamed_roles(free, values, roles)
     free = [n for n in free if n not in roles and not is_no_place(n)]
     roles |= references_among(free, values)
     roles |= {n: ("position", "") for n in free if n not in roles and is_place(values[n])}
     return roles | {n: ("further", "") for n in values if n not in roles}
+
+
+def unnamed_roles(
+    free: list[str], values: dict[str, np.ndarray], roles: dict[str, tuple[str, str]]
+) -> dict[str, tuple[str, str]]:
+    """The command among columns whose names say nothing, where none is called one, and the battery beside a duty.
+
+    One place at least is left: what moves is no command.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    turning = {of for role, of in roles.values() if role == "rate"}
+    open_names = [n for n in free if n not in roles]
+    if not any(r == "input" for r, _ in roles.values()) and (
+        command := unnamed_command([n for n in open_names if n not in turning], values, sensors=free)
+    ):
+        found[command] = ("input", "")
+    inputs = [n for n, (role, _) in (roles | found).items() if role == "input"]
+    if any(full_scale(n, values[n][np.isfinite(values[n])]) and not states_volts(n) for n in inputs):
+        found |= {n: ("supply", "") for n in values if n not in roles | found and is_battery(n, values[n])}
+    return found if any(is_place(values[n]) for n in open_names if n not in found) else {}
+
+
+def is_unnamed(name: str) -> bool:
+    """True of an input whose name did not say that it is one."""
+    return not (inputs_among([name]) or is_likely_input(name) or name.startswith(NAMELESS_PREFIX))
 
 
 def is_likely_input(name: str) -> bool:
@@ -238,7 +277,11 @@ def jump_mask(values: np.ndarray) -> np.ndarray:
 
 
 def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
-    """What is known of where a rate comes from: how much of its errors are those of its angle, and whose they are."""
+    """What is known of where a rate comes from: how much of its scatter is that of its angle, and whose it is.
+
+    Fast motion is in both, so that a part of the scatter proves nothing: what was computed has nearly all of it, or
+    the angle's rounding in it.
+    """
     good = np.flatnonzero(np.isfinite(angle) & np.isfinite(rate))[:MAX_REMARK_SAMPLES]
     if good.size < 20 * MAX_FILTER_SAMPLES:
         return ""
@@ -248,15 +291,19 @@ def rate_remark(angle: np.ndarray, rate: np.ndarray, t: np.ndarray) -> str:
     target = own[MAX_FILTER_SAMPLES:-MAX_FILTER_SAMPLES]
     rest = target - lagged @ np.linalg.lstsq(lagged, target, rcond=None)[0]
     shared = 1 - float(rest @ rest) / (float(target @ target) or 1.0)
-    raw_angle = bool(find_quantum(angle)) or not is_filtered(angle)
-    if shared > COMPUTED_SHARE and raw_angle:
-        return f"A filter of the angle gives {100 * shared:.0f} % of its errors: computed from it, {COMPUTED}"
+    quantum = find_quantum(angle)
+    rounding = quantum / math.sqrt(6) / float(np.median(np.diff(t[good])))  # of the slope between two readings
+    by_rounding = shared > ROUNDING_SHARE and float(np.std(errors)) < MAX_ROUNDING_GROWTH * rounding
+    raw_angle = bool(quantum) or not is_filtered(angle)
+    gives = f"A filter of the angle gives {100 * shared:.0f} % of its scatter from sample to sample"
+    if by_rounding or (shared > COMPUTED_SHARE and raw_angle):
+        return f"{gives}: computed from it, {COMPUTED}"
     if shared > COMPUTED_SHARE:
-        return (f"{100 * shared:.0f} % of its errors are the angle's too: one of the two was made from the other, as a "
-                "fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
+        return (f"{100 * shared:.0f} % of its scatter from sample to sample is the angle's too: one of the two was "
+                "made from the other, as a fused angle is from a gyro, and is no raw sensor.")  # fmt: skip
     if is_filtered(rate) and raw_angle:
         return f"It is too smooth for a raw sensor, while its angle is not: filtered or computed, {COMPUTED}"
-    return f"A filter of the angle gives {100 * shared:.0f} % of its errors: a sensor of its own."
+    return f"{gives} and not the rest: a sensor of its own."
 
 
 def is_filtered(values: np.ndarray) -> bool:

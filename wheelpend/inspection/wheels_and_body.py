@@ -17,7 +17,7 @@ from wheelpend.inspection.clocks import (
     rate_shift_findings,
     sensor_shift_finding,
 )
-from wheelpend.inspection.encoder import encoder_findings, evaluate_encoder, find_encoder_reading
+from wheelpend.inspection.encoder import encoder_findings, evaluate_encoder, find_encoder_reading, is_too_coarse
 from wheelpend.inspection.findings import Finding, LogCorrections
 from wheelpend.inspection.kinematics import (
     RatePair,
@@ -134,6 +134,7 @@ def find_clocks_and_encoder(
     aligned = with_imu_advanced(signals, imu.samples) if moved else signals
     declared = evaluate_encoder(aligned, relative, 1.0)
     best = find_encoder_reading(aligned, declared)
+    best = declared if whole and is_too_coarse(best) else best
     found = encoder_findings(best, declared, whole, corrections)
     explained = best.shift.share < MAX_UNEXPLAINED_SHARE
     return found + clock_findings(

@@ -50,7 +50,7 @@ INPUT_NAME_UNITS = {"volt": "V", "current": "A", "torque": "N m", "tau": "N m", 
 class ColumnMap:
     """The column of a log that holds a quantity, with its unit, its sign against ours, its scale and its zero.
 
-    measured = sign · scale · (value in SI units) + offset.
+    measured = sign · scale · (value in SI units) · times + offset, times being the value of another column.
     """
 
     column: str
@@ -58,6 +58,7 @@ class ColumnMap:
     sign: int = 1  # -1 where the log counts the other way
     scale: float = 1.0  # by which a column is multiplied that is in no such unit: rad per count, V per duty
     offset: float = 0.0  # what is measured where the column reads zero, in the quantity's own unit
+    times: str = ""  # another column, which multiplies it sample by sample: a battery's volts beside a duty
 
     def __post_init__(self) -> None:
         if self.unit and self.unit not in UNIT_CONVERSIONS:
@@ -150,6 +151,7 @@ class ColumnSource(NamedTuple):
     column: str
     factor: float
     offset: float = 0.0  # in the quantity's unit
+    times: str = ""  # a column of the file that multiplies it sample by sample; nothing where none does
 
 
 def find_sources(
@@ -173,7 +175,9 @@ def find_sources(
             known = unit_factor(name, mapped.unit, table.units[name], table.inputs)
             if name == "t" and mapped.offset:
                 raise Failure("[columns] t must have no offset: times count from the first sample. Remove it.")
-            sources[name] = ColumnSource(mapped.column, mapped.sign * mapped.scale * known, mapped.offset)
+            check_factor(log, name, mapped, names, kind)
+            factor = mapped.sign * mapped.scale * known
+            sources[name] = ColumnSource(mapped.column, factor, mapped.offset, mapped.times)
         elif name in names:
             sources[name] = ColumnSource(name, 1.0)
             if mapped and name in columns:
@@ -184,13 +188,24 @@ def find_sources(
     return sources, notes
 
 
+def check_factor(log: str, name: str, mapped: ColumnMap, names: Sequence[str], kind: str) -> None:
+    """Raise Failure where the column that multiplies a quantity is not there, or the quantity is the time."""
+    if mapped.times and name == "t":
+        raise Failure("[columns] t must have no times: no other column multiplies a clock. Remove it.")
+    if mapped.times and mapped.times not in names:
+        raise Failure(
+            f"{log}: [columns] {name} is multiplied by '{mapped.times}', which must be a column of the {kind}; it has "
+            f"{', '.join(names)}.{did_you_mean(mapped.times, names)}"
+        )
+
+
 def with_file_unit(
     name: str, mapped: ColumnMap | None, names: Sequence[str], table: ColumnTable, file_units: Mapping[str, str]
 ) -> tuple[ColumnMap | None, list[str]]:
     """The map of a quantity with the unit that the file states for its column, and a remark on what that changes."""
     column = mapped.column if mapped and mapped.column in names else name
     unit = file_units.get(column, "")
-    if not unit or unit == table.units[name] or (mapped and (mapped.unit or mapped.scale != 1.0)):
+    if not unit or unit == table.units[name] or (mapped and (mapped.unit or mapped.scale != 1.0 or mapped.times)):
         return mapped, []
     if UNIT_CONVERSIONS.get(unit, ("", 1.0))[0] != table.units[name]:
         return mapped, [f"{column} is in '{unit}' by the file's row of units; it is read as {table.units[name]}."]

@@ -100,8 +100,9 @@ def read_scaled_columns(
 
     Raises Failure when the log is too short or its times do not grow.
     """
-    wanted = sorted({s.column for s in sources.values()}, key=file.names.index)
-    zero_order_hold = [sources[n].column for n in (*table.inputs, table.reference) if n in sources]
+    factors = sorted({s.times for s in sources.values() if s.times})
+    wanted = sorted({*factors, *(s.column for s in sources.values())}, key=file.names.index)
+    zero_order_hold = [*factors, *(sources[n].column for n in (*table.inputs, table.reference) if n in sources)]
     numbers = file.read_on_one_clock(wanted, zero_order_hold) if file.read_on_one_clock else file.read(wanted)
     check_length(log, len(next(iter(numbers.values()))))
     raw_t = numbers[sources["t"].column]
@@ -110,8 +111,22 @@ def read_scaled_columns(
     for name, source in sources.items():  # not copied where the factor is 1: an hour's log is not held twice
         values = numbers[source.column]
         scaled[name] = values if source.factor == 1.0 else values * source.factor
+        if source.times:
+            scaled[name] = scaled[name] * held_factor(log, source.times, numbers[source.times])
     del scaled["t"]
     return raw_t, scaled
+
+
+def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
+    """A column (N,) that multiplies another, each value held until the next; before the first one it is missing.
+
+    Raises Failure where a value is infinite or none is there.
+    """
+    check_values(log, column, values)
+    known = ~np.isnan(values)
+    if known.all():
+        return values
+    return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
 
 
 def unwrap_positions(columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable) -> list[str]:

@@ -54,13 +54,14 @@ class Controller:
 
 @dataclass(frozen=True)
 class Column:
-    """The column of a log that holds a quantity, with its unit, sign, scale and offset."""
+    """The column of a log that holds a quantity, with its unit, sign, scale, offset and factor."""
 
     column: str
     unit: str = ""
     sign: int = 1  # or -1
     scale: float = 1.0
     offset: float = 0.0  # in the quantity's unit, added after sign and scale
+    times: str = ""  # another column of the log, which multiplies it sample by sample
 
 
 @dataclass(frozen=True)

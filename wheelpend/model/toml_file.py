@@ -49,7 +49,9 @@ MODEL_FILE_CHECK = table(
     effect=mapping(mapping(number_or_table("identified", VALUE_CHECK))),
     sensors=table_with_rest(Sensors, "of_plant", noise=mapping(NOISE_CHECK), step=mapping(nonnegative)),
     controller=table(Controller, kind=one_of("pid"), gains=list_of(number, count=3)),
-    columns=mapping(table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive, offset=number)),
+    columns=mapping(
+        table(Column, column=text, unit=text, sign=one_of(1, -1), scale=positive, offset=number, times=text)
+    ),
     simulation=mapping(number),
     input=table(Input, unit=one_of(*UNIT_WORDS)),
     random_force=mapping(table(RandomForce, rms=nonnegative, correlation_time=positive, place=text)),
