@@ -68,7 +68,7 @@ def numbers_of_python(exported):
             least = e.least if len(f["columns"]) else np.zeros(0)
             moving = [f[k] for k in ("sens", "force", "force_by", "covariance")]
             m.filter_readings(time, output, weight, f["parameters"], f["columns"], e.reads, f["now"], *moving,
-                              f["learnt"], 1.0, least, f["innovation"])  # fmt: skip
+                              f["learnt"], 1.0, least, f["innovation"], np.zeros(m.NY), np.zeros(m.NY))  # fmt: skip
         command = wanted
         if compensation:
             c = compensation

@@ -32,7 +32,8 @@ class Observed:
     def command(self, t, measured, wanted):
         e, c = self.e, self.c
         self.m.filter_readings(t, measured, 1.0 / e.readings_sigma, self.parameters, self.none, e.reads, self.now,
-                               *self.moving, np.zeros((0, 0)), 1.0, np.zeros(0), self.found)  # fmt: skip
+                               *self.moving, np.zeros((0, 0)), 1.0, np.zeros(0), self.found,
+                               np.zeros(3), np.zeros(3))  # fmt: skip
         command = self.m.compensate(0.0, wanted, self.now, c.forces, c.absent, c.maps, c.shares, c.least_slip,
                                     c.least_input)  # fmt: skip
         self.m.filter_step(t, e.period, command, self.parameters, self.none, e.forces, e.mixing, e.reads, e.noise,
@@ -107,7 +108,8 @@ def test_the_identifier_ends_within_the_errors_that_it_says():
             error = angle[k] - measured[1]
             integral += error * h
             voltage = gains[0] * error + gains[1] * integral + gains[2] * (rate[k] - measured[2])
-            m.filter_readings(t[k], measured, 1.0 / sigma, p, columns, e.reads, now, *moving, learnt, 1.0, least, found)
+            m.filter_readings(t[k], measured, 1.0 / sigma, p, columns, e.reads, now, *moving, learnt, 1.0, least, found,
+                              np.zeros(3), np.zeros(3))  # fmt: skip
             m.filter_step(t[k], h, voltage, p, columns, e.forces, e.mixing, e.reads, e.noise, h, now, commands, *moving,
                           rubbing)  # fmt: skip
             m.step_machine(t[k], h, voltage, ring[0], h, *ring[1:], output)

@@ -168,7 +168,8 @@ class ExportedModel:
             "spread": (self.size,), "mixing": (m.NQ, count), "reads": (m.NY, count), "noise": (count, 3),
             "sens": (self.size, self.size + m.NQ + n), "force": (count,), "force_by": (count, n),
             "covariance": (self.size + count, self.size + count), "rubbing": (m.SURFACES,),
-            "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "learnt": (n, n), "least": (n,),
+            "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "gate": (m.NY,), "taken": (m.NY,),
+            "learnt": (n, n), "least": (n,),
         }  # fmt: skip
         numbers = ("t", "h", "period", "max_step", "step", "wanted", "least_slip", "least_input", "forgetting")
         return {
