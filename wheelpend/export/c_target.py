@@ -20,7 +20,10 @@ from wheelpend.export.translate.c_code import CPrinter, real
 
 TEMPLATE_FOLDER = Path(__file__).with_name("c")
 HEADER_FILE, SOURCE_FILE = "wheelpend_model.h", "wheelpend_model.c"
-PLAIN_LETTERS = {"²": "^2", "³": "^3", "·": " ", "−": "-", "θ": "theta", "τ": "tau", "±": "+-", "’": "'", "…": "..."}
+PLAIN_LETTERS = {
+    "²": "^2", "³": "^3", "·": " ", "−": "-", "±": "+-", "’": "'", "…": "...", "≤": "<=", "≥": ">=", "–": "-",
+    "½": "1/2", "ø": "o",
+}  # fmt: skip
 USUAL_SUPPLY = 24.0  # of a driver of which nothing is known, in the unit of the input
 SMALL_WEIGHT = 1e-9  # that counts as none
 FILTER_PARTS = (
