@@ -260,3 +260,20 @@ def test_the_gate_is_in_standard_deviations_of_what_is_expected():
         assert innovation[1] == pytest.approx(factor, rel=1e-6)
         assert (now[1] != 0.0) == bool(is_taken)
     assert readings_of(0.0, [np.inf, 1e3, np.nan])[0] == [0.0, 1.0, 0.0]
+
+
+@pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="needs arm-none-eabi-gcc")
+@pytest.mark.parametrize(("options", "most"), [(("-DWP_SINGLE",), 2048), ((), 4096)], ids=["float", "double"])
+def test_no_call_takes_more_stack_than_the_page_says(library, tmp_path, options, most):
+    """By the compiler's own count, along the deepest calls."""
+    processor = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-O2", "-std=c99"]
+    command = ["arm-none-eabi-gcc", *processor, *options, "-fno-math-errno", "-fcallgraph-info=su", "-c"]
+    subprocess.run([*command, library / "src" / SOURCE_FILE, "-o", tmp_path / "part.o"], check=True)
+    graph = (tmp_path / "part.ci").read_text()
+    own = {name: int(size) for name, size in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes', graph)}
+    calls = re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph)
+
+    def deepest(name):
+        return own.get(name, 0) + max((deepest(called) for caller, called in calls if caller == name), default=0)
+
+    assert 1000 < max(map(deepest, own)) < most

@@ -24,6 +24,7 @@ PLAIN_LETTERS = {
     "²": "^2", "³": "^3", "·": " ", "−": "-", "±": "+-", "’": "'", "…": "...", "≤": "<=", "≥": ">=", "–": "-",
     "½": "1/2", "ø": "o",
 }  # fmt: skip
+C_LANES = 1  # of sensitivities: a small processor has none side by side, and less stack
 USUAL_SUPPLY = 24.0  # of a driver of which nothing is known, in the unit of the input
 SMALL_WEIGHT = 1e-9  # that counts as none
 FILTER_PARTS = (
@@ -60,7 +61,7 @@ def c_replay_text(exported: ExportedModel) -> str:
 
 
 def _context(exported: ExportedModel) -> dict[str, Any]:
-    translated = translated_model(exported, tuple(EXPORT_PARTS))
+    translated = translated_model(exported, tuple(EXPORT_PARTS), C_LANES)
     functions = translated.functions
 
     def call(name: str, owner: str) -> str:

@@ -47,6 +47,7 @@ EXPORT_PARTS: dict[str, dict[str, str]] = {
         "update_identifier": "filter_readings",
     },
 }
+LANE_PLACES = ("START", "STAGE", "END", "OWN", "DRIVEN", "EXCESS")  # constants that count in lanes
 DEFAULT_PERIOD_S = 0.001  # between samples, where no log says
 FURTHEST_DELAY_FACTOR = 1.5  # of the model's own delays, for which commands and readings are kept
 LEAST_VALUE_SHARE = 0.05  # of a positive parameter, below which what is learnt does not fall
@@ -145,9 +146,12 @@ class ExportedModel:
         rates = [START_SPREAD.get(f"{c.unit}/s", 1.0) for c in plant.coordinates]
         return np.array([*units, *rates] + [0.0] * (self.size - self.module.NX))
 
-    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> Program:
-        """The kernels of these parts, and what they call."""
+    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS), lanes: int = 0) -> Program:
+        """The kernels of these parts, and what they call; sensitivities side by side in so many lanes, 0 as for a log."""
         constants = {n: v for n, v in vars(self.module).items() if n[:1].isupper()}
+        if lanes:
+            rows = {n: constants[n] // self.module.LANES for n in LANE_PLACES}
+            constants |= {"LANES": lanes} | {n: lanes * row for n, row in rows.items()}
         made = Specialiser(self.text, constants | {"AT_REST": RuntimeConstant("WP_AT_REST")})
         for part in parts:
             arguments = self.arguments(self.learnt if part == "identifier" else np.zeros(0, np.int64))
