@@ -147,10 +147,10 @@ class ExportedModel:
         return np.array([*units, *rates] + [0.0] * (self.size - self.module.NX))
 
     def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS), lanes: int = 0) -> Program:
-        """The kernels of these parts, and what they call; sensitivities side by side in so many lanes, 0 as for a log."""
+        """The kernels of these parts, and what they call; so many sensitivities side by side, 0 as for a log."""
         constants = {n: v for n, v in vars(self.module).items() if n[:1].isupper()}
         if lanes:
-            rows = {n: constants[n] // self.module.LANES for n in LANE_PLACES}
+            rows = {n: constants[n] // constants["LANES"] for n in LANE_PLACES}
             constants |= {"LANES": lanes} | {n: lanes * row for n, row in rows.items()}
         made = Specialiser(self.text, constants | {"AT_REST": RuntimeConstant("WP_AT_REST")})
         for part in parts:
