@@ -43,7 +43,7 @@ def compensate(t, wanted, now, forces, absent, maps, shares, least_slip, least_i
 def _lost_to_forces(t, wanted, now, forces, absent, shares, least_slip, least_input):
     """The input that dry friction and smooth forces take from the first row."""
     dry, without = np.zeros((6, max(NA, SURFACES))), np.zeros(NS)
-    weight = _first_row(t, now, wanted, absent) - _first_row(t, now, wanted + 1.0, absent)
+    weight = _first_row(t, now, 0.0, absent) - _first_row(t, now, 1.0, absent)  # not at wanted, which may be too large
     lost = _first_row(t, now, wanted, forces) - _first_row(t, now, wanted, absent)
     for i in range(HYSTERESES):
         for j in range(NS):

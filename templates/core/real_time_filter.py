@@ -12,6 +12,7 @@ from templates.core.frame import (
     SURFACES,
     _sensor_jacobian,
     compiled,
+    internal,
     read_sensors,
 )
 from templates.core.kalman import _assimilate, _reading_direction, _start_filter
@@ -40,11 +41,14 @@ def start_filter(
 @compiled
 def filter_readings(
     t, measured, weight, parameters, columns, reads, now, sens, force, force_by, covariance, learnt, least, innovation,
+    gate, taken,
 ):  # fmt: skip
-    """Readings measured (NY,) at the time t, NaN where there is none: the update, of the parameters in columns (n,) too.
+    """Readings measured (NY,) at the time t, not finite where there is none: the update, of the parameters in columns (n,) too.
 
     weight (NY,) is 1/σ. learnt (n, n) is the covariance of these parameters, which moves on; no parameter falls below least (n,).
-    innovation (NY,) receives what was unexpected, in standard deviations. The parameters by recursive prediction errors (Ljung and Söderström 1983), whose gradient is that of the filter itself.
+    innovation (NY,) receives what was unexpected, in standard deviations; past gate (NY,), where that is above 0, a reading is refused;
+    taken (NY,) receives 1 where one was not, else 0. The parameters by recursive prediction errors (Ljung and Söderström 1983), whose
+    gradient is that of the filter itself.
     """
     n, m, first = columns.size, force.size, sens.shape[1] - columns.size
     by_state, reading_by, reading, row = np.zeros((NY, NX)), np.zeros((NY, FITTED + 1)), np.zeros(NY), np.zeros(n)
@@ -55,8 +59,8 @@ def filter_readings(
     for i in range(NX):
         before[i] = now[i]  # about which the readings are linear
     for y in range(NY):
-        innovation[y] = 0.0
-        if math.isnan(measured[y]):
+        innovation[y], taken[y] = 0.0, 0.0
+        if measured[y] - measured[y] != 0.0:  # neither NaN nor infinite
             continue
         error = measured[y] - reading[y]
         for i in range(NX):
@@ -70,6 +74,11 @@ def filter_readings(
             for j in range(m):
                 row[c] += reads[y, j] * force_by[j, c]
         _reading_direction(y, by_state, reads, by)
+        if gate[y] > 0.0:
+            innovation[y] = error / _expected_error(1.0 / weight[y] ** 2, by, row, covariance, learnt)
+            if not abs(innovation[y]) <= gate[y]:
+                continue
+        taken[y] = 1.0
         root = _assimilate(
             error, 1.0 / weight[y] ** 2, by, row, now, sens, force, force_by, covariance, product, gain, crossed
         )
@@ -77,3 +86,15 @@ def filter_readings(
         _learn_parameters(
             error, root, row, columns, learnt, least, parameters, now, sens, force, force_by, crossed_learnt
         )
+
+
+@internal
+def _expected_error(variance, by, row, covariance, learnt):
+    """Standard deviation of a reading's error: of its noise, of variables in the direction by, of parameters in that of row."""
+    for i in range(by.size):
+        for j in range(by.size):
+            variance += by[i] * covariance[i, j] * by[j]
+    for a in range(row.size):
+        for b in range(row.size):
+            variance += row[a] * learnt[a, b] * row[b]
+    return math.sqrt(variance)

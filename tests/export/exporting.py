@@ -69,7 +69,7 @@ def numbers_of_python(exported):
             least = e.least if learns else np.zeros(0)
             moving = [f[k] for k in ("sens", "force", "force_by", "covariance")]
             m.filter_readings(time, output, weight, f["parameters"], f["columns"], e.reads, f["now"], *moving,
-                              f["learnt"], least, f["innovation"])  # fmt: skip
+                              f["learnt"], least, f["innovation"], np.zeros(m.NY), np.zeros(m.NY))  # fmt: skip
             if learns:
                 m.adapt_filter(time, e.period, 1.0, e.doubt, f["learnt"], f["force"], f["force_by"], f["covariance"],
                                f["noise"])  # fmt: skip

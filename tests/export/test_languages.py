@@ -170,7 +170,8 @@ def test_the_observer_is_the_filter_of_identify(effects):
                      commands, *moving, rubbing)  # fmt: skip
     for k in range(count):
         one.filter_readings(t[k], measured[k], 1.0 / exported.readings_sigma, parameters, none, exported.reads, now,
-                            *moving, np.zeros((0, 0)), np.zeros(0), found)  # fmt: skip
+                            *moving, np.zeros((0, 0)), np.zeros(0), found,
+                            np.zeros(3), np.zeros(3))  # fmt: skip
         np.testing.assert_allclose(np.r_[now, moving[1]], means[k, 1], atol=1e-12)
         np.testing.assert_allclose(found, innovation[k, :, 0], atol=1e-9)
         one.filter_step(t[k], exported.period, voltage[k], parameters, none, exported.forces, exported.mixing,

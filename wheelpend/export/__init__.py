@@ -13,6 +13,7 @@ running              programs of this machine that run an export
 context              what they are given in every language
 templates            of the files around translated functions, in c/ and javascript/
 c_target             a C library
+c_channels           what is said there of each sensor and of the input
 c_replay             the same, compiled and run
 javascript_target    an ES module
 javascript_replay    the same, run

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+import unicodedata
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import jinja2
 import numpy as np
 
+from wheelpend.export.c_channels import channels_text, input_word, macro
 from wheelpend.export.compensation import INTERVAL_SIGMAS
 from wheelpend.export.context import translated_model
 from wheelpend.export.exported_model import EXPORT_PARTS, ExportedModel
@@ -17,7 +20,13 @@ from wheelpend.export.translate.c_code import CPrinter, real
 
 TEMPLATE_FOLDER = Path(__file__).with_name("c")
 HEADER_FILE, SOURCE_FILE = "wheelpend_model.h", "wheelpend_model.c"
-PLAIN_LETTERS = {"²": "^2", "³": "^3", "·": " ", "−": "-", "θ": "theta", "τ": "tau", "±": "+-", "’": "'", "…": "..."}
+PLAIN_LETTERS = {
+    "²": "^2", "³": "^3", "·": " ", "−": "-", "±": "+-", "’": "'", "…": "...", "≤": "<=", "≥": ">=", "–": "-",
+    "½": "1/2", "ø": "o",
+}  # fmt: skip
+C_LANES = 1  # of sensitivities: a small processor has none side by side, and less stack
+USUAL_SUPPLY = 24.0  # of a driver of which nothing is known, in the unit of the input
+SMALL_WEIGHT = 1e-9  # that counts as none
 FILTER_PARTS = (
     (
         "observer",
@@ -52,34 +61,82 @@ def c_replay_text(exported: ExportedModel) -> str:
 
 
 def _context(exported: ExportedModel) -> dict[str, Any]:
-    translated = translated_model(exported, tuple(EXPORT_PARTS))
+    translated = translated_model(exported, tuple(EXPORT_PARTS), C_LANES)
     functions = translated.functions
 
     def call(name: str, owner: str) -> str:
         return f"wp_{name}({', '.join(_argument(p.name, owner) for p in functions[name].parameters)})"
 
-    return translated.values | {
-        "equations": comment_safe(translated.values["equations"]),
-        "header": HEADER_FILE,
-        "source": SOURCE_FILE,
-        "precision": (TEMPLATE_FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
-        "limits": (TEMPLATE_FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
-        "code": ascii_only(CPrinter().text(translated.program)),
-        "call": call,
-        "real": real,
-        "reals": lambda values: ", ".join(real(float(v)) for v in np.atleast_1d(values)) or real(0.0),
-        "rows": lambda matrix: ", ".join(
-            "{" + ", ".join(real(float(v)) for v in row) + "}" for row in np.atleast_2d(matrix)
-        ),
-        "names": lambda names: ", ".join(f'"{comment_safe(n)}"' for n in names),
-        "parameters": [_parameter(exported, i) for i in range(exported.module.NP)],
-        "volts": "wp_real voltage" if exported.inputs <= 1 else f"const wp_real voltage[{exported.inputs}]",
-        "inputs_suffix": "" if exported.inputs <= 1 else "[WP_INPUTS]",
-        "interval": f"{INTERVAL_SIGMAS:g}",
-        "filters": FILTER_PARTS,
-        "zero": "WP_R(0.0)" if exported.inputs <= 1 else "state",
-        "gains": exported.model.controller.gains if exported.model.controller else None,
+    return (
+        translated.values
+        | {
+            "equations": comment_safe(translated.values["equations"]),
+            "header": HEADER_FILE,
+            "source": SOURCE_FILE,
+            "precision": (TEMPLATE_FOLDER / "precision.h").read_text(encoding="utf-8").strip(),
+            "limits": (TEMPLATE_FOLDER / "limits.h").read_text(encoding="utf-8").strip(),
+            "code": ascii_only(CPrinter().text(translated.program)),
+            "call": call,
+            "real": real,
+            "reals": lambda values: ", ".join(real(float(v)) for v in np.atleast_1d(values)) or real(0.0),
+            "rows": lambda matrix: ", ".join(
+                "{" + ", ".join(real(float(v)) for v in row) + "}" for row in np.atleast_2d(matrix)
+            ),
+            "names": lambda names: ", ".join(f'"{comment_safe(n)}"' for n in names),
+            "parameters": [_parameter(exported, i) for i in range(exported.module.NP)],
+            "volts": "wp_real voltage" if exported.inputs <= 1 else f"const wp_real voltage[{exported.inputs}]",
+            "commanded": "wp_real commanded" if exported.inputs <= 1 else f"const wp_real commanded[{exported.inputs}]",
+            "finite_command": _finite_command(exported.inputs),
+            "public_names": _public_names(translated.compensation is not None),
+            "model_id": sha256(f"{exported.text}{exported.parameters.tolist()}".encode()).hexdigest()[:16],
+            "states": [f"WP_STATE_{macro(n)}" for n in exported.module.STATES],
+            "readings": [f"WP_READ_{macro(n)}" for n in exported.module.OUTPUTS],
+            "channels": ascii_only(channels_text(exported)),
+            "word": input_word(exported),
+            "inputs_suffix": "" if exported.inputs <= 1 else "[WP_INPUTS]",
+            "interval": f"{INTERVAL_SIGMAS:g}",
+            "filters": FILTER_PARTS,
+        }
+        | _example(exported)
+    )
+
+
+def _example(exported: ExportedModel) -> dict[str, Any]:
+    """What the examples' loop knows of the machine: its controller, what it starts from, and when it must stop."""
+    module, plant, controller = exported.module, exported.model.plant_signature, exported.model.controller
+    value, rate = module.CONTROLLED
+    watched = module.OUTPUTS[max(value, 0)]
+    names = {n: f"observer.now[WP_STATE_{macro(n)}]" for n in module.STATES}
+    return {
+        "gains": controller.gains if controller and exported.inputs == 1 else None,
+        "angle": names.get(watched, f"observer.now[{module.NQ - 1}]"),
+        "rate": names.get(module.OUTPUTS[rate] if rate >= 0 else f"d{watched}", f"observer.now[{module.NX - 1}]"),
+        "watched": watched,
+        "pitch": f"WP_READ_{macro(watched)}",
+        "falls": plant.usual_limits is not None,
+        "upright": plant.usual_limits[0] / 2 if plant.usual_limits else 0.0,
+        "supply": float(plant.usual_limits[1]) if plant.usual_limits else USUAL_SUPPLY,
+        "unit": plant.input_unit,
+        "drives": max(exported.inputs, 1),
+        "given": "applied" if exported.inputs > 1 else "applied[0]",
+        "first_state": f"WP_STATE_{macro(module.STATES[0])}",
+        "from_readings": _state_from_readings(exported),
     }
+
+
+def _state_from_readings(exported: ExportedModel) -> list[tuple[str, str]]:
+    """Each state that the sensors read, and the sum of readings that it is."""
+    module, found = exported.module, []
+    for name, weights in zip(module.STATES, np.linalg.pinv(np.asarray(module.OUTPUT_MATRIX, dtype=float)), strict=True):
+        terms = [
+            ("" if abs(w - 1.0) < SMALL_WEIGHT else f"{real(round(float(w), 6))} * ")
+            + f"measured[WP_READ_{macro(output)}]"
+            for output, w in zip(module.OUTPUTS, weights, strict=True)
+            if abs(w) > SMALL_WEIGHT
+        ]
+        if terms:
+            found.append((f"WP_STATE_{macro(name)}", " + ".join(terms)))
+    return found
 
 
 def _argument(name: str, owner: str) -> str:
@@ -87,6 +144,9 @@ def _argument(name: str, owner: str) -> str:
     special = {
         "t": f"{owner}->time" if owner else "WP_R(0.0)",
         "h": f"{owner}->period",
+        "max_step": "max_step",  # those of a call: bounded, per reading
+        "gate": "gate",
+        "taken": "taken",
         "forgetting": "identifier->forgetting" if owner == "identifier" else "WP_R(1.0)",
         "step": "WP_DIFFERENCE_STEP",
         "by_state": "a",
@@ -105,6 +165,23 @@ def _argument(name: str, owner: str) -> str:
     return f"{owner}->{name}"
 
 
+def _finite_command(inputs: int) -> str:
+    """Statements that take a command, 0 where it is not finite."""
+    if inputs <= 1:
+        return "const wp_real voltage = finite_or_zero(commanded);"
+    values = ", ".join(f"finite_or_zero(commanded[{i}])" for i in range(inputs))
+    return f"const wp_real voltage[{inputs}] = {{{values}}};"
+
+
+def _public_names(compensates: bool) -> list[str]:
+    """Functions that a program links to."""
+    filters = [
+        f"{part}_{verb}" for part, *_ in FILTER_PARTS for verb in ("init", "start", "update", "predict", "healthy")
+    ]
+    machine = [f"machine_{verb}" for verb in ("init", "start", "step", "rates", "read", "linearise")]
+    return [*machine, *(["compensate"] if compensates else []), *filters]
+
+
 def _parameter(exported: ExportedModel, place: int) -> dict[str, str]:
     """A parameter as a macro, with its value, unit and standard error as text."""
     module, name = exported.module, exported.module.PARAMETERS[place]
@@ -112,7 +189,7 @@ def _parameter(exported: ExportedModel, place: int) -> dict[str, str]:
     error = f" +- {sigma:.2g}" if sigma else ""
     unit = module.UNITS[place] if place < len(module.UNITS) else ""
     return {
-        "macro": re.sub(r"\W", "_", name).upper(),
+        "macro": macro(name),
         "value": real(value),
         "text": comment_safe(f"{name}: {value:.6g}{error} {unit}".strip()),
     }
@@ -122,7 +199,15 @@ def ascii_only(text: str) -> str:
     """Code whose comments are in ASCII."""
     for letter, plain in PLAIN_LETTERS.items():
         text = text.replace(letter, plain)
-    return text.encode("ascii", "replace").decode()
+    return "".join(c if c.isascii() else _plain(c) for c in text)
+
+
+def _plain(letter: str) -> str:
+    """A letter in ASCII: without its accent, or a Greek one's name."""
+    if bare := unicodedata.normalize("NFKD", letter).encode("ascii", "ignore").decode():
+        return bare
+    found = re.fullmatch(r"GREEK (?:SMALL|CAPITAL) LETTER (\w+)", unicodedata.name(letter, ""))
+    return found[1].lower() if found else ""
 
 
 def comment_safe(text: str) -> str:

@@ -22,10 +22,10 @@ class TranslatedModel(NamedTuple):
     values: dict[str, Any]
 
 
-def translated_model(exported: ExportedModel, parts: Sequence[str]) -> TranslatedModel:
+def translated_model(exported: ExportedModel, parts: Sequence[str], lanes: int = 0) -> TranslatedModel:
     """The kernels of some parts; without a compensator where no effect can be compensated."""
     compensation = compensation_of(exported) if "compensator" in parts else None
-    program = exported.program([p for p in parts if compensation or p != "compensator"])
+    program = exported.program([p for p in parts if compensation or p != "compensator"], lanes)
     model = exported.model
     values = {
         "e": exported,

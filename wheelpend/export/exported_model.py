@@ -48,6 +48,7 @@ EXPORT_PARTS: dict[str, dict[str, str]] = {
         "adapt_identifier": "adapt_filter",
     },
 }
+LANE_PLACES = ("START", "STAGE", "END", "OWN", "DRIVEN", "EXCESS")  # constants that count in lanes
 DEFAULT_PERIOD_S = 0.001  # between samples, where no log says
 FURTHEST_DELAY_FACTOR = 1.5  # of the model's own delays, for which commands and readings are kept
 LEAST_VALUE_SHARE = 0.05  # of a positive parameter, below which what is learnt does not fall
@@ -164,9 +165,12 @@ class ExportedModel:
         rates = [START_SPREAD.get(f"{c.unit}/s", 1.0) for c in plant.coordinates]
         return np.array([*units, *rates] + [0.0] * (self.size - self.module.NX))
 
-    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> Program:
-        """The kernels of these parts, and what they call."""
+    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS), lanes: int = 0) -> Program:
+        """The kernels of these parts, and what they call; so many sensitivities side by side, 0 as for a log."""
         constants = {n: v for n, v in vars(self.module).items() if n[:1].isupper()}
+        if lanes:
+            rows = {n: constants[n] // constants["LANES"] for n in LANE_PLACES}
+            constants |= {"LANES": lanes} | {n: lanes * row for n, row in rows.items()}
         made = Specialiser(self.text, constants | {"AT_REST": RuntimeConstant("WP_AT_REST")})
         for part in parts:
             arguments = self.arguments(self.learnt if part == "identifier" else np.zeros(0, np.int64))
@@ -187,8 +191,8 @@ class ExportedModel:
             "spread": (self.size,), "mixing": (m.NQ, count), "reads": (m.NY, count), "noise": (count, 3),
             "sens": (self.size, self.size + m.NQ + n), "force": (count,), "force_by": (count, n),
             "covariance": (self.size + count, self.size + count), "rubbing": (m.SURFACES,),
-            "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "learnt": (n, n), "least": (n,),
-            "doubt": (n,),
+            "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "gate": (m.NY,), "taken": (m.NY,),
+            "learnt": (n, n), "least": (n,), "doubt": (n,),
         }  # fmt: skip
         numbers = ("t", "h", "period", "max_step", "step", "wanted", "least_slip", "least_input", "forgetting")
         return {

@@ -28,7 +28,7 @@ class Observed:
         self.now, self.commands, self.innovation = np.zeros(e.size), np.zeros(e.commands), np.zeros(m.NY)
         self.moving = [np.zeros((e.size, e.size + m.NQ + n)), np.zeros(count), np.zeros((count, n)),
                        np.zeros((e.size + count, e.size + count))]  # fmt: skip
-        self.rubbing = np.zeros(m.SURFACES)
+        self.rubbing, self.no_gate, self.taken = np.zeros(m.SURFACES), np.zeros(m.NY), np.zeros(m.NY)
         m.start_filter(np.zeros(m.NX), e.spread, 0.0, self.parameters, e.reads, self.noise, self.now, self.commands,
                        *self.moving, self.rubbing)  # fmt: skip
 
@@ -37,7 +37,7 @@ class Observed:
         e = self.exported
         self.module.filter_readings(
             self.time, measured, 1.0 / e.readings_sigma, self.parameters, self.columns, e.reads, self.now, *self.moving,
-            self.learnt, self.least, self.innovation,
+            self.learnt, self.least, self.innovation, self.no_gate, self.taken,
         )  # fmt: skip
         if len(self.columns):
             _, force, force_by, covariance = self.moving

@@ -226,7 +226,7 @@ def real(value: float) -> str:
 def comment(text: str) -> str:
     """A docstring as a comment."""
     lines = [line.strip().replace("*/", "* /") for line in text.splitlines()]
-    return "/* " + "\n   ".join(lines) + " */" if lines else ""
+    return "/* " + "\n   ".join(lines).replace("\n   \n", "\n\n") + " */" if lines else ""
 
 
 @lru_cache

@@ -1,0 +1,279 @@
+"""The C library among what firmware meets: readings that are none, glitches, wrong builds; its examples."""
+
+import itertools
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from tests.export.exporting import HERE, STRICT, interpreted, model_with
+from wheelpend.export.c_target import SOURCE_FILE, ascii_only, c_files
+from wheelpend.export.exported_model import exported_model
+
+needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
+ARDUINO = '#include <math.h>\n#include <stdint.h>\nextern "C" unsigned long micros(void);\n'
+MANY = ("presliding_drive", "actuator_delay", "imu_lag", "winding_inductance")
+COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)]
+LIMIT_S = 60.0  # a program that does not end is stopped
+
+
+def exported_to(folder, *effects, plant="wheel_pendulum"):
+    """A folder with an exported library."""
+    for name, text in c_files(exported_model(model_with(*effects, plant=plant))).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return folder
+
+
+def compiled(folder, *options, program="", compiler="gcc"):
+    """What a compiler says of library and program; the program stands as `program` then."""
+    sources = ["-I", folder / "src", folder / "src" / SOURCE_FILE, *([program] if program else ["-c"])]
+    command = [compiler, *STRICT, *options, *sources, "-o", folder / "program", *(["-lm"] if program else [])]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The library of a robot with dry friction."""
+    return exported_to(tmp_path_factory.mktemp("library"), "coulomb_drive")
+
+
+@pytest.fixture(scope="module", params=["double", "float"])
+def hazards(request, library):
+    """What hazards.c prints, in lines by their names."""
+    if not shutil.which("gcc"):
+        pytest.skip("needs gcc")
+    options = ["-DWP_SINGLE"] if request.param == "float" else []
+    safe = ("-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+    made = compiled(library, *options, *safe, program=f"{HERE}/hazards.c")
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run([library / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    assert done.returncode == 0, done.stderr
+    found = {}
+    for line in done.stdout.splitlines():
+        name, *numbers = line.split()
+        found.setdefault(name, []).append([float(n) for n in numbers])
+    return found
+
+
+def test_a_reading_that_is_none_or_far_off_is_refused_and_forgotten(hazards):
+    for name in ("infinite", "minus", "nan", "glitch"):
+        assert [int(row[0]) for row in hazards[name]] == [6, 5, 3]  # all but that sensor's bit
+        assert max(row[1] for row in hazards[name]) < 0.01 and all(row[2] for row in hazards[name])
+    for name in ("plain", "command", "after"):
+        assert max(row[1] for row in hazards[name]) < 0.01 and all(row[0] == 7 and row[2] for row in hazards[name])
+
+
+def test_a_filter_that_is_wrong_itself_believes_its_sensors_again(hazards):
+    assert hazards["lost"][0][:2] == [4, pytest.approx(1.0, abs=0.01)]
+    assert hazards["doubts"][0][1] < 0.02 and hazards["found"][0][1] < 0.01
+    assert hazards["later"][0][2] == 1 and hazards["later"][0][3] < 1.5
+
+
+def test_an_observer_that_is_no_number_says_so_and_begins_anew(hazards):
+    assert hazards["sick"][0][2] == 0
+    assert hazards["anew"][0][1] < 0.01 and hazards["anew"][0][2] == 1
+
+
+def test_no_step_and_no_period_hangs_and_zeros_do_nothing(hazards):
+    assert hazards["steps"][0][1] < 0.01
+    assert hazards["period"][0][0] == 0 and hazards["period"][0][2] == 0
+    assert hazards["zeros"] == [[0, 0, 0, 0]]
+
+
+def test_the_compensator_of_what_is_not_finite_is_nothing(hazards):
+    infinite, minus, none, large, negative, _, rest, usual, lost = hazards["compensate"][0]
+    assert [infinite, minus, none, lost] == [0, 0, 0, 0]
+    assert (large, negative) == (pytest.approx(1e8), pytest.approx(-1e8))
+    assert rest == pytest.approx(0.0, abs=1e-6) and usual == pytest.approx(2.288, rel=1e-6)
+    assert np.isfinite(hazards["compensate"][0]).all()
+
+
+def test_time_goes_on_after_a_day_and_a_half_in_float(hazards):
+    assert hazards["time"][0][0] == pytest.approx(131072.0 + 64.0, abs=0.02)
+
+
+@needs_gcc
+def test_two_precisions_do_not_link(library, tmp_path):
+    whole, part = library / "src" / SOURCE_FILE, f"{HERE}/hazards.c"
+    for names in (("-DWP_SINGLE", ""), ("", "-DWP_SINGLE")):
+        objects = []
+        for source, option in zip((whole, part), names, strict=True):
+            objects.append(tmp_path / f"part{len(objects)}.o")
+            command = [
+                "gcc",
+                *STRICT,
+                "-I",
+                library / "src",
+                *([option] if option else []),
+                "-c",
+                source,
+                "-o",
+                objects[-1],
+            ]
+            subprocess.run(command, check=True)
+        done = subprocess.run(
+            ["gcc", *objects, "-o", tmp_path / "mixed", "-lm"], capture_output=True, text=True, check=False
+        )
+        assert done.returncode and "undefined reference" in done.stderr
+
+
+@needs_gcc
+def test_a_file_beside_the_header_says_the_precision_for_all(tmp_path):
+    folder = exported_to(tmp_path, "coulomb_drive")
+    (folder / "src/wheelpend_config.h").write_text("#define WP_SINGLE\n")
+    (folder / "main.c").write_text(
+        '#include "wheelpend_model.h"\nint main(void) { return sizeof(wp_real) == sizeof(float) ? 0 : 1; }\n'
+    )
+    assert compiled(folder, program=folder / "main.c").returncode == 0
+    assert subprocess.run([folder / "program"], check=False).returncode == 0
+
+
+@needs_gcc
+def test_a_build_in_which_it_would_be_wrong_is_refused(library):
+    for option in ("-ffast-math", "-ffinite-math-only"):
+        assert "-ffast-math takes away" in compiled(library, option).stderr
+        assert compiled(library, option, "-DWP_ALLOW_FAST_MATH").returncode == 0
+    narrow = ["-include", "limits.h", "-U__INT_MAX__", "-D__INT_MAX__=32767"]
+    assert "int must have 32 bits" in compiled(library, *narrow).stderr
+    short = ["-U__DBL_MANT_DIG__", "-D__DBL_MANT_DIG__=24"]
+    assert "define WP_SINGLE" in compiled(library, *short).stderr
+
+
+@pytest.mark.parametrize(("plant", "effects"), [
+    ("wheel_pendulum", ("coulomb_drive",)), ("wheel_pendulum", MANY), ("pendulum", ()), ("cart_pole", ()),
+    ("slide", ()),
+])  # fmt: skip
+@pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
+def test_the_examples_compile_without_a_warning_and_the_robot_stands(plant, effects, tmp_path):
+    folder = exported_to(tmp_path, *effects, plant=plant)
+    (folder / "Arduino.h").write_text(ARDUINO)
+    for compiler, single in itertools.product(COMPILERS, ((), ("-DWP_SINGLE",))):
+        made = compiled(folder, *single, program=folder / "examples/desktop/balance.c", compiler=compiler)
+        assert made.returncode == 0, made.stderr
+        shown = subprocess.run([folder / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=True).stdout
+        assert len(shown.splitlines()) == 21 and "is off" not in shown
+        if plant == "wheel_pendulum":
+            pitch = [float(line.split("theta_p")[1].split()[0]) for line in shown.splitlines()]
+            assert max(map(abs, pitch)) < 0.05 and abs(pitch[-1]) < 1e-3
+        plus = {"gcc": "g++", "clang": "clang++"}[compiler]
+        if shutil.which(plus):
+            flags = ["-std=c++17", *STRICT[1:], *single, "-include", folder / "Arduino.h", "-x", "c++", "-c"]
+            sketch = [folder / "examples/balance/balance.ino", "-I", folder / "src", "-o", folder / "sketch.o"]
+            subprocess.run([plus, *flags, *sketch], check=True)
+
+
+FALLS = """
+#define main balance
+#include "balance.c"
+#undef main
+static int modes(wp_real pitch, int samples) {
+    wp_real measured[WP_OUTPUTS] = {WP_R(0.0)}, command[1];
+    measured[WP_READ_THETA_P] = pitch;
+    for (int k = 0; k < samples; k++) {
+        sample(measured, command);
+        wp_observer_predict(&observer, cut(command[0]));
+    }
+    return 10 * mode + (command[0] < WP_R(0.0) || command[0] > WP_R(0.0));
+}
+int main(void) {
+    volatile double huge = 1e308;
+    const wp_real none = (wp_real)(huge * 10.0) - (wp_real)(huge * 10.0);
+    (void)balance;
+    wp_observer_init(&observer);
+    printf("%d ", modes(WP_R(1.0), 1000));
+    printf("%d ", modes(WP_R(0.01), UPRIGHT_SAMPLES - 1));
+    printf("%d ", modes(WP_R(0.01), 3));
+    printf("%d ", modes(WP_R(1.0), 30));
+    printf("%d ", modes(WP_R(0.01), UPRIGHT_SAMPLES - 1));
+    printf("%d ", modes(WP_R(0.01), 1));
+    printf("%d ", modes(none, SILENT_SAMPLES));
+    printf("%d ", modes(none, 1));
+    sum = WP_R(0.0);
+    modes(WP_R(0.01), UPRIGHT_SAMPLES);
+    const wp_real before = sum;
+    observer.now[WP_STATE_THETA_P] = WP_R(0.5);
+    control();
+    printf("%d\\n", sum < before || sum > before);
+    return 0;
+}
+"""
+
+
+@needs_gcc
+def test_a_robot_that_fell_is_switched_off_until_it_is_set_up_again(library):
+    (library / "falls.c").write_text(FALLS)
+    made = compiled(library, "-I", library / "examples/desktop", program=library / "falls.c")
+    assert made.returncode == 0, made.stderr
+    shown = subprocess.run([library / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=True).stdout
+    idle, run, fallen = 0, 11, 20
+    assert list(map(int, shown.split())) == [idle, idle, run, fallen, fallen, run, run, fallen, 0]
+
+
+def test_its_comments_are_ascii_and_say_what_the_readings_are(library):
+    for path in library.rglob("*.[ch]"):
+        for comment in re.findall(r"/\*.*?\*/", path.read_text("ascii"), re.DOTALL):
+            assert "?" not in comment
+    assert ascii_only("Söderström 1/σ, Ω ≤ 3 – ½") == "Soderstrom 1/sigma, omega <= 3 - 1/2"
+    header = (library / "src/wheelpend_model.h").read_text()
+    assert "WP_READ_THETA_P [rad]: grows when the body leans forward; 0 upright" in header
+    assert "An encoder in the body reads theta_w - theta_p: add theta_p." in header
+    assert "enum {WP_STATE_THETA_W, WP_STATE_THETA_P, WP_STATE_DTHETA_W, WP_STATE_DTHETA_P};" in header
+    assert "the voltage that reached the motor" in " ".join(header.split())
+
+
+def test_another_model_has_another_name_and_the_same_one_the_same(library):
+    def name(*effects):
+        header = c_files(exported_model(model_with(*effects)))["src/wheelpend_model.h"]
+        return re.search(r'WP_MODEL_ID "(\w{16})"', header)[1]
+
+    assert f'"{name("coulomb_drive")}"' in (library / "src/wheelpend_model.h").read_text()
+    assert name("coulomb_drive") != name("cogging")
+
+
+# -- the kernels' gate, in every language
+
+
+def readings_of(gate, measured):
+    """What the kernel takes of readings, and the pitch that it then knows."""
+    e = exported_model(model_with("coulomb_drive"))
+    m = interpreted(e.text)
+    count = len(e.sources)
+    now, innovation, taken = np.zeros(e.size), np.zeros(3), np.full(3, -1.0)
+    moving = [np.zeros((e.size, e.size + 2)), np.zeros(count), np.zeros((count, 0)), np.zeros((e.size + count,) * 2)]
+    own = e.parameters.copy()
+    m.start_filter(np.zeros(4), 0.001 * e.spread, 0.0, own, e.reads, e.noise, now, np.zeros(e.commands), *moving,
+                   np.zeros(m.SURFACES))  # fmt: skip
+    with np.errstate(invalid="ignore"):  # infinite less infinite tells what is not finite
+        m.filter_readings(0.0, np.array(measured), 1.0 / e.readings_sigma, own, np.zeros(0, np.int64), e.reads, now,
+                          *moving, np.zeros((0, 0)), np.zeros(0), innovation, np.full(3, gate), taken)  # fmt: skip
+    return taken.tolist(), now, innovation
+
+
+def test_the_gate_is_in_standard_deviations_of_what_is_expected():
+    sigma = np.hypot(0.5 * np.pi / 180.0, 1e-4)
+    for factor, is_taken in ((9.9, 1.0), (10.1, 0.0), (-10.1, 0.0)):
+        taken, now, innovation = readings_of(10.0, [0.0, factor * sigma, 0.0])
+        assert taken == [1.0, is_taken, 1.0]
+        assert innovation[1] == pytest.approx(factor, rel=1e-6)
+        assert (now[1] != 0.0) == bool(is_taken)
+    assert readings_of(0.0, [np.inf, 1e3, np.nan])[0] == [0.0, 1.0, 0.0]
+
+
+@pytest.mark.skipif(not shutil.which("arm-none-eabi-gcc"), reason="needs arm-none-eabi-gcc")
+@pytest.mark.parametrize(("options", "most"), [(("-DWP_SINGLE",), 2048), ((), 4096)], ids=["float", "double"])
+def test_no_call_takes_more_stack_than_the_page_says(library, tmp_path, options, most):
+    """By the compiler's own count, along the deepest calls."""
+    processor = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-O2", "-std=c99"]
+    command = ["arm-none-eabi-gcc", *processor, *options, "-fno-math-errno", "-fcallgraph-info=su", "-c"]
+    subprocess.run([*command, library / "src" / SOURCE_FILE, "-o", tmp_path / "part.o"], check=True)
+    graph = (tmp_path / "part.ci").read_text()
+    own = {name: int(size) for name, size in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes', graph)}
+    calls = re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph)
+
+    def deepest(name):
+        return own.get(name, 0) + max((deepest(called) for caller, called in calls if caller == name), default=0)
+
+    assert 1000 < max(map(deepest, own)) < most
