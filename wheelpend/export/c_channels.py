@@ -8,7 +8,7 @@ import re
 from derive.plant_signature import ChannelSpec
 from wheelpend.export.exported_model import ExportedModel
 
-DIRECTIONS = {  # of the plants that we know: how a reading grows, and where it is 0
+CHANNEL_DIRECTIONS = {  # of the plants that we know: how a reading grows, and where it is 0
     ("wheel_pendulum", "theta_w"): "grows when the wheels roll forward; zero anywhere",
     ("wheel_pendulum", "dtheta_w"): "positive when the wheels roll forward",
     ("wheel_pendulum", "theta_p"): "grows when the body leans forward; 0 upright, where it would stand by itself",
@@ -45,7 +45,7 @@ def channels_text(exported: ExportedModel) -> str:
     ]
     for y, name in enumerate(module.OUTPUTS):
         channel = model.plant_signature.channel(name)
-        direction = DIRECTIONS.get((model.plant, name), "as in the log, after [columns] of model.toml")
+        direction = CHANNEL_DIRECTIONS.get((model.plant, name), "as in the log, after [columns] of model.toml")
         lines.append(f"  WP_READ_{macro(name)} [{channel.unit}]: {direction}; sigma {exported.readings_sigma[y]:.3g}.")
         if model.plant == "wheel_pendulum" and name in ("theta_w", "dtheta_w"):
             lines += _reference_lines(model.assumptions.get("encoder", "absolute"), name)
