@@ -12,6 +12,7 @@ replay               logs as they are to be run in a target, and the error there
 running              programs of this machine that run an export
 context              what they are given in every language
 templates            of the files around translated functions, in c/ and javascript/
+c_channels           what a C header says of readings and input
 c_target             a C library
 c_channels           what is said there of each sensor and of the input
 c_replay             the same, compiled and run
