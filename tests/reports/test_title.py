@@ -19,9 +19,9 @@ def title(*steps, before=52.4, after=0.997, floor=0.9989, verdict="nothing_missi
     made = tuple(SimpleNamespace(effect=e, estimates=found, equivalent_to=alike) for e, found, alike in steps)
     problem = SimpleNamespace(plant=PLANTS[plant])
     values = has or {}
-    model = SimpleNamespace(effects=list(dict.fromkeys(n.partition(".")[0] for n in values)))
+    known = list(dict.fromkeys(n.partition(".")[0] for n in values))
     return title_text(SimpleNamespace(steps=made, parameters=values, base_error=before, error=after, noise_floor=floor,
-                                      verdict=verdict, problem=problem, model=model))  # fmt: skip
+                                      verdict=verdict, problem=problem, effects=known))  # fmt: skip
 
 
 def test_one_effect_has_its_sentence_its_name_and_its_size():

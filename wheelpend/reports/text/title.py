@@ -35,7 +35,7 @@ def _without_steps(explanation: Ladder) -> str:
         return "Something is missing that the library does not hold"
     known = [
         _named_text(e, [e], [v for n, v in explanation.parameters.items() if effect_of(n) == e], explanation)
-        for e in explanation.model.effects
+        for e in explanation.effects
     ]
     return f"Nothing more is missing in this model with {'; '.join(known)}" if known else (
         "Nothing is missing in this model")  # fmt: skip
