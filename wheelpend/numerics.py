@@ -1,4 +1,4 @@
-"""Numerical functions that SciPy has too, written out because its import takes longer than a whole warm command."""
+"""Numerical functions that several rooms call; SciPy has some, but its import takes longer than a warm command."""
 
 from __future__ import annotations
 
@@ -31,3 +31,8 @@ def gaussian_smoothed(signal: np.ndarray, width: float) -> np.ndarray:
     reach = int(4.0 * width + 0.5)
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
     return np.convolve(np.pad(signal, reach, mode="edge"), weights / weights.sum(), mode="valid")
+
+
+def last_true(flags: np.ndarray) -> np.ndarray:
+    """Places (N,) of the last of flags (N,) that is true up to each; −1 before the first."""
+    return np.maximum.accumulate(np.where(flags, np.arange(len(flags)), -1))

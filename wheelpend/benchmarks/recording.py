@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from time import monotonic
 from typing import Any, TypeVar
 
+from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.campaigns.journal import Journal, with_tuples
 from wheelpend.parallel import results_as_completed
 from wheelpend.serialise import plain_data
 
 AnyAnswer = TypeVar("AnyAnswer")
+
+
+def study_journal(folder: Path, name: str, aside: Sequence[str]) -> Journal:
+    """The journal of a study's answers in its folder, which is made, for the code that is not ``aside``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    code = code_fingerprint(aside)
+    journal = Journal(folder / f"{name}-{code}.jsonl", code)
+    journal.begin()
+    return journal
 
 
 def record_answers(

@@ -147,7 +147,6 @@ def _argument(name: str, owner: str) -> str:
         "max_step": "max_step",  # those of a call: bounded, per reading
         "gate": "gate",
         "taken": "taken",
-        "forgetting": "identifier->forgetting" if owner == "identifier" else "WP_R(1.0)",
         "step": "WP_DIFFERENCE_STEP",
         "by_state": "a",
         "by_input": "b",

@@ -11,6 +11,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
 from wheelpend.logs.runs import runs_of
+from wheelpend.numerics import last_true
 
 MIN_PART_SAMPLES = 20  # samples, the shortest log that is read
 MIN_SPARSE_SHARE = 0.5  # of the cells, empty in a sparse column
@@ -36,8 +37,7 @@ def held_commands(log: str, name: str, values: np.ndarray) -> tuple[np.ndarray, 
             f"{len(values)} samples, some of them equal to the one before. If each was held until the next, fill "
             "the column forward (pandas: ffill, polars: forward_fill)."
         )
-    latest = np.maximum.accumulate(np.where(np.isnan(values), 0, np.arange(len(values))))
-    return values[latest], [f"{name} {why}; each is held until the next."]
+    return values[np.maximum(last_true(~np.isnan(values)), 0)], [f"{name} {why}; each is held until the next."]
 
 
 def is_sparse(values: np.ndarray, known: np.ndarray) -> bool:

@@ -40,6 +40,7 @@ from wheelpend.logs.recording import cured, seams_of
 from wheelpend.logs.sources import LogLike, table_in_memory
 from wheelpend.logs.tables import Table, check_length, open_table, read_file_head
 from wheelpend.logs.unwrap import make_continuous
+from wheelpend.numerics import last_true
 
 CLOCK_UNITS = {"micros": "us", "millis": "ms"}  # units that clocks are called after
 MAX_CLOCK_SPREAD = 0.5  # of a usual interval, by which half of a clock's differ at most
@@ -123,10 +124,7 @@ def held_factor(log: str, column: str, values: np.ndarray) -> np.ndarray:
     Raises Failure where a value is infinite or none is there.
     """
     check_values(log, column, values)
-    known = ~np.isnan(values)
-    if known.all():
-        return values
-    return values[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+    return values[np.maximum(last_true(~np.isnan(values)), 0)]
 
 
 def unwrap_positions(columns_by_name: dict[str, np.ndarray], raw_t: np.ndarray, table: ColumnTable) -> list[str]:

@@ -11,6 +11,7 @@ from math import comb
 import numpy as np
 
 from wheelpend.logs.log import GAP_INTERVAL_RATIO, Log
+from wheelpend.numerics import last_true
 
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
 VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
@@ -86,17 +87,15 @@ def predicted_noise(log: Log) -> list[tuple[float, float]]:
 
 def _held(signal: np.ndarray) -> np.ndarray:
     """A signal (N,) with its last known value where one is missing, over its standard deviation."""
-    known = np.where(np.isfinite(signal), np.arange(signal.size), -1)
-    last = np.maximum.accumulate(known)
-    held = signal[np.where(last < 0, int(np.argmax(known >= 0)), last)]
+    last = last_true(np.isfinite(signal))
+    held = signal[np.where(last < 0, int(np.argmax(last >= 0)), last)]
     return (held - held.mean()) / max(float(held.std()), 1e-300)
 
 
 def _predictable_samples(log: Log, lags: int) -> np.ndarray:
     """Complete samples with so many before them without a gap, at most MAX_PREDICTED_SAMPLES, spread over the log."""
     gap = np.concatenate([[True], np.diff(log.t) > GAP_INTERVAL_RATIO * log.dt])
-    begin = np.maximum.accumulate(np.where(gap, np.arange(len(log)), 0))
-    rows = np.flatnonzero((np.arange(len(log)) - begin >= lags) & np.isfinite(log.measured).all(axis=1))
+    rows = np.flatnonzero((np.arange(len(log)) - last_true(gap) >= lags) & np.isfinite(log.measured).all(axis=1))
     return rows[:: max(1, -(-rows.size // MAX_PREDICTED_SAMPLES))]
 
 

@@ -6,7 +6,7 @@ s, angles in rad, voltages in V.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -126,8 +126,18 @@ def sample_count(duration: float) -> int:
     return round(duration / SAMPLE_INTERVAL_S) + 1
 
 
-def play(robot: Robot, command: str, duration: float, seed: int, noise: float = 1.0) -> Run:
-    """Run a robot, which has not moved yet, under its PID controller; raises OutOfRange when it falls."""
+def play(
+    robot: Robot,
+    command: str,
+    duration: float,
+    seed: int,
+    noise: float = 1.0,
+    through: Callable[[np.ndarray, float], float] = lambda measured, wanted: wanted,
+) -> Run:
+    """Run a robot, which has not moved yet, under its PID controller; raises OutOfRange when it falls.
+
+    What the controller wants goes ``through`` a function of the readings and it, whose answer is applied [V].
+    """
     t = np.arange(sample_count(duration)) * SAMPLE_INTERVAL_S
     angle, rate = commanded_pitch(command, t)
     scatter = np.random.default_rng(seed).normal(size=(len(t), 2)) * SENSOR_NOISE_SIGMA * noise
@@ -140,7 +150,8 @@ def play(robot: Robot, command: str, duration: float, seed: int, noise: float = 
             raise OutOfRange(f"The robot must stay up, but it falls at {t[k]:.2f} s. Hide something smaller.")
         error = angle[k] - measured[k, 1]
         integral += error * SAMPLE_INTERVAL_S if k else 0.0
-        voltage[k] = PID_GAINS[0] * error + PID_GAINS[1] * integral + PID_GAINS[2] * (rate[k] - measured[k, 2])
+        wanted = PID_GAINS[0] * error + PID_GAINS[1] * integral + PID_GAINS[2] * (rate[k] - measured[k, 2])
+        voltage[k] = through(measured[k], wanted)
         robot.move(t[k], voltage[: k + 1])
     log = Log(f"engine {command}", t, voltage, measured, ("theta_w", "theta_p", "dtheta_p"), angle)
     return Run(log, angles, rates, acting)

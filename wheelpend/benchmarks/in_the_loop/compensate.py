@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from wheelpend.benchmarks.hidden_effects.engine import PID_GAINS, Robot, commanded_pitch, engine_log, sample_count
-from wheelpend.benchmarks.hidden_effects.laws import SAMPLE_INTERVAL_S, SENSOR_NOISE_SIGMA
+from wheelpend.benchmarks.hidden_effects.engine import Robot, engine_log, play, sample_count
+from wheelpend.benchmarks.hidden_effects.laws import SAMPLE_INTERVAL_S
 from wheelpend.benchmarks.hidden_effects.scene import MAX_ENGINE_STEP_S
 from wheelpend.benchmarks.in_the_loop.observed import Compensated
 from wheelpend.export.exported_model import exported_model
@@ -65,22 +65,11 @@ def try_draw(seed: int) -> Answer:
 
 def pitch_of(friction: float, known: Model | None, command: str, seed: int) -> np.ndarray:
     """True pitch (samples,) [rad] of the robot with this friction [V]; compensated by a model that is known."""
-    count = sample_count(RUN_DURATION_S)
-    t = np.arange(count) * SAMPLE_INTERVAL_S
-    robot = Robot({FRICTION_SIZE: friction} if friction else {}, 2 * MAX_ENGINE_STEP_S, count)
-    angle, rate = commanded_pitch(command, t)
-    scatter = np.random.default_rng(seed).normal(size=(count, 2)) * SENSOR_NOISE_SIGMA
-    helper = Compensated(exported_model(known, period=SAMPLE_INTERVAL_S)) if known else None
-    voltages, pitch, integral = np.zeros(count), np.zeros(count), 0.0
-    for k in range(count):
-        measured, pitch[k] = robot.measured(scatter[k]), robot.data.qpos[1]
-        error = angle[k] - measured[1]
-        integral += error * SAMPLE_INTERVAL_S if k else 0.0
-        voltages[k] = PID_GAINS[0] * error + PID_GAINS[1] * integral + PID_GAINS[2] * (rate[k] - measured[2])
-        if helper:
-            voltages[k] = helper.voltage(measured, voltages[k])
-        robot.move(t[k], voltages[: k + 1])
-    return pitch
+    robot = Robot({FRICTION_SIZE: friction} if friction else {}, 2 * MAX_ENGINE_STEP_S, sample_count(RUN_DURATION_S))
+    if known is None:
+        return play(robot, command, RUN_DURATION_S, seed).angles[:, 1]
+    helper = Compensated(exported_model(known, period=SAMPLE_INTERVAL_S))
+    return play(robot, command, RUN_DURATION_S, seed, through=helper.voltage).angles[:, 1]
 
 
 def drawn_model(friction: float, seed: int) -> Model:

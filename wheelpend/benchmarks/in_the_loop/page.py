@@ -10,9 +10,8 @@ import numpy as np
 from wheelpend.benchmarks.in_the_loop.compensate import FRICTION_SIZES_V, LEAST_ERROR_SHARE, PITCH_COMMANDS, Pitch
 from wheelpend.benchmarks.in_the_loop.learn import Learnt
 from wheelpend.benchmarks.in_the_loop.runner import Answers, failures_of, pitches_of, records_of
-from wheelpend.benchmarks.markdown import markdown_table, replace_between
-from wheelpend.errors import Failure
-from wheelpend.files import write_text
+from wheelpend.benchmarks.markdown import markdown_table, write_between
+from wheelpend.benchmarks.random_force.summary import rms
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.in_the_loop -->", "<!-- end of in the loop -->"
 COMMAND_LINE = "python -m wheelpend.benchmarks.in_the_loop"
@@ -76,18 +75,10 @@ def identifier_part(records: Sequence[dict[str, Learnt]]) -> Iterator[str]:
 
 def learnt_row(name: str, found: Sequence[Learnt]) -> tuple[str, ...]:
     """Findings on one parameter."""
-    percent = [100.0 / abs(p.truth) for p in found]
-    return (
-        name,
-        f"{_rms([s * (p.begin - p.truth) for s, p in zip(percent, found, strict=True)]):.0f} %",
-        f"{_rms([s * (p.value - p.truth) for s, p in zip(percent, found, strict=True)]):.2g} %",
-        f"{_rms([(p.value - p.truth) / p.bound for p in found]):.3g}",
-        f"{_rms([(p.value - p.truth) / p.sigma for p in found]):.2f}",
-    )
-
-
-def _rms(values: Sequence[float]) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    begin, value, sigma, truth, bound, _ = np.array(found).T
+    percent, error = 100.0 / np.abs(truth), value - truth
+    return (name, f"{rms(percent * (begin - truth)):.0f} %", f"{rms(percent * error):.2g} %",
+            f"{rms(error / bound):.3g}", f"{rms(error / sigma):.2f}")  # fmt: skip
 
 
 def draw_curve(path: Path, found: Sequence[Pitch]) -> None:
@@ -111,9 +102,7 @@ def draw_curve(path: Path, found: Sequence[Pitch]) -> None:
 
 def write(path: Path, answers: Answers) -> None:
     """Write the section between its marks in a page and the picture beside it; raises Failure where it has no place."""
-    before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN_MARK}\n{END_MARK}\n"
-    if BEGIN_MARK not in before or END_MARK not in before:
-        raise Failure(f"{path} must have the lines '{BEGIN_MARK}' and '{END_MARK}' where the tables go. Add them.")
-    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{section_text(answers)}\n\n"))
+    page = path.read_text(encoding="utf-8") if path.exists() else ""
+    write_between(path, page, BEGIN_MARK, END_MARK, section_text(answers))
     if found := pitches_of(answers):
         draw_curve(path.with_name(PICTURE_FILE), found)

@@ -7,10 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.in_the_loop import compensate, learn
-from wheelpend.benchmarks.recording import record_answers
-from wheelpend.campaigns.journal import Journal
+from wheelpend.benchmarks.recording import record_answers, study_journal
 from wheelpend.errors import Failure
 from wheelpend.parallel import cores
 
@@ -47,21 +45,18 @@ def run(
     progress: Progress = print,
     attempt: Callable[[str], Answer] | None = None,
 ) -> Answers:
-    """Try what has no answer yet, for so many minutes or all; returns the answers to these keys as they are kept.
+    """Try what has no answer yet, for so many minutes or all; returns every answer in the folder as it is kept.
 
     Killed, it loses no more than the trials under way. Answers are kept per state of the code that they depend on.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    code = code_fingerprint(NOT_ASKED)
-    journal = Journal(folder / f"answers-{code}.jsonl", code)
-    journal.begin()
+    journal = study_journal(folder, "answers", NOT_ASKED)
     left = [key for key in keys if key not in journal.results]
     progress(f"{len(keys)} trials, {len(keys) - len(left)} of them known; {jobs or cores()} processes")
     trials = [partial(attempt or try_trial, key) for key in left]
     seconds = float("inf") if minutes is None else 60.0 * minutes
     for _ in record_answers(journal, trials, _told, seconds=seconds, jobs=jobs, progress=progress):
         pass
-    return {key: journal.results[key] for key in keys if key in journal.results}
+    return dict(journal.results)
 
 
 def try_trial(key: str) -> Answer:

@@ -7,13 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from wheelpend.benchmarks.markdown import markdown_table, replace_between
+from wheelpend.benchmarks.markdown import markdown_table, write_between
 from wheelpend.benchmarks.measured.drawing import AFTER_COLOUR, INK_COLOUR, MUTED_COLOUR, new_figure, save_svg
 from wheelpend.benchmarks.probabilities.cases import DEFAULT_COUNTS, KIND_SHARES
 from wheelpend.benchmarks.probabilities.summary import Bin, middle_count, reliability, score
 from wheelpend.benchmarks.probabilities.trial import Outcome
-from wheelpend.errors import Failure
-from wheelpend.files import write_text
 from wheelpend.reports.numbers import percent_range_text, percent_text
 
 BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.probabilities -->", "<!-- end of probabilities -->"
@@ -84,7 +82,5 @@ def draw_reliability(path: Path, outcomes: Mapping[str, Sequence[Outcome]]) -> N
 def write(path: Path, outcomes: Mapping[str, Sequence[Outcome]]) -> None:
     """Write the section into a page between its marks, and the diagram beside the page."""
     page = path.read_text(encoding="utf-8") if path.exists() else ""
-    if BEGIN_MARK not in page or END_MARK not in page:
-        raise Failure(f"{path} must have the lines {BEGIN_MARK} and {END_MARK}, between which the section is written.")
-    write_text(path, replace_between(page, BEGIN_MARK, END_MARK, f"\n\n{section_text(outcomes)}\n\n"))
+    write_between(path, page, BEGIN_MARK, END_MARK, section_text(outcomes))
     draw_reliability(path.with_name(DIAGRAM_NAME), outcomes)

@@ -7,11 +7,9 @@ from functools import partial
 from pathlib import Path
 from time import monotonic
 
-from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.probabilities.cases import Case
 from wheelpend.benchmarks.probabilities.trial import Outcome, Sizes, shown_sizes, try_case
-from wheelpend.benchmarks.recording import from_journal, record_answers
-from wheelpend.campaigns.journal import Journal
+from wheelpend.benchmarks.recording import from_journal, record_answers, study_journal
 from wheelpend.parallel import cores
 from wheelpend.serialise import plain_data
 
@@ -37,10 +35,7 @@ def run(
     When the minutes are over no further case is begun, and those under way are finished and kept. Outcomes are kept
     per state of the code.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    code = code_fingerprint(NOT_ASKED)
-    journal = Journal(folder / f"outcomes-{code}.jsonl", code)
-    journal.begin()
+    journal = study_journal(folder, "outcomes", NOT_ASKED)
     left = [c for c in cases if c.key not in journal.results]
     begin, seconds = monotonic(), float("inf") if minutes is None else 60.0 * minutes
     for rough in sorted({bool(c.force) for c in left}) if seconds > 0.0 else ():

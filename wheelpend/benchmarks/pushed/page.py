@@ -6,12 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from wheelpend.benchmarks.hidden_effects.page import rate_text
-from wheelpend.benchmarks.markdown import markdown_table, replace_between
+from wheelpend.benchmarks.markdown import markdown_table, write_between
 from wheelpend.benchmarks.pushed.cases import DEFAULT_COUNT, SIZE_RANGE_SIGMAS
 from wheelpend.benchmarks.pushed.trial import DURATION_S, Outcome
 from wheelpend.benchmarks.random_force.machine import FORCE_SHARE
-from wheelpend.errors import Failure
-from wheelpend.files import write_text
 from wheelpend.proportion import proportion_of
 from wheelpend.reports.numbers import percent_text
 
@@ -65,6 +63,4 @@ def _wrong_row(outcome: Outcome) -> tuple[str, str, str]:
 def write(path: Path, outcomes: Sequence[Outcome]) -> None:
     """Write the section between its marks in a page; raises Failure where the page has no such place."""
     page = path.read_text(encoding="utf-8") if path.exists() else ""
-    if BEGIN_MARK not in page or END_MARK not in page:
-        raise Failure(f"{path} must have the lines {BEGIN_MARK} and {END_MARK}, between which the section is written.")
-    write_text(path, replace_between(page, BEGIN_MARK, END_MARK, f"\n\n{section_text(outcomes)}\n\n"))
+    write_between(path, page, BEGIN_MARK, END_MARK, section_text(outcomes))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from wheelpend.benchmarks.hidden_effects.page import NOT_TRIED, rate_text
-from wheelpend.benchmarks.markdown import markdown_table, replace_between
+from wheelpend.benchmarks.markdown import markdown_table, write_between
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 from wheelpend.benchmarks.random_force.machine import FORCE_SHARE
 from wheelpend.benchmarks.random_force.summary import (
@@ -23,8 +23,6 @@ from wheelpend.benchmarks.random_force.summary import (
     usable,
 )
 from wheelpend.benchmarks.random_force.trial import SIZE_IN_STANDARD_ERRORS, Answer
-from wheelpend.errors import Failure
-from wheelpend.files import write_text
 from wheelpend.proportion import Proportion
 from wheelpend.reports.numbers import fixed_number_text, percent_range_text, percent_text
 
@@ -186,7 +184,5 @@ def write(path: Path, answers: Sequence[Answer]) -> None:
     Raises Failure where the page has no such place.
     """
     before = path.read_text(encoding="utf-8") if path.exists() else f"{BEGIN_MARK}\n{END_MARK}\n"
-    if BEGIN_MARK not in before or END_MARK not in before:
-        raise Failure(f"{path} must have the lines '{BEGIN_MARK}' and '{END_MARK}' where the tables go. Add them.")
     known = before.partition(BEGIN_MARK)[2].partition(END_MARK)[0]
-    write_text(path, replace_between(before, BEGIN_MARK, END_MARK, f"\n\n{section_text(answers, known)}\n\n"))
+    write_between(path, before, BEGIN_MARK, END_MARK, section_text(answers, known))

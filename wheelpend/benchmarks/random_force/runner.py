@@ -8,11 +8,10 @@ from functools import partial
 from pathlib import Path
 from time import monotonic
 
-from wheelpend.benchmarks.code_state import code_fingerprint
 from wheelpend.benchmarks.random_force.forces import FORCE_KINDS
 from wheelpend.benchmarks.random_force.machine import PLACE_WEIGHTS
 from wheelpend.benchmarks.random_force.trial import SIZE_IN_STANDARD_ERRORS, Answer, Case, try_case
-from wheelpend.benchmarks.recording import record_answers
+from wheelpend.benchmarks.recording import record_answers, study_journal
 from wheelpend.campaigns.journal import Journal
 from wheelpend.parallel import cores
 
@@ -67,10 +66,7 @@ def run(
 
     Killed, it loses no more than the logs under way. Answers are kept per state of the code that they depend on.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    code = code_fingerprint(NOT_ASKED)
-    journal = Journal(folder / f"answers-{code}.jsonl", code)
-    journal.begin()
+    journal = study_journal(folder, "answers", NOT_ASKED)
     end = monotonic() + (float("inf") if minutes is None else 60.0 * minutes)
 
     def try_all(wanted: Sequence[Case]) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from wheelpend.errors import Failure
 from wheelpend.export.replay import ReplayLog
+from wheelpend.numerics import last_true
 from wheelpend.reports.page.thinning import segment_samples
 from wheelpend.reports.page.whole_numbers import held_series, smooth_series, whole_numbers_text
 
@@ -115,8 +116,7 @@ class CarriedLog:
 
 def _without_gaps(values: np.ndarray) -> np.ndarray:
     """A series whose missing values are those before them, at first 0."""
-    found = np.isfinite(values)
-    last = np.maximum.accumulate(np.where(found, np.arange(len(values)), -1))
+    last = last_true(np.isfinite(values))
     return np.where(last >= 0, values[last], 0.0)
 
 
