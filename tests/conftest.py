@@ -5,6 +5,7 @@ import os
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "WHEELPEND_THREADS"):
     os.environ.setdefault(name, "1")  # small problems: more threads only get into each other's way
 os.environ["WHEELPEND_TRACEBACK"] = "1"  # an error that nobody foresaw fails a test
+os.environ["WHEELPEND_KEPT_SEARCHES"] = "0"  # what a test searches for is to be found by what it tests
 
 
 from types import ModuleType  # noqa: E402

@@ -24,7 +24,8 @@ ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "WHEELPEND_THREADS")
 ANSWER = "answer.json"  # in the workspace as well
-SETTING = {"COLUMNS": "100", "NO_COLOR": "1", "PYTHONHASHSEED": "0", "PYTHONUTF8": "1", "TERM": "dumb"}
+SETTING = {"COLUMNS": "100", "NO_COLOR": "1", "PYTHONHASHSEED": "0", "PYTHONUTF8": "1", "TERM": "dumb",
+           "WHEELPEND_KEPT_SEARCHES": "0"}  # fmt: skip
 
 
 def record(out: Path, chains: Sequence[Chain], checkout: Path = ROOT, threads: int = 1, jobs: int = 2) -> None:

@@ -167,6 +167,7 @@ def diagnose(
 ) -> None:
     """Which physical effect is missing, ranked, with evidence. Changes nothing, unless a law is accepted."""
     from wheelpend.api import diagnose as run
+    from wheelpend.cli.kept_searches import searched
     from wheelpend.diagnosis.missing_force.free_law import accept_law, check_law_name
     from wheelpend.reports.text.diagnosis import diagnosis_text
     from wheelpend.reports.text.unexplained import LawRequest
@@ -176,7 +177,8 @@ def diagnose(
         said = print_log_findings(logs, opened)
         with progress("reading") as update:
             asked = LawRequest(law or accept is not None, accept is not None)
-            result = run(opened, logs, holdout or [], without=without or [], law=asked.law, progress=update)
+            options = {"without": without or [], "law": asked.law}
+            result = searched("diagnosis", run, opened, (logs, holdout or []), options, update)
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(diagnosis_text(result, opened, asked)))
         files = Asked(logs, holdout or (), model, plant, json)
@@ -243,6 +245,7 @@ def explain(
     """Diagnose and add in turn until nothing is missing; the error ladder."""
     from wheelpend.api import explain as run
     from wheelpend.cli.change import save_explanation
+    from wheelpend.cli.kept_searches import searched
     from wheelpend.diagnosis.missing_force.free_law import accept_law, check_law_name
     from wheelpend.reports.text.explanation import explanation_text
     from wheelpend.reports.text.unexplained import LawRequest
@@ -252,9 +255,8 @@ def explain(
         said = print_log_findings(logs, opened)
         with progress("reading") as update:
             asked, left_out = LawRequest(law or accept is not None, accept is not None), without or []
-            result = run(
-                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=asked.law, progress=update
-            )
+            options = {"max_effects": max_effects, "without": left_out, "law": asked.law}
+            result = searched("ladder", run, opened, (logs, holdout or []), options, update)
         saved = save_explanation(result, logs, holdout or [], opened) if save else ""
         print_warnings(result.warnings, said)
         print_result(result, json, lambda: print_text(explanation_text(result, asked)))
@@ -285,6 +287,7 @@ def report(
     """One self-contained HTML page with everything above; the JSON is that of explain."""
     from wheelpend.api import explain as run
     from wheelpend.cli.change import save_explanation
+    from wheelpend.cli.kept_searches import searched
     from wheelpend.reports.page.page import write_report
     from wheelpend.version import version
 
@@ -294,9 +297,8 @@ def report(
         command = asked.line("report", *question)
         files = [*logs, *(holdout or [])]
         with progress("reading") as update:
-            result = run(
-                opened, logs, holdout or [], max_effects=max_effects, without=left_out, law=law, progress=update
-            )
+            options = {"max_effects": max_effects, "without": left_out, "law": law}
+            result = searched("ladder", run, opened, (logs, holdout or []), options, update)
             update("testing the residuals and writing the page")
             written = write_report(result, output, version=version(), command=command, files=files)
         saved = save_explanation(result, logs, holdout or [], opened) if save else ""  # the page tells what was before

@@ -9,6 +9,7 @@ Question: where is the machine code that simulates and linearises this model?
 - cache: derived texts in files, by a hash of what decides them
 - cache_folder: where they are, a folder that nobody else can write or exchange
 - sealed_files: files that carry a hash of their content, and do not count where it is another
+- kept_records: results that a later process takes up, in sealed files
 - generated_text: text and bytecode of a generated module
 - kernel_files: machine code in sealed files, in place of numba's cache
 - machine_code: numba's cached machine code, loaded fast, and compiled elsewhere

@@ -20,6 +20,11 @@ def generated_name(name: str, text: bytes) -> str:
     return f"{KERNEL_MODULE_PREFIX}{name}_{hashlib.sha256(text).hexdigest()[:16]}"
 
 
+def text_name(module_name: str) -> str:
+    """The name under which a module's text was loaded, from that of the module."""
+    return module_name.removeprefix(KERNEL_MODULE_PREFIX).rpartition("_")[0]
+
+
 def write_unless_there(path: Path, text: bytes) -> None:
     """Write a module's text where its file is not there or is not that text; raises OSError where it cannot be."""
     found = path.read_bytes() if path.exists() else None

@@ -223,6 +223,11 @@ def print_command_hint(why: str, command: str) -> None:
     err.print(_without_markup(f"{why} {command}" if fits else f"{why}\n  {command}"))
 
 
+def print_note(text: str) -> None:
+    """Print on standard error how a result came about."""
+    err.print(_without_markup(_fitted(text, err)))
+
+
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
     """Print warnings on standard error, without those that stand in one that was said before."""
     for warning in (w for w in warnings if not any(w in earlier for earlier in said)):
