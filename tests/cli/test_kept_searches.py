@@ -36,7 +36,7 @@ def workspace(tmp_path, monkeypatch):
     (tmp_path / "cache").mkdir(mode=0o700)
     monkeypatch.setattr(kept_records, "record_folder", lambda: tmp_path / "cache")
     run("new")
-    save_log(tmp_path / "log.csv", simulated(duration=8.0, coulomb_drive__torque=0.3))
+    save_log(tmp_path / "log.csv", simulated(duration=4.0, coulomb_drive__torque=0.3))
     return tmp_path
 
 
