@@ -8,7 +8,7 @@ import pytest
 
 from tests.export.exporting import interpreted, model_with
 from tests.support import run, simulated
-from wheelpend import save_log
+from wheelpend import identify, save_log
 from wheelpend.errors import Failure
 from wheelpend.export.c_replay import replay_in_c
 from wheelpend.export.compensation import compensation_of, lowered
@@ -63,6 +63,19 @@ def test_the_model_as_numbers_has_units_errors_and_equations(here):
     assert written["parameters"]["X5"]["unit"] == "V" and not any("missing" in n for n in written["parameters"])
     assert written["covariance"]["names"] == ["coulomb_drive.torque"]
     assert any("wheel row" in title for title in written["equations"])
+
+
+def test_a_log_gives_the_numbers_their_correlations(here):
+    run("identify", "log.csv", "--save")
+    run("export", "json", "log.csv")
+    written = json.loads((here / "export-json/model.json").read_text())
+    names, matrix = written["covariance"]["names"], np.array(written["covariance"]["matrix"], dtype=float)
+    assert np.diag(matrix) == pytest.approx([written["parameters"][n]["sigma"] ** 2 for n in names])
+    fitted = identify(Model.open(), "log.csv").covariance
+    assert names == [n for n in fitted.names if n in names]
+    own, expected = np.sqrt(np.diag(matrix)), np.sqrt(np.diag(fitted.matrix))
+    assert matrix / np.outer(own, own) == pytest.approx(fitted.matrix / np.outer(expected, expected), abs=1e-6)
+    assert np.abs(matrix[0, 1:]).max() > 0.0
 
 
 def test_a_second_export_replaces_the_first_and_nothing_that_somebody_wrote(here):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from wheelpend.export.mujoco_replay import replay_in_mujoco
 from wheelpend.export.mujoco_target import mujoco_carried, mujoco_files, mujoco_notes
 from wheelpend.export.replay import Replay, replay_of
 from wheelpend.files import write_files
+from wheelpend.identification.identify import identify
 from wheelpend.logs.read import load_log
 from wheelpend.logs.sources import LogsLike, as_list
 from wheelpend.model.record import Model
@@ -43,6 +44,7 @@ class Target:
     files: Callable[[ExportedModel], Files]
     carried: Callable[[ExportedModel], Mapping[str, Carried]]
     replay: ReplayRun | None  # None where nothing runs there
+    tells_correlations: bool = False  # which a fit to the logs gives
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ EXPORT_TARGETS = {
         json_files,
         lambda e: {n: Carried("exactly", "as equations and values; nothing runs") for n in e.model.effects},
         None,
+        tells_correlations=True,
     ),
 }
 
@@ -105,6 +108,9 @@ def export_model(
     progress("deriving the kernels for loops in real time")
     first = load_log(given[0], model.columns, model.table) if given else None
     exported = exported_model(model, first, period)
+    if chosen.tells_correlations and given:
+        found = identify(model, as_list(logs) or given, progress=progress)
+        exported = replace(exported, fitted_covariance=found.covariance)
     progress("translating")
     files = chosen.files(exported)
     error = in_target = None

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.errors import Failure
+from wheelpend.estimation.estimate import Covariance
 from wheelpend.estimation.free_parameters import known_values
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.random_source import mixing_matrix, noise_array, possible_forces
@@ -72,6 +73,7 @@ class ExportedModel:
     max_step: float  # s
     readings_sigma: np.ndarray  # (NY,) of the sensors' white noise
     warnings: tuple[str, ...] = ()
+    fitted_covariance: Covariance | None = None  # of a fit to logs, where a target tells correlations
 
     @property
     def inputs(self) -> int:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import sympy as sp
 
 from wheelpend.export.exported_model import ExportedModel
@@ -43,10 +45,7 @@ def _content(exported: ExportedModel) -> dict[str, Any]:
             for i, name in enumerate(module.PARAMETERS)
             if name not in hidden
         },
-        "covariance": {
-            "names": names,
-            "matrix": [[exported.sigma[a] ** 2 if a == b else None for b in names] for a in names],
-        },
+        "covariance": {"names": names, "matrix": _covariance(exported, names)},
         "random_force": {row: vars(force) for row, force in model.random_force.items()},
         "sensor_error": {channel: vars(error) for channel, error in model.sensor_error.items()},
         "equations": equation_sections(derived, str),
@@ -56,3 +55,20 @@ def _content(exported: ExportedModel) -> dict[str, Any]:
         },
         "sample_period_s": exported.period,
     }
+
+
+def _covariance(exported: ExportedModel, names: Sequence[str]) -> list[list[float | None]]:
+    """The model's standard errors with the correlations of a fit (n, n); None where that does not tell them."""
+    fitted = exported.fitted_covariance
+    variance = dict(zip(fitted.names, np.diag(fitted.matrix), strict=True)) if fitted else {}
+    place = {n: k for k, n in enumerate(fitted.names) if variance[n] > 0.0} if fitted else {}
+
+    def entry(a: str, b: str) -> float | None:
+        both = exported.sigma[a] * exported.sigma[b]
+        if a == b:
+            return both
+        if fitted is None or a not in place or b not in place:
+            return None
+        return float(both * fitted.matrix[place[a], place[b]] / np.sqrt(variance[a] * variance[b]))
+
+    return [[entry(a, b) for b in names] for a in names]
