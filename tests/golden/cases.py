@@ -93,6 +93,8 @@ LOGS = {
 NEW = step("new", "new", "model.toml", "generated/*.py")
 BARE = step("new", "new")
 SWITCH = Edit("model.toml", 'ground_friction_reaction = "body"', 'ground_friction_reaction = "none"')
+FRICTION = Edit("model.toml", "effects = []", 'effects = ["coulomb_drive", "slope"]\n\n[effect.coulomb_drive]\n'
+                "torque = { identified = 0.3, sigma = 0.006 }\n\n[effect.slope]\nangle = { identified = 0.02 }")
 
 WARM = Chain("warm", (BARE, step("warm", "warm")), slow=True)
 
@@ -230,6 +232,13 @@ CHAINS = (
         asked("simulated", "campaign --simulate --seeds 3 --duration 4 --hide coulomb_drive=0.3 --out s.csv", "s.csv"),
         asked("filtered", "campaign logs/demo4.csv logs/cogging4.csv logs/slope4.csv --method filtered --tau 0.5,1 "
               "--out f.csv", "f.csv"),  # three: of two logs neither is the one furthest off
+    ), slow=True),
+    Chain("export", (
+        BARE,
+        step("c", "export c -o c", "c/EXPORT.md", json=True, edit=FRICTION),
+        asked("js", "export js -o js"),
+        asked("mujoco", "export mujoco -o mujoco", "mujoco/*.xml"),
+        asked("json", "export json -o json", "json/model.json"),
     ), slow=True),
     Chain("slide", (
         step("new", "new . --plant slide"),
