@@ -8,7 +8,7 @@ import pytest
 
 from tests.export.exporting import interpreted, model_with
 from tests.support import run, simulated
-from wheelpend import identify, save_log
+from wheelpend import identify, save_log, simulate
 from wheelpend.errors import Failure
 from wheelpend.export.c_replay import replay_in_c
 from wheelpend.export.compensation import compensation_of, lowered
@@ -134,6 +134,13 @@ def test_a_log_with_delays_gaps_and_jitter_is_replayed_as_we_predict_it(tmp_path
     assert found == pytest.approx(replay.error, rel=0.02) and "double" in how  # a delay cuts the steps elsewhere
     if shutil.which("node"):
         assert replay_in_javascript(exported, replay)[0] == pytest.approx(found, rel=1e-9)
+
+
+def test_a_robot_is_sampled_as_its_log_is_unless_another_period_is_asked_for():
+    log = simulate(Model.default(), duration=1.0, sample=0.005)
+    assert exported_model(Model.default(), log).period == pytest.approx(0.005)
+    assert exported_model(Model.default(), log, period=0.002).period == 0.002
+    assert exported_model(Model.default()).period == 0.001
 
 
 # -- the compensator
