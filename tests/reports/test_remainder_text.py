@@ -30,6 +30,7 @@ def test_a_force_along_a_port_is_told_once():
 def test_forces_on_two_rows_are_told_apart():
     lines = remainder_sentences(Remainder({"wheel": force("wheel"), "body": force("body")}), MODEL)
     assert ["on the wheel row" in lines[0], "on the body row" in lines[1]] == [True, True]
+    assert [line.partition(" a random force")[0] for line in lines] == ["Left to chance:", "And"]
 
 
 def test_without_a_force_sensor_noise_explains_the_rest():

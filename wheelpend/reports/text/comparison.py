@@ -36,7 +36,7 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     yield from force_error_lines(result, quantities, model.plant_signature.driven)
     yield from remainder_sentences(result.remainder, model)
     if result.residual_tests:
-        yield from residual_lines(result.residual_tests)
+        yield from residual_lines(result.residual_tests, model)
     yield from missing_force_text(result, quantities)
 
 

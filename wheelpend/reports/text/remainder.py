@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from wheelpend.identification.widening import Widening
     from wheelpend.model.record import Model
 
+LEFT = "Left to chance:"  # begins the sentences on random forces
 NEGLIGIBLE_SHARE = 1e-3  # of the drive, below which a random force means nothing for the machine
 MIN_TOLD_SIGMAS = 0.1  # of a sensor, an error of its own that says more than its lag
 MIN_TOLD_WIDENING = 1.5  # times, from which on it is said that an interval is wider
@@ -34,7 +35,7 @@ def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
     lines = []
     for rows in places.values():
         row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
-        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities)
+        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else LEFT)
     return [*lines, *errors]
 
 
@@ -43,12 +44,12 @@ def _place_text(row: str, force: RowForce, model: Model) -> str:
     return port.place if port else f"on the {row} row"
 
 
-def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> list[str]:
+def _force_sentences(force: RowForce, place: str, quantities: PlantUnits, begin: str) -> list[str]:
     physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
     share = f", {share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
     negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
     unit = "" if force.unit == "1" else f" {force.unit}"
-    found = (f"Left to chance: a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
+    found = (f"{begin} a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
              f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip
     if not force.at_bound:
         return [found]
