@@ -63,8 +63,8 @@ def test_noise_that_is_stated_too_small_is_understated_and_no_fault_of_the_physi
 
 
 def test_noise_that_is_overstated_is_given_as_lines_for_the_model_file_that_then_hold():
-    stated, log = at_truth(Model.default()).text + "\n[sensors.noise]\ndtheta_p = 0.05\n", simulated(seed=1, duration=8.0)
-    loud = Model.parse(stated)
+    stated = at_truth(Model.default()).text + "\n[sensors.noise]\ndtheta_p = 0.05\n"
+    loud, log = Model.parse(stated), simulated(seed=1, duration=8.0)
     found = residuals(loud, [log])
     assert meaning_text(found.channels["dtheta_p"]).startswith("white at 0.17 times the noise stated in model.toml")
     said, lines = noise_lines(found, loud)
@@ -73,7 +73,8 @@ def test_noise_that_is_overstated_is_given_as_lines_for_the_model_file_that_then
     assert line[0].startswith("dtheta_p = 0.008") and line[2] == " rad/s"
     mended = Model.parse(stated.replace("dtheta_p = 0.05", line[0]))
     again = residuals(mended, [log])
-    assert again.channels["dtheta_p"].sigma_ratio == pytest.approx(1.0, abs=0.02) and not list(noise_lines(again, mended))
+    assert again.channels["dtheta_p"].sigma_ratio == pytest.approx(1.0, abs=0.02)
+    assert not list(noise_lines(again, mended))
 
 
 def test_a_missing_friction_colours_the_encoder_and_past_inputs_tell_of_it():

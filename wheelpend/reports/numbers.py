@@ -201,5 +201,5 @@ def typeset_physical_text(value: float, unit: str, quantities: PlantUnits) -> st
 
 def time_text(seconds: float, piece: str = "") -> str:
     """A time to three digits, in the unit that suits it, of one ``piece`` of work."""
-    unit, size = next((u for u in TIME_UNITS if seconds >= u[1]), TIME_UNITS[-1])
+    unit, size = next((u for u in TIME_UNITS if seconds >= ROUNDED_UP * u[1]), TIME_UNITS[-1])
     return f"{whole_digits_text(seconds / size)} {unit}{'/' if piece else ''}{piece}"

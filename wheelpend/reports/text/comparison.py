@@ -14,7 +14,7 @@ from wheelpend.reports.numbers import (
     unexplained_input_text,
 )
 from wheelpend.reports.text.force_ranges import missing_force_text
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences
 from wheelpend.reports.text.residuals import residual_lines
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -34,7 +34,7 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     yield from _closed_loop_lines(result, quantities)
     yield from map(_own_values_sentence, result.per_log)
     yield from force_error_lines(result, quantities, model.plant_signature.driven)
-    yield from remainder_sentences(result.remainder, model)
+    yield from remainder_sentences(result.remainder, model, NOT_SEARCHED)
     if result.residual_tests:
         yield from residual_lines(result.residual_tests, model)
     yield from missing_force_text(result, quantities)

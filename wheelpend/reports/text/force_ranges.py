@@ -37,7 +37,7 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
     """Ranges in which the model fails, then the rms of the missing force on each row with its standard error."""
     if not result.where:
         return
-    yield "Where it fails:"
+    yield "Where the model as it stands fails:"
     for concentration in result.where:
         yield f"  {force_range_text(concentration, quantities)}"
     if result.problem is not None:

@@ -13,14 +13,19 @@ if TYPE_CHECKING:
     from wheelpend.identification.widening import Widening
     from wheelpend.model.record import Model
 
-LEFT = "Left to chance:"  # begins the sentences on random forces
+LEFT = "Left to chance"  # begins the sentences on random forces
+NOT_SEARCHED = "before any {}effect was looked for"  # by `compare`, `residuals` and `identify`
+NOT_ADDED = "before any {}effect is added"  # of a diagnosis that names some
 NEGLIGIBLE_SHARE = 1e-3  # of the drive, below which a random force means nothing for the machine
 MIN_TOLD_SIGMAS = 0.1  # of a sensor, an error of its own that says more than its lag
 MIN_TOLD_WIDENING = 1.5  # times, from which on it is said that an interval is wider
 
 
-def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
-    """A sentence or two on each random force and each random error of a sensor; none where nothing is known."""
+def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str = "") -> list[str]:
+    """A sentence or two on each random force and each random error of a sensor; none where nothing is known.
+
+    ``as_it_stands`` (NOT_SEARCHED or NOT_ADDED) says that this is not what remains after a search.
+    """
     if left is None:
         return []
     quantities = plant_units_of(model)
@@ -32,11 +37,16 @@ def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
     places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
     for row, force in left.force.items():
         places.setdefault((force.place, force.rms), []).append((row, force))
-    lines = []
+    begin, lines = f"{LEFT}{_as_it_stands_text(as_it_stands, model)}:", list[str]()
     for rows in places.values():
         row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
-        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else LEFT)
+        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else begin)
     return [*lines, *errors]
+
+
+def _as_it_stands_text(since: str, model: Model) -> str:
+    """Of which model it is that a sentence tells, where that is not what remains after a search."""
+    return f" by the model as it stands, {since.format('further ' if model.effects else '')}" if since else ""
 
 
 def _place_text(row: str, force: RowForce, model: Model) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import digits_text, number_text, p_value_text, time_text
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
     )
     yield from _meaning_lines(result)
     yield from noise_lines(result, model)
-    yield from remainder_sentences(result.remainder, model)
+    yield from remainder_sentences(result.remainder, model, NOT_SEARCHED)
     yield CLOSING_SENTENCE
 
 
@@ -85,7 +85,7 @@ def meaning_text(one: ChannelResidual) -> str:
 
 
 def _is_of_expected_size(one: ChannelResidual) -> bool:
-    return 1.0 <= one.sigma_ratio * MAX_RIGHT_RATIO and one.sigma_ratio <= MAX_RIGHT_RATIO
+    return one.sigma_ratio * MAX_RIGHT_RATIO >= 1.0 and one.sigma_ratio <= MAX_RIGHT_RATIO
 
 
 def _colour_text(one: ChannelResidual) -> str:
