@@ -17,6 +17,7 @@ SUPERSCRIPT_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸�
 POSITIONAL_RANGE = (1e-4, 1e5)  # magnitudes that are readable without an exponent
 MIN_TYPESET_P_VALUE = 1e-12  # below it only the bound is written
 TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+ROUNDED_UP = 0.9995  # of a unit: to three digits it is the whole unit
 
 
 def is_number(value: float | None) -> bool:
