@@ -229,7 +229,7 @@ def print_command_hint(why: str, command: str) -> None:
     No line end stands in the command itself: the terminal folds it, and what is copied is one line.
     """
     fits = not err.is_terminal or cell_len(f"{why} {command}") <= err.width
-    err.print(_without_markup(f"{why} {command}" if fits else f"{why}\n  {command}"))
+    err.print(_without_markup(f"{why} {command}" if fits else f"{_fitted(why, err)}\n  {command}"))
 
 
 def print_warnings(warnings: Sequence[str], said: Sequence[str] = ()) -> None:
