@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.model.record import Model
 
-CANDIDATE_COLUMNS = ("effect", "size", "p", "blocks", "error after", "equivalent to", "physically")
+CANDIDATE_COLUMNS = ("effect", "size", "p", "blocks agree", "error after", "equivalent to", "physically")
 
 
 def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = None) -> TextBlocks:

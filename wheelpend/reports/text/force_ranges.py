@@ -27,7 +27,8 @@ def force_range_text(found: ForceConcentration, quantities: PlantUnits) -> str:
 def typeset_force_ranges(found: Sequence[ForceConcentration], quantities: PlantUnits) -> list[str]:
     """The same of every row for the page."""
     return [
-        f"{percent_text(c.share)} of what the {c.row} row misses lies where {axis_name_text(c.state, quantities)} is "
+        f"{c.row} row: {percent_text(c.share)} of the missing force is found where "
+        f"{axis_name_text(c.state, quantities)} lies "
         f"between {typeset_number_text(c.low, 3)} and {typeset_number_text(c.high, 3)} {quantities.unit(c.state)}."
         for c in found
     ]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from wheelpend.identification.widening import Widening
     from wheelpend.model.record import Model
 
-LEFT = "Left to chance"  # begins the sentences on random forces
+LEFT_TO_CHANCE = "Left to chance"  # begins the sentences on random forces
 NOT_SEARCHED = "before any {}effect was looked for"  # by `compare`, `residuals` and `identify`
 NOT_ADDED = "before any {}effect is added"  # of a diagnosis that names some
 NEGLIGIBLE_SHARE = 1e-3  # of the drive, below which a random force means nothing for the machine
@@ -37,7 +37,7 @@ def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str 
     places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
     for row, force in left.force.items():
         places.setdefault((force.place, force.rms), []).append((row, force))
-    begin, lines = f"{LEFT}{_as_it_stands_text(as_it_stands, model)}:", list[str]()
+    begin, lines = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:", list[str]()
     for rows in places.values():
         row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
         lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else begin)
