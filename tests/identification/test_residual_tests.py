@@ -7,6 +7,7 @@ import pytest
 from tests.support import X, simulated
 from wheelpend import Model, compare, residuals
 from wheelpend.identification import residual_tests
+from wheelpend.identification.remainder import Remainder
 from wheelpend.reports.text.comparison import comparison_text
 from wheelpend.reports.text.residuals import meaning_text, noise_lines
 
@@ -69,6 +70,7 @@ def test_noise_that_is_overstated_is_given_as_lines_for_the_model_file_that_then
     assert meaning_text(found.channels["dtheta_p"]).startswith("white at 0.17 times the noise stated in model.toml")
     said, lines = noise_lines(found, loud)
     assert said.endswith("to copy into model.toml, under [sensors.noise]:")
+    assert not list(noise_lines(replace(found, remainder=Remainder(sensors={"dtheta_p": None})), loud))
     line = lines.strip().partition("#")
     assert line[0].startswith("dtheta_p = 0.008") and line[2] == " rad/s"
     mended = Model.parse(stated.replace("dtheta_p = 0.05", line[0]))

@@ -43,7 +43,8 @@ def _stated_text(quiet: Mapping[str, tuple[float, float]]) -> str:
     """The σ of channels as model.toml states it; where none is known, which command prints it."""
     if not quiet:
         return ": `wheelpend residuals LOG` prints the lines for model.toml"
-    return f" in model.toml: [sensors.noise] {', '.join(f'{name} = {found:.2g}' for name, (_, found) in quiet.items())}"
+    stated = ", ".join(f"{name} = {found:.2g}" for name, (_, found) in quiet.items())
+    return f" under [sensors] in model.toml: noise = {{ {stated} }}"
 
 
 def _quiet_channels(segments: Sequence[Segments], residuals: Sequence[np.ndarray]) -> dict[str, tuple[float, float]]:

@@ -46,8 +46,12 @@ def residual_lines(result: ResidualTests, model: Model) -> Iterator[str]:
 
 
 def noise_lines(result: ResidualTests, model: Model) -> Iterator[str]:
-    """Lines for model.toml that state the noise of channels as it was found, where it was taken for another."""
-    wrong = {n: c for n, c in result.channels.items() if c.samples and c.white and not _is_of_expected_size(c)}
+    """Lines for model.toml that state the noise of channels as it was found, where it was taken for another.
+
+    Of a channel with an error of its own they say nothing: its size is not that of the noise alone.
+    """
+    judged = {n: c for n, c in result.channels.items() if c.samples and c.white and n not in result.remainder.sensors}
+    wrong = {n: c for n, c in judged.items() if not _is_of_expected_size(c)}
     if not wrong:
         return
     units, header = plant_units_of(model), [] if model.sensors.noise else ["[sensors.noise]"]
