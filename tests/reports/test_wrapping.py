@@ -47,6 +47,12 @@ def test_cells_are_folded_at_blanks_and_names_stay_whole():
     assert folded_cells(rows, 200) == rows
 
 
+def test_heads_are_folded_before_what_stands_below_them():
+    rows = [["effect", "size", "blocks agree"], ["coulomb_drive", "torque 0.3 ± 0.01 V", "5/5"]]
+    head, cells = folded_cells(rows, 50)
+    assert head == ["effect", "size", "blocks\nagree"] and cells == rows[1]
+
+
 def test_a_table_whose_words_are_too_wide_stands_in_blocks_that_each_begin_with_the_names():
     rows = [["parameter", "mean", "spread", "p"], ["coulomb_drive.torque", "-0.00012345", "1.2345e-05", "1.5e-14"]]
     assert column_blocks(rows, 80) == [[0, 1, 2, 3]]
