@@ -133,6 +133,7 @@ def test_every_command_says_what_to_do_next_with_a_command_line_that_is_one(work
     assert next_steps(simulated) == ["wheelpend compare 'my log.csv'"]
     compared = run(*shlex.split(next_steps(simulated)[0])[1:])
     assert next_steps(compared) == ["wheelpend diagnose 'my log.csv'"]
+    assert compared.stderr.count("--holdout LOG judges that on another log") == 1
     diagnosed = run(*shlex.split(next_steps(compared)[0])[1:])
     assert next_steps(diagnosed) == ["wheelpend add coulomb_drive 'my log.csv'"]
     added = run(*shlex.split(next_steps(diagnosed)[0])[1:])
@@ -335,6 +336,9 @@ def test_a_command_to_copy_is_on_one_line_on_a_terminal_that_is_too_narrow_for_t
     console.print_command_hint("Next, which physical effect is missing:", command)
     plain = re.sub(r"\x1b\[[0-9;]*m", "", shown.getvalue())
     assert plain.splitlines() == ["Next, which physical effect is missing:", f"  {command}"]
+    shown.truncate(0)
+    console.print_command_hint("Next, a reason that is a good deal longer than the terminal is wide:", command)
+    assert "the terminal\n  is wide:\n  wheelpend" in re.sub(r"\x1b\[[0-9;]*m", "", shown.getvalue())
 
 
 def test_generate_and_verify_say_what_comes_next(workspace):

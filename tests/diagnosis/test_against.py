@@ -87,3 +87,5 @@ def test_the_command_line_shows_a_column_per_model(tmp_path):
     assert data["against"][0]["model"] == str(tmp_path / "old.toml") and data["against"][0]["error"] > 2.0
     text = run(*line).stdout
     assert "Beside other models" in text and "fit of theta_p" in text
+    assert re.search(r"error over 1 s, 4 segments", text) and re.search(r"error over 4 s, 1 segment ", text)
+    assert "chance decides which model looks better: judge by the error over 0.5 s." in text

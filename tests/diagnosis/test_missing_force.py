@@ -82,7 +82,7 @@ def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):
     assert after - before == pytest.approx(0.6, abs=0.1)
     assert np.all(curve.sigma > 0.0) and np.all(curve.sigma < 0.3)
     assert most_repeatable_figure((found,), plant_units_of(Model.default())) is not None
-    assert repeatability_sentences((found,))[0].startswith("99 % of what the model leaves over repeats with dtheta_w")
+    assert repeatability_sentences((found,))[0].startswith("99 % of the missing force repeats with dtheta_w")
 
 
 @pytest.fixture(scope="module")

@@ -1,5 +1,7 @@
 """An error well below the noise floor says that σ is overstated."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -20,11 +22,16 @@ KNOWN = Model.parse('plant = "wheel_pendulum"\n' + VALUES + "[sensors]\nencoder_
 def test_stated_noise_that_is_too_large_is_an_alarm_that_names_the_channels():
     (warning,) = compare(LOUD, [simulated(duration=8.0)]).warnings
     assert "well below the noise floor" in warning and "theta_p 0.2" in warning and "dtheta_p 0.4" in warning
-    assert "theta_w" not in warning and "[sensors.noise]" in warning
+    assert "theta_w" not in warning
+    (line,) = re.findall(r"under \[sensors\] in model.toml: (noise = .* })\.$", warning)
+    mended = Model.parse(LOUD.text.replace(STATED, f"\n{line}\n"))
+    assert mended.sensors.noise == pytest.approx({"theta_p": 0.0087, "dtheta_p": 0.0087}, abs=2e-4)
+    assert compare(mended, [simulated(duration=8.0)]).warnings == ()
 
 
 def test_identify_gives_the_alarm_and_a_good_log_does_not():
-    assert any("σ is overstated" in w for w in identify(LOUD, [simulated(duration=8.0)]).warnings)
+    (warning,) = [w for w in identify(LOUD, [simulated(duration=8.0)]).warnings if "σ is overstated" in w]
+    assert "`wheelpend residuals LOG` prints the lines for model.toml" in warning
     assert identify(KNOWN, [simulated(duration=8.0)]).warnings == ()
 
 

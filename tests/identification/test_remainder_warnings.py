@@ -2,8 +2,12 @@
 
 import pytest
 
+from tests.support import simulated
+from wheelpend import Model, add, identify
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.identification.remainder import Remainder, RowForce
-from wheelpend.identification.remainder_warnings import is_mostly_chance, remainder_warnings
+from wheelpend.identification.remainder_warnings import is_mostly_chance, remainder_warnings, undetermined_warnings
+from wheelpend.kernels.load import free_force_module
 from wheelpend.reports.text.verdict import has_repeating
 
 
@@ -23,3 +27,41 @@ def test_nothing_left_is_no_chance():
 
 def test_a_force_of_which_nothing_is_known_to_repeat_is_not_said_to():
     assert not has_repeating(left(0.8))
+
+
+def undetermined(table, told=()):
+    model = Model.default()
+    module = free_force_module(model.plant, model.assumptions, ("coulomb_drive", "slope"))
+    return undetermined_warnings(module, model.plant_signature, table, told)
+
+
+def test_a_positive_parameter_that_is_smaller_than_its_standard_error_is_not_determined():
+    table = {"X1": Estimate(0.1, 0.3, "V s²/rad"), "X2": Estimate(0.1, 0.05, "V s²/rad"),
+             "coulomb_drive.torque": Estimate(0.2, 0.2, "V")}  # fmt: skip
+    assert undetermined(table) == (
+        "X1 = 0.1 ± 0.3 V s²/rad: these logs do not determine it. "
+        "`wheelpend design` writes the command for a log that does.",
+        "coulomb_drive.torque = 0.2 ± 0.2 V: these logs do not tell it from zero, and the model may do without "
+        "coulomb_drive.",
+    )
+    assert undetermined(table, ("X1", "coulomb_drive.torque")) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [
+        ("slope.angle", Estimate(0.01, 0.1, "rad")),  # may well be none
+        ("X1", Estimate(0.1, 0.3, "V s²/rad", identifiable=False)),  # is said not to be excited
+        ("X6", Estimate(0.0, 1.0, "V s/rad")),  # at its bound, which is said
+    ],
+)
+def test_a_parameter_that_may_be_nothing_or_of_which_all_is_said_is_not_warned_of(name, found):
+    assert undetermined({name: found}) == ()
+
+
+def test_identify_and_add_warn_of_what_a_short_log_does_not_determine():
+    log = simulated(seed=1, duration=0.5, command="upright")
+    assert any("X4 = " in w and "not determine" in w for w in identify(Model.default(), [log]).warnings)
+    warnings = add(Model.default(), "coulomb_drive", [log]).warnings
+    assert any("X5 = " in w and "not determine" in w for w in warnings)
+    assert any("not tell it from zero" in w for w in warnings)

@@ -7,8 +7,9 @@ import pytest
 from tests.support import X, simulated
 from wheelpend import Model, compare, residuals
 from wheelpend.identification import residual_tests
+from wheelpend.identification.remainder import Remainder
 from wheelpend.reports.text.comparison import comparison_text
-from wheelpend.reports.text.residuals import meaning_text
+from wheelpend.reports.text.residuals import meaning_text, noise_lines
 
 
 def at_truth(model):
@@ -26,7 +27,9 @@ def test_a_complete_model_leaves_white_residuals_of_the_size_of_the_noise(comple
         assert channel.white and channel.independent_of_input_p > 1e-3
         assert channel.sigma_ratio == pytest.approx(1.0, abs=0.03)
         assert abs(channel.quantiles[5][1]) < 0.05 and channel.samples > 15000
-    assert meaning_text(complete.channels["theta_p"]) == "white, at the noise that is assumed."
+    assert meaning_text(complete.channels["theta_p"]) == "white, at the noise found in the log."
+    assert meaning_text(complete.channels["theta_w"]) == "white, at the noise of rounding to its step."
+    assert not list(noise_lines(complete, Model.default()))
     assert not complete.remainder.force
 
 
@@ -40,7 +43,7 @@ def test_a_comparison_makes_the_same_tests_and_says_what_they_mean():
         assert beside.sigma_assumed == alone.sigma_assumed and beside.quantised == alone.quantised
         assert alone.samples - 200 < beside.samples < alone.samples  # a comparison begins after a delay's memory
     said = "\n".join(block for block in comparison_text(compared, model) if isinstance(block, str))
-    assert "inform and do not decide" in said and "  theta_p: white, at the noise that is assumed." in said
+    assert "inform and do not decide" in said and "  theta_p: white, at the noise found in the log." in said
 
 
 def test_a_comparison_whose_residuals_cannot_be_tested_says_why_and_gives_the_rest(monkeypatch):
@@ -54,10 +57,26 @@ def test_a_comparison_whose_residuals_cannot_be_tested_says_why_and_gives_the_re
 
 def test_noise_that_is_stated_too_small_is_understated_and_no_fault_of_the_physics(complete):
     pitch = complete.channels["theta_p"]
-    assert meaning_text(replace(pitch, sigma_ratio=6.0, quantised=True)).startswith(
-        "white at 6 times the noise that its step implies: the noise is understated, not the physics."
+    assert meaning_text(replace(pitch, sigma_ratio=6.0, basis="rounding")).startswith(
+        "white at 6 times the noise of rounding to its step: the noise is understated, not the physics."
     )
     assert "overstated" in meaning_text(replace(pitch, sigma_ratio=0.2))
+
+
+def test_noise_that_is_overstated_is_given_as_lines_for_the_model_file_that_then_hold():
+    stated = at_truth(Model.default()).text + "\n[sensors.noise]\ndtheta_p = 0.05\n"
+    loud, log = Model.parse(stated), simulated(seed=1, duration=8.0)
+    found = residuals(loud, [log])
+    assert meaning_text(found.channels["dtheta_p"]).startswith("white at 0.17 times the noise stated in model.toml")
+    said, lines = noise_lines(found, loud)
+    assert said.endswith("to copy into model.toml, under [sensors.noise]:")
+    assert not list(noise_lines(replace(found, remainder=Remainder(sensors={"dtheta_p": None})), loud))
+    line = lines.strip().partition("#")
+    assert line[0].startswith("dtheta_p = 0.008") and line[2] == " rad/s"
+    mended = Model.parse(stated.replace("dtheta_p = 0.05", line[0]))
+    again = residuals(mended, [log])
+    assert again.channels["dtheta_p"].sigma_ratio == pytest.approx(1.0, abs=0.02)
+    assert not list(noise_lines(again, mended))
 
 
 def test_a_missing_friction_colours_the_encoder_and_past_inputs_tell_of_it():

@@ -172,7 +172,8 @@ def test_a_workspace_starts_as_its_log_suggests(tmp_path, monkeypatch):
     save_log(tmp_path / "log.csv", log, table=Model.parse('plant = "pendulum"\n[assumptions]\ndriven = true\n').table)
     monkeypatch.chdir(tmp_path)
     assert "driven = true" in run("inspect", tmp_path / "log.csv").stdout
-    run("new", tmp_path / "arm", "--from", tmp_path / "log.csv")
+    said = run("new", tmp_path / "arm", "--from", tmp_path / "log.csv").output
+    assert f"Try `wheelpend compare {(tmp_path / 'log.csv').resolve()}` there." in said
     assert Model.open(tmp_path / "arm").assumptions["driven"] is True
     said = run("new", tmp_path / "other", "--plant", "cart_pole", "--from", tmp_path / "log.csv").output
     assert "x is not recognised: put one of theta_1_ref" in said and Model.open(tmp_path / "other").plant == "cart_pole"

@@ -29,6 +29,7 @@ from wheelpend.reports import numbers
         (numbers.typeset_p_value_text, (0.034,), "0.03"),
         (numbers.error_text, (1.0,), "1.000"),
         (numbers.time_text, (0.0123,), "12.3 ms"),
+        (numbers.time_text, (0.99999e-3,), "1 ms"),
         (numbers.time_text, (2.5e-6, "step"), "2.5 µs/step"),
         (numbers.unit_text, ("V s/rad",), "V·s/rad"),
         (numbers.physical_text, (2.0, "V s/rad", PlantUnits({}, "V", 0.25, "N·m"), 3), "0.5 N·m s/rad"),

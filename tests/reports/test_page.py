@@ -133,7 +133,7 @@ def test_every_section_is_readable_without_scripts(page: str):
     assert headings[:4] == [
         "The error, step by step",
         "Measured against predicted",
-        "Where the model failed",
+        "Where the model failed, before anything was added",
         "Candidates",
     ]
     assert headings[4:] == [

@@ -30,7 +30,7 @@ def test_the_page_says_of_each_channel_whether_its_rest_is_noise(explanation):  
     section = page[page.index("Is the rest noise?") : page.index("How the parameters moved")]
     cells = [re.findall(r"<td.*?>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)]
     assert [row[:2] + row[4:5] for row in cells if row] == [["θw", "yes", "1"], ["θp", "no", "2.5"]]
-    assert "<p>θw: white, at the noise that is assumed.</p>" in section
+    assert "<p>θw: white, at the noise found in the log.</p>" in section
     assert "It is 2.5 times as large as expected: something is missing in the model. Past inputs predict it" in section
     assert "Is the rest noise?" not in page_html(explanation)
 

@@ -9,7 +9,7 @@ from wheelpend.diagnosis.likelihood.resonance import Resonance
 from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.identification.remainder import Remainder, RowForce, SensorError
 from wheelpend.identification.widening import Widening
-from wheelpend.reports.text.remainder import remainder_sentences, widening_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
 from wheelpend.reports.text.verdict import repeating_text
 
 MODEL = Model.default()
@@ -30,6 +30,16 @@ def test_a_force_along_a_port_is_told_once():
 def test_forces_on_two_rows_are_told_apart():
     lines = remainder_sentences(Remainder({"wheel": force("wheel"), "body": force("body")}), MODEL)
     assert ["on the wheel row" in lines[0], "on the body row" in lines[1]] == [True, True]
+    assert [line.partition(" a random force")[0] for line in lines] == ["Left to chance:", "And"]
+
+
+@pytest.mark.parametrize(
+    ("effects", "expected"), [((), "before any effect was looked for"), (("slope",), "before any further effect was")]
+)
+def test_before_a_search_it_is_said_that_it_is_of_the_model_as_it_stands(effects, expected):
+    model = Model.default().with_effects(effects)
+    (line,) = remainder_sentences(Remainder({"wheel": force()}), model, NOT_SEARCHED)
+    assert line.startswith(f"Left to chance by the model as it stands, {expected}")
 
 
 def test_without_a_force_sensor_noise_explains_the_rest():

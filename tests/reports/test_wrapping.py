@@ -10,8 +10,11 @@ from rich.console import Console
 
 from tests.support import run, simulated
 from wheelpend import save_log
+from wheelpend.campaigns.summary import ParameterAgreement
+from wheelpend.campaigns.text import AGREEMENT_COLUMNS, _agreement_cells
 from wheelpend.reports import console
-from wheelpend.reports.wrapping import folded_cells, wrapped
+from wheelpend.reports.console import print_table
+from wheelpend.reports.wrapping import column_blocks, folded_cells, wrapped
 
 WIDTH = 80
 COMMANDS = [
@@ -42,6 +45,35 @@ def test_cells_are_folded_at_blanks_and_names_stay_whole():
     assert head == rows[0] and cells[0] == "coulomb_drive"
     assert cells[1:] == ["Dry friction\nin the drive", "torque\n[V s/rad]"]
     assert folded_cells(rows, 200) == rows
+
+
+def test_heads_are_folded_before_what_stands_below_them():
+    rows = [["effect", "size", "blocks agree"], ["coulomb_drive", "torque 0.3 ± 0.01 V", "5/5"]]
+    head, cells = folded_cells(rows, 50)
+    assert head == ["effect", "size", "blocks\nagree"] and cells == rows[1]
+
+
+def test_a_table_whose_words_are_too_wide_stands_in_blocks_that_each_begin_with_the_names():
+    rows = [["parameter", "mean", "spread", "p"], ["coulomb_drive.torque", "-0.00012345", "1.2345e-05", "1.5e-14"]]
+    assert column_blocks(rows, 80) == [[0, 1, 2, 3]]
+    assert column_blocks(rows, 51) == [[0, 1, 2], [0, 3]]
+    assert column_blocks(rows, 20) == [[0, 1], [0, 2], [0, 3]]
+
+
+def agreement(name, size):
+    row = ParameterAgreement(100, size, 1.23e-5 * size, 0.0123 * size, 0.012 * size, 3.2e3, 99, 1.5e-114, None)
+    return [name, *_agreement_cells(name, row)[1:]]
+
+
+@pytest.mark.parametrize("width", [48, 60, 80])
+def test_the_table_of_a_campaign_breaks_no_number_and_no_name(width, monkeypatch):
+    rows = [agreement(name, size) for name, size in (("presliding_drive.stiffness", -12345.6), ("X1", -1.23e-4))]
+    shown = io.StringIO()
+    monkeypatch.setattr(console, "out", Console(file=shown, width=width, highlight=False, soft_wrap=True))
+    print_table("Parameters over the logs", AGREEMENT_COLUMNS, rows)
+    assert all(cell_len(line) <= width for line in shown.getvalue().splitlines())
+    assert {word for row in rows for word in row} <= set(words(shown.getvalue().splitlines()))
+    assert shown.getvalue().count("Parameters over the logs") == 1
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.explain import Ladder
     from wheelpend.diagnosis.verdict import Diagnosis
 
+HOLDOUT_WORDS = " (--holdout LOG judges that on another log, else the last third does)"
 NEARLY_NOISE = 1.05  # error over the noise floor up to which a model may well lack nothing
 
 
@@ -59,7 +60,8 @@ def say_after_comparison(asked: Asked, error: float | None, noise_floor: float |
     if error is not None and noise_floor is not None and error <= NEARLY_NOISE * noise_floor:
         asked.say_next("whether anything is left that the noise does not explain", "diagnose")
     else:
-        asked.say_next("which physical effect is missing", "diagnose")
+        alone = len(asked.logs) == 1 and not asked.holdout
+        asked.say_next(f"which physical effect is missing{HOLDOUT_WORDS if alone else ''}", "diagnose")
 
 
 def question_words(without: Sequence[str], law: bool, max_effects: int = MAX_EFFECTS) -> list[str]:

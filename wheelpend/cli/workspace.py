@@ -42,7 +42,7 @@ def new(
         text = proposed_text(log, name) if log else ""
         model = workspace.create(folder, name or plants.DEFAULT_PLANT, text)
         again = f" --plant {plant}" if plant and plant.endswith(".py") else ""
-        then = f"identify {log.resolve()}" if log else "simulate -o log.csv"
+        then = f"compare {log.resolve()}" if log else "simulate -o log.csv"
         print_line(f"Started {model.path} with its generated code. Try `wheelpend {then}{again}` there.")
 
 

@@ -16,13 +16,13 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.free_parameters import free_names
-from wheelpend.estimation.parameter_table import standard_error
+from wheelpend.estimation.parameter_table import parameter_table, standard_error
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, require_testable, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
 from wheelpend.identification.remainder import Remainder
 from wheelpend.identification.remainder_at import refitted_remainder, remainder_or_warning
-from wheelpend.identification.remainder_warnings import remainder_warnings
+from wheelpend.identification.remainder_warnings import remainder_warnings, undetermined_warnings
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.notebook import NotebookResult, ResultTable
@@ -105,7 +105,8 @@ def add(
     left, warnings = remainder_or_warning(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
-    said = (*problem.warnings, *warnings, *remainder_warnings(left))
+    undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
+    said = (*problem.warnings, *undetermined, *warnings, *remainder_warnings(left))
     return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)
 
 

@@ -31,6 +31,7 @@ class HorizonError:
     seconds: float
     error: float | None  # [σ]; None where the prediction diverges
     diverged: bool
+    segments: int = 0  # of the logs, each predicted once from its own start
 
     def to_json(self) -> dict[str, Any]:
         """The error under the keys of JSON."""
@@ -54,10 +55,11 @@ def errors_at(
     """Error of predictions over a horizon [s] in the segments of all logs, each with values of its own."""
     rows = zip(log_segments, log_values, motion or [None] * len(log_segments), strict=True)
     found = [(error_at(problem, s, v, horizon, m), s.values) for s, v, m in rows]
+    segments = sum(h.segments for h, _ in found)
     if any(h.error is None for h, _ in found):
-        return HorizonError(horizon, None, True)
+        return HorizonError(horizon, None, True, segments)
     squares = np.average([(h.error or 0.0) ** 2 for h, _ in found], weights=[float(count) for _, count in found])
-    return HorizonError(horizon, float(np.sqrt(squares)), False)
+    return HorizonError(horizon, float(np.sqrt(squares)), False, segments)
 
 
 def errors_over(
@@ -81,7 +83,7 @@ def errors_over(
             found[k] = errors_at(problem, log_segments, log_values, short.seconds, motion)
     for k in range(1, len(found)):
         if found[k - 1].diverged and found[k].seconds > MAX_FITTED_START_HORIZON_S:
-            found[k] = HorizonError(found[k].seconds, None, True)
+            found[k] = replace(found[k], error=None, diverged=True)
     return tuple(found)
 
 
@@ -120,7 +122,7 @@ def error_at(
     error = segments_rms_error(cut, predicted)
     lost = horizon > problem.horizon and is_out_of_range(problem.module, cut, predicted.residual)
     diverged = lost or not np.isfinite(error)  # over the horizon of every score, an error is one however large
-    return HorizonError(horizon, None if diverged else error, diverged)
+    return HorizonError(horizon, None if diverged else error, diverged, len(cut.bounds))
 
 
 def _predict(

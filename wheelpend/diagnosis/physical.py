@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import derive
 from derive.effects import Effect
-from wheelpend.estimation.estimate import EffectEstimate
+from wheelpend.estimation.estimate import EffectEstimate, is_known_to_its_size
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameter_table import conservative_standard_error
 from wheelpend.estimation.problem import EstimationProblem
@@ -30,7 +30,7 @@ def is_physical(effect: Effect, coefficients: Mapping[str, float], sigma: Mappin
 def is_determined(effect: Effect, found: EffectEstimate) -> bool:
     """True where an inner parameter is known to better than its own size; else the effect is a simpler one."""
     inner = effect.profiled
-    return inner is None or found.sigma[inner.name] < abs(found.coefficients[inner.name])
+    return inner is None or is_known_to_its_size(found.coefficients[inner.name], found.sigma[inner.name])
 
 
 def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:

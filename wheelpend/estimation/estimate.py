@@ -23,6 +23,11 @@ class LogValue(NamedTuple):
         return {"log": self.log, "value": self.value, "sigma": self.sigma}
 
 
+def is_known_to_its_size(value: float, sigma: float) -> bool:
+    """True of a value whose standard error is smaller than itself; else the logs tell not even its size."""
+    return sigma < abs(value)
+
+
 @dataclass(frozen=True)
 class Estimate:
     """A parameter as estimated from logs. A value that is not identifiable means nothing, nor does its error."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -29,23 +29,29 @@ def overstated_noise(
     chance = MIN_CHANCE_SIGMAS * np.sqrt(2.0 / count)
     if not ratio < MAX_ERROR_FLOOR_RATIO or 1.0 - ratio**2 < chance:
         return ()
-    where = _quiet_channels(segments, residuals)
+    quiet = _quiet_channels(segments, residuals)
+    where = f" ({', '.join(f'{name} {size:.2g} σ' for name, (size, _) in quiet.items())})" if quiet else ""
     return (
         f"The error {error:.2g} is well below the noise floor {problem.floor:.2g}{where}: σ is overstated, so that "
         "standard errors are too large and small effects are overlooked. Numbers in [sensors] that are too large do "
         "that, and channels that were filtered or fused before they were logged. Compare [sensors] with what "
-        "`wheelpend inspect` finds, and state the noise of such channels in [sensors.noise].",
+        f"`wheelpend inspect` finds, and state the noise of such channels{_stated_text(quiet)}.",
     )
 
 
-def _quiet_channels(segments: Sequence[Segments], residuals: Sequence[np.ndarray]) -> str:
-    """Channels whose residuals are well below σ, with their root mean squares, in brackets; empty where none is."""
+def _stated_text(quiet: Mapping[str, tuple[float, float]]) -> str:
+    """The σ of channels as model.toml states it; where none is known, which command prints it."""
+    if not quiet:
+        return ": `wheelpend residuals LOG` prints the lines for model.toml"
+    stated = ", ".join(f"{name} = {found:.2g}" for name, (_, found) in quiet.items())
+    return f" under [sensors] in model.toml: noise = {{ {stated} }}"
+
+
+def _quiet_channels(segments: Sequence[Segments], residuals: Sequence[np.ndarray]) -> dict[str, tuple[float, float]]:
+    """Channels whose residuals are well below σ, with their root mean squares in σ and in the channel's unit."""
     if not residuals:
-        return ""
-    together = np.concatenate(list(residuals))
-    squares = [c[np.isfinite(c)] ** 2 for c in together.T]
+        return {}
+    squares = [c[np.isfinite(c)] ** 2 for c in np.concatenate(list(residuals)).T]
     sizes = [float(np.sqrt(s.mean())) if s.size else np.inf for s in squares]
-    quiet = [
-        f"{c} {r:.2g} σ" for c, r in zip(segments[0].log.channels, sizes, strict=True) if r < MAX_ERROR_FLOOR_RATIO
-    ]
-    return f" ({', '.join(quiet)})" if quiet else ""
+    rows = zip(segments[0].log.channels, sizes, segments[0].sigma, strict=True)
+    return {name: (size, size * float(sigma)) for name, size, sigma in rows if size < MAX_ERROR_FLOOR_RATIO}

@@ -52,6 +52,7 @@ from wheelpend.identification.remainder_warnings import (
     bound_warnings,
     inertia_warnings,
     remainder_warnings,
+    undetermined_warnings,
     with_astray_marked,
 )
 from wheelpend.identification.time_constants import TimeConstantChoice
@@ -212,6 +213,7 @@ def _identify_by_filter_error(
         *remainder_warnings(left),
         *bound_warnings(elements, found.point.theta, found.covariance, at_bounds),
         *given_bound_warnings(at_bounds, limits),
+        *undetermined_warnings(module, problem.plant, table, (*limits.fixed, *at_bounds)),
         *inertia_warnings(problem, table, left),
         *_unexcited_warnings(_lost_names(table)),
         *unused,
@@ -237,6 +239,7 @@ def _identify_by_shooting(
         *overstated_noise(problem, fitted.error, problem.data.estimation),
         *bound_warnings(fitted.free, theta, fitted.covariance, at_bounds),
         *given_bound_warnings(at_bounds, limits),
+        *undetermined_warnings(problem.module, problem.plant, table, (*limits.fixed, *at_bounds)),
         *_unexcited_warnings(_lost_names(table)),
         *unused,
     )
@@ -291,9 +294,11 @@ def _identify_by_regression(
         bias, untested = bias_test_or_warning(regression, settings, fitted)
         warnings = (*warnings, *untested)
     table = with_fixed_rows(_linear_parameter_table(fitted, units), limits, regression.module)
+    plant = regression.model.plant_signature
+    undetermined = undetermined_warnings(regression.module, plant, table, (*limits.fixed, *at_bounds))
     return Identification(
         settings.method, table, fitted.condition, len(regression.log), None, None,
-        (*_regression_warnings(regression, fitted), *warnings), regression.model, units,
+        (*_regression_warnings(regression, fitted), *undetermined, *warnings), regression.model, units,
         tau=settings.tau if np.isfinite(settings.tau).all() and settings.tau else None,
         hold=settings.hold,
         forgetting=settings.forgetting if settings.method == "recursive" else None,

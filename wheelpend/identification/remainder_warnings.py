@@ -1,19 +1,25 @@
-"""Warnings about a fit: a bound that holds it, an inertia that cannot be, chance as large as the drive."""
+"""Warnings about a fit: a bound that holds it, an inertia that cannot be, chance as large as the drive.
+
+And a parameter that is positive by what it means, and that the logs do not determine.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from derive.parameter_name import effect_of
+from derive.plant_signature import PlantSignature
 from wheelpend.errors import Failure
-from wheelpend.estimation.estimate import Estimate
+from wheelpend.estimation.estimate import Estimate, is_known_to_its_size
+from wheelpend.estimation.free_parameters import effect_parameter
 from wheelpend.estimation.parameter_table import astray_names
 from wheelpend.estimation.parameters import FreeParameter, kernel_parameters
 from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.identification.remainder import Remainder
+from wheelpend.kernels.kernel_module import KernelModule
 
 LARGE_FORCE_SHARE = 0.5  # of the modelled forces on a row: from there on chance has more weight than they
 MAX_INERTIA_RATIO = 2.0  # of two estimates of an inertia, beyond which one of them is wrong
@@ -64,6 +70,39 @@ def _bound_sentence(parameter: FreeParameter, bound: float, beyond: str) -> str:
         return first + "it cannot be simulated: the log asks for another law, or tells too little about this one."
     return first + ("no machine has it: something is missing in the model, or the log does not excite it. "
                     "Its standard error says nothing. Run `wheelpend diagnose`.")  # fmt: skip
+
+
+def undetermined_warnings(
+    module: KernelModule, plant: PlantSignature, table: Mapping[str, Estimate], told: Collection[str] = ()
+) -> tuple[str, ...]:
+    """A warning of the positive parameters whose standard error is as large as they are, but for those already told."""
+    found = {
+        n: e
+        for n, e in table.items()
+        if e.identifiable and n not in told and _is_positive(n, module, plant)
+        and e.value != 0.0 and not is_known_to_its_size(e.value, e.sigma)
+    }  # fmt: skip
+    zero = [n for n in found if (row := effect_parameter(n, plant)) and row.absent == 0.0]
+    own = [n for n in found if n not in zero]
+    cure = "`wheelpend design` writes the command for a log that does." if plant.driven else "Record larger motion."
+    said = (f"{_values_text(own, found)}: these logs do not determine {_them(own)}. {cure}",) if own else ()
+    return said + tuple(f"{_values_text([n], found)}: these logs do not tell it from zero, and the model may do "
+                        f"without {effect_of(n)}." for n in zero)  # fmt: skip
+
+
+def _values_text(names: Sequence[str], table: Mapping[str, Estimate]) -> str:
+    rows = [(n, table[n], "" if table[n].unit == "1" else f" {table[n].unit}") for n in names]
+    return ", ".join(f"{n} = {e.value:.3g} ± {e.sigma:.2g}{unit}" for n, e, unit in rows)
+
+
+def _them(names: Sequence[str]) -> str:
+    return "it" if len(names) == 1 else "them"
+
+
+def _is_positive(name: str, module: KernelModule, plant: PlantSignature) -> bool:
+    """True of a parameter that is positive by what it means: a mass, a friction, a delay, but no slope or bias."""
+    row = effect_parameter(name, plant)
+    return name not in module.SIGNED if row is None else row.minimum >= 0.0
 
 
 def with_astray_marked(table: Mapping[str, Estimate]) -> dict[str, Estimate]:

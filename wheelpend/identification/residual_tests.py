@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -40,6 +40,7 @@ MAX_TESTED_SAMPLES = 200_000  # of all logs, beyond which tests beside another r
 NO_TESTS_WORDS = "The residuals could not be tested"
 
 Progress = Callable[[str], None]
+NoiseBasis = Literal["stated", "rounding", "log"]  # model.toml, rounding to the channel's step, or the log itself
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,12 @@ class ChannelResidual:
     band: tuple[float, ...]  # half width that holds 95 % of the values of white noise
     quantiles: tuple[tuple[float, float], ...]  # of the normal distribution, and of the residual
     samples: int
+    basis: NoiseBasis = "log"  # what the σ assumed rests on
+
+    @property
+    def sigma_found(self) -> float:
+        """σ of the sensor as it was found [unit of the channel]."""
+        return self.sigma_ratio * self.sigma_assumed
 
     def to_json(self) -> dict[str, Any]:
         """The tests under the keys of JSON."""
@@ -215,4 +222,13 @@ def _channel(problem: EstimationProblem, whitened: Sequence[np.ndarray], number:
         band=tuple(found.band.tolist()),
         quantiles=tuple(normal_quantiles(own)),
         samples=int(known.size),
+        basis=_noise_basis(problem, number),
     )
+
+
+def _noise_basis(problem: EstimationProblem, number: int) -> NoiseBasis:
+    """What the σ of a channel rests on."""
+    channel, noise = problem.plant.channels[number], problem.noise[0]
+    if problem.model.sensors.noise_of(channel) is not None:
+        return "stated"
+    return "rounding" if noise.quantum[number] and not noise.sigma_before_rounding[number] else "log"

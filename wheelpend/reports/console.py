@@ -25,7 +25,7 @@ from wheelpend.reports.characters import visible
 from wheelpend.reports.inputs import check_logs
 from wheelpend.reports.outputs import check_output
 from wheelpend.reports.text.table import Table as TextTable
-from wheelpend.reports.wrapping import folded_cells, wrapped
+from wheelpend.reports.wrapping import column_blocks, folded_cells, wrapped
 
 LONG_WORK_S = 10.0  # from which on it is said how long work took
 
@@ -181,7 +181,16 @@ def print_result(result: Any, json_file: str | None, text: Callable[[], None]) -
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool = False) -> None:
-    """Print a table; its columns but the first hold numbers, or text with ``text_columns``."""
+    """Print a table; its columns but the first hold numbers, or text with ``text_columns``.
+
+    Where its words are too wide for the terminal, it is printed as several, each with the first column.
+    """
+    for block in column_blocks([columns, *rows], out.width):
+        shown = [[row[k] for k in block] for row in rows]
+        _print_grid(title if 1 in block or len(columns) == 1 else "", [columns[k] for k in block], shown, text_columns)
+
+
+def _print_grid(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], text_columns: bool) -> None:
     head, *cells = folded_cells([columns, *rows], out.width)
     grid = Table(title=_without_markup(title), title_justify="left", title_style="bold")
     for column, shown in zip(columns, head, strict=True):
@@ -220,7 +229,7 @@ def print_command_hint(why: str, command: str) -> None:
     No line end stands in the command itself: the terminal folds it, and what is copied is one line.
     """
     fits = not err.is_terminal or cell_len(f"{why} {command}") <= err.width
-    err.print(_without_markup(f"{why} {command}" if fits else f"{why}\n  {command}"))
+    err.print(_without_markup(f"{why} {command}" if fits else f"{_fitted(why, err)}\n  {command}"))
 
 
 def print_note(text: str) -> None:

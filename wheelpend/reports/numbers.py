@@ -17,6 +17,7 @@ SUPERSCRIPT_DIGITS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸�
 POSITIONAL_RANGE = (1e-4, 1e5)  # magnitudes that are readable without an exponent
 MIN_TYPESET_P_VALUE = 1e-12  # below it only the bound is written
 TIME_UNITS = (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("ns", 1e-9))
+ROUNDED_UP = 0.9995  # of a unit: to three digits it is the whole unit
 
 
 def is_number(value: float | None) -> bool:
@@ -201,5 +202,5 @@ def typeset_physical_text(value: float, unit: str, quantities: PlantUnits) -> st
 
 def time_text(seconds: float, piece: str = "") -> str:
     """A time to three digits, in the unit that suits it, of one ``piece`` of work."""
-    unit, size = next((u for u in TIME_UNITS if seconds >= u[1]), TIME_UNITS[-1])
+    unit, size = next((u for u in TIME_UNITS if seconds >= ROUNDED_UP * u[1]), TIME_UNITS[-1])
     return f"{whole_digits_text(seconds / size)} {unit}{'/' if piece else ''}{piece}"

@@ -36,16 +36,41 @@ def _lines(text: str, width: int, indent: str) -> list[str]:
     return [line.replace(NO_BREAK_SPACE, " ") for line in folded]
 
 
+def column_blocks(rows: Sequence[Sequence[str]], width: int) -> list[list[int]]:
+    """Numbers of a table's columns, in as many blocks as are needed so that none breaks a word at a width.
+
+    Each begins with the first column, which holds names; a further one that is too wide beside it stands alone.
+    """
+    words = [max(map(_longest_word, map(str, column))) for column in zip(*rows, strict=True)]
+    blocks = [[0]]
+    for number in range(1, len(words)):
+        block = [*blocks[-1], number]
+        if len(block) > 2 and sum(words[k] for k in block) > _room(len(block), width):
+            blocks.append([0, number])
+        else:
+            blocks[-1] = block
+    return blocks
+
+
+def _room(columns: int, width: int) -> int:
+    """Cells of a width that are left for what stands in so many columns."""
+    return width - FRAME_CELLS * columns - 1
+
+
 def folded_cells(rows: Sequence[Sequence[str]], width: int) -> list[list[str]]:
     """Cells of a table, heads included, folded so that it is at most as wide, as far as no word need be broken for it.
 
-    The first column, which holds names, is folded only where there is no other way.
+    Heads are folded before what stands below them; the first column, which holds names, only where there is no other
+    way.
     """
     columns = [[str(cell) for cell in column] for column in zip(*rows, strict=True)]
-    room = width - FRAME_CELLS * len(columns) - 1
+    room = _room(len(columns), width)
     wanted = [max(map(cell_len, _split(column))) for column in columns]
     words = [max(map(_longest_word, column)) for column in columns]
     needed = [wanted[0], *words[1:]] if wanted[0] + sum(words[1:]) <= room else words
+    bodies = [max(map(cell_len, [*_split(column[1:]), "" if k else column[0]])) for k, column in enumerate(columns)]
+    below = list(map(max, words, bodies))  # as wide as it takes with heads folded alone
+    needed = below if sum(below) <= room else needed
     if sum(wanted) <= room or sum(needed) > room:
         return [list(map(str, row)) for row in rows]
     widths = _shared(needed, wanted, room)

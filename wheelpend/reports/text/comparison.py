@@ -14,7 +14,7 @@ from wheelpend.reports.numbers import (
     unexplained_input_text,
 )
 from wheelpend.reports.text.force_ranges import missing_force_text
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences
 from wheelpend.reports.text.residuals import residual_lines
 from wheelpend.reports.text.table import Table, TextBlocks
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 MAX_LISTED_TIMES = 12  # of a log
+MIN_TELLING_SEGMENTS = 5  # predicted, below which an error over a long horizon is one of a few starts
 MAX_NOISE_ERROR_RATIO = 1.05  # times the noise floor; below it the model explains a log
 
 
@@ -34,9 +35,9 @@ def comparison_text(result: Comparison, model: Model) -> TextBlocks:
     yield from _closed_loop_lines(result, quantities)
     yield from map(_own_values_sentence, result.per_log)
     yield from force_error_lines(result, quantities, model.plant_signature.driven)
-    yield from remainder_sentences(result.remainder, model)
+    yield from remainder_sentences(result.remainder, model, NOT_SEARCHED)
     if result.residual_tests:
-        yield from residual_lines(result.residual_tests)
+        yield from residual_lines(result.residual_tests, model)
     yield from missing_force_text(result, quantities)
 
 
@@ -54,9 +55,9 @@ def _error_text(result: Comparison, quantities: PlantUnits) -> TextBlocks:
     )
     yield Table(
         "Error against horizon",
-        ("seconds", "error"),
+        ("seconds", "segments", "error"),
         [
-            (digits_text(h.seconds), "diverged" if h.diverged else prediction_error_text(h.error))
+            (digits_text(h.seconds), str(h.segments), "diverged" if h.diverged else prediction_error_text(h.error))
             for h in result.horizons
         ],
     )
@@ -73,9 +74,12 @@ def _models_text(result: Comparison) -> TextBlocks:
     others = [(k, h) for k, h in enumerate(result.horizons) if h.seconds != result.horizon_s]
     for number, horizon in others:
         errors = (m.horizons[number] for m in models)
-        over = f"error over {digits_text(horizon.seconds)} s"
+        over = f"error over {digits_text(horizon.seconds)} s, {_count_text(horizon.segments, 'segment')}"
         rows.append((over, *("diverged" if h.diverged else prediction_error_text(h.error) for h in errors)))
     yield Table("Beside other models, on the same segments", ("", *(m.label for m in models)), rows)
+    if any(horizon.segments < MIN_TELLING_SEGMENTS for horizon in result.horizons):
+        yield (f"Where the segments are few, chance decides which model looks better: judge by the error over "
+               f"{result.horizon_s:g} s.")  # fmt: skip
     if fitted := [m.label for m in result.against if m.fitted_first]:
         yield f"Without parameter values of its own, and so fitted to the logs first: {', '.join(fitted)}."
 

@@ -9,7 +9,7 @@ from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import number_text, p_value_text, prediction_error_text
 from wheelpend.reports.text.effect_sizes import detectable_rows, effect_size_text, log_size_lines
 from wheelpend.reports.text.force_ranges import missing_force_text
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import NOT_ADDED, remainder_sentences
 from wheelpend.reports.text.structures import structures_text
 from wheelpend.reports.text.table import Table, TextBlocks
 from wheelpend.reports.text.unexplained import LawRequest, unexplained_text
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.model.record import Model
 
-CANDIDATE_COLUMNS = ("effect", "size", "p", "blocks", "error after", "equivalent to", "physically")
+CANDIDATE_COLUMNS = ("effect", "size", "p", "blocks agree", "error after", "equivalent to", "physically")
 
 
 def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = None) -> TextBlocks:
@@ -30,7 +30,7 @@ def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = N
     yield from structures_text(result.structures)
     if result.experiment:
         yield result.experiment
-    yield from remainder_sentences(result.remainder, model)
+    yield from remainder_sentences(result.remainder, model, NOT_ADDED if result.named else "")
     yield from missing_force_text(result, plant_units_of(model))
     yield from unexplained_text(result.repeats, result.law, asked or LawRequest(), result.verdict)
     if result.detectable:

@@ -27,7 +27,8 @@ def force_range_text(found: ForceConcentration, quantities: PlantUnits) -> str:
 def typeset_force_ranges(found: Sequence[ForceConcentration], quantities: PlantUnits) -> list[str]:
     """The same of every row for the page."""
     return [
-        f"{percent_text(c.share)} of what the {c.row} row misses lies where {axis_name_text(c.state, quantities)} is "
+        f"{c.row} row: {percent_text(c.share)} of the missing force is found where "
+        f"{axis_name_text(c.state, quantities)} lies "
         f"between {typeset_number_text(c.low, 3)} and {typeset_number_text(c.high, 3)} {quantities.unit(c.state)}."
         for c in found
     ]
@@ -37,7 +38,7 @@ def missing_force_text(result: Comparison | Diagnosis, quantities: PlantUnits) -
     """Ranges in which the model fails, then the rms of the missing force on each row with its standard error."""
     if not result.where:
         return
-    yield "Where it fails:"
+    yield "Where the model as it stands fails:"
     for concentration in result.where:
         yield f"  {force_range_text(concentration, quantities)}"
     if result.problem is not None:

@@ -13,7 +13,7 @@ from wheelpend.reports.numbers import (
     unexplained_input_text,
     whole_digits_text,
 )
-from wheelpend.reports.text.remainder import remainder_sentences, widening_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences, widening_sentences
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def identification_text(result: Identification) -> TextBlocks:
     """Parameters with standard errors, the quality of the fit, and the bias of least squares."""
     yield from _parameters_text(result)
     yield _quality_sentence(result)
-    yield from remainder_sentences(result.remainder, result.start)
+    yield from remainder_sentences(result.remainder, result.start, NOT_SEARCHED)
     yield from widening_sentences(result.widening)
     driven = result.start.plant_signature.driven
     if result.force_error is not None:

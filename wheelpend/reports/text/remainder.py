@@ -13,13 +13,19 @@ if TYPE_CHECKING:
     from wheelpend.identification.widening import Widening
     from wheelpend.model.record import Model
 
+LEFT_TO_CHANCE = "Left to chance"  # begins the sentences on random forces
+NOT_SEARCHED = "before any {}effect was looked for"  # by `compare`, `residuals` and `identify`
+NOT_ADDED = "before any {}effect is added"  # of a diagnosis that names some
 NEGLIGIBLE_SHARE = 1e-3  # of the drive, below which a random force means nothing for the machine
 MIN_TOLD_SIGMAS = 0.1  # of a sensor, an error of its own that says more than its lag
 MIN_TOLD_WIDENING = 1.5  # times, from which on it is said that an interval is wider
 
 
-def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
-    """A sentence or two on each random force and each random error of a sensor; none where nothing is known."""
+def remainder_sentences(left: Remainder | None, model: Model, as_it_stands: str = "") -> list[str]:
+    """A sentence or two on each random force and each random error of a sensor; none where nothing is known.
+
+    ``as_it_stands`` (NOT_SEARCHED or NOT_ADDED) says that this is not what remains after a search.
+    """
     if left is None:
         return []
     quantities = plant_units_of(model)
@@ -31,11 +37,16 @@ def remainder_sentences(left: Remainder | None, model: Model) -> list[str]:
     places: dict[tuple[str, float], list[tuple[str, RowForce]]] = {}
     for row, force in left.force.items():
         places.setdefault((force.place, force.rms), []).append((row, force))
-    lines = []
+    begin, lines = f"{LEFT_TO_CHANCE}{_as_it_stands_text(as_it_stands, model)}:", list[str]()
     for rows in places.values():
         row, strongest = max(rows, key=lambda r: r[1].share_of_drive)
-        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities)
+        lines += _force_sentences(strongest, _place_text(row, strongest, model), quantities, "And" if lines else begin)
     return [*lines, *errors]
+
+
+def _as_it_stands_text(since: str, model: Model) -> str:
+    """Of which model it is that a sentence tells, where that is not what remains after a search."""
+    return f" by the model as it stands, {since.format('further ' if model.effects else '')}" if since else ""
 
 
 def _place_text(row: str, force: RowForce, model: Model) -> str:
@@ -43,12 +54,12 @@ def _place_text(row: str, force: RowForce, model: Model) -> str:
     return port.place if port else f"on the {row} row"
 
 
-def _force_sentences(force: RowForce, place: str, quantities: PlantUnits) -> list[str]:
+def _force_sentences(force: RowForce, place: str, quantities: PlantUnits, begin: str) -> list[str]:
     physical = "" if force.rms_torque is None else f" ({digits_text(force.rms_torque, 3)} {quantities.physical})"
     share = f", {share_text(force.share_of_drive)} of the drive" if is_number(force.share_of_drive) else ""
     negligible = ": negligible" if force.share_of_drive < NEGLIGIBLE_SHARE else ""
     unit = "" if force.unit == "1" else f" {force.unit}"
-    found = (f"Left to chance: a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
+    found = (f"{begin} a random force of {digits_text(force.rms, 3)}{unit}{physical}{share}, {place}, "
              f"correlation time {time_text(force.correlation_time_s)}{negligible}.")  # fmt: skip
     if not force.at_bound:
         return [found]

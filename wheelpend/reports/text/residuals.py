@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from wheelpend.model.units import plant_units_of
 from wheelpend.reports.numbers import digits_text, number_text, p_value_text, time_text
-from wheelpend.reports.text.remainder import remainder_sentences
+from wheelpend.reports.text.remainder import NOT_SEARCHED, remainder_sentences
 from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
@@ -16,6 +17,11 @@ if TYPE_CHECKING:
 MAX_RIGHT_RATIO = 1.1  # of σ found and assumed, within which they agree
 HEAVY_KURTOSIS = 1.0  # excess, from which the tails are heavy
 RESIDUAL_COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
+BASIS_WORDS = {
+    "rounding": "the noise of rounding to its step",
+    "stated": "the noise stated in model.toml",
+    "log": "the noise found in the log",
+}
 CLOSING_SENTENCE = "They inform and do not decide: `wheelpend diagnose` says what is missing, and how sure that is."
 
 
@@ -27,14 +33,31 @@ def residuals_text(result: ResidualTests, model: Model) -> TextBlocks:
         "Residuals of the filter", RESIDUAL_COLUMNS, [(name, *residual_cells(c)) for name, c in result.channels.items()]
     )
     yield from _meaning_lines(result)
-    yield from remainder_sentences(result.remainder, model)
+    yield from noise_lines(result, model)
+    yield from remainder_sentences(result.remainder, model, NOT_SEARCHED)
     yield CLOSING_SENTENCE
 
 
-def residual_lines(result: ResidualTests) -> Iterator[str]:
+def residual_lines(result: ResidualTests, model: Model) -> Iterator[str]:
     """The tests' meaning alone, beside another result."""
     yield "Residuals, which inform and do not decide (`wheelpend residuals` has the figures):"
     yield from (f"  {line}" for line in _meaning_lines(result))
+    yield from noise_lines(result, model)
+
+
+def noise_lines(result: ResidualTests, model: Model) -> Iterator[str]:
+    """Lines for model.toml that state the noise of channels as it was found, where it was taken for another.
+
+    Of a channel with an error of its own they say nothing: its size is not that of the noise alone.
+    """
+    judged = {n: c for n, c in result.channels.items() if c.samples and c.white and n not in result.remainder.sensors}
+    wrong = {n: c for n, c in judged.items() if not _is_of_expected_size(c)}
+    if not wrong:
+        return
+    units, header = plant_units_of(model), [] if model.sensors.noise else ["[sensors.noise]"]
+    yield f"The noise as it was found, to copy into model.toml{'' if header else ', under [sensors.noise]'}:"
+    rows = [f"{name} = {c.sigma_found:.3g}".ljust(24) + f"# {units.unit(name)}" for name, c in wrong.items()]
+    yield "\n".join(f"    {row}" for row in [*header, *rows])
 
 
 def _meaning_lines(result: ResidualTests) -> Iterator[str]:
@@ -51,19 +74,22 @@ def residual_cells(one: ChannelResidual) -> tuple[str, ...]:
 
 def meaning_text(one: ChannelResidual) -> str:
     """What a channel's tests mean, in one sentence or two."""
-    basis = "its step implies" if one.quantised else "is assumed"
-    factor, low = digits_text(one.sigma_ratio, 2), one.sigma_ratio * MAX_RIGHT_RATIO < 1.0
+    basis, factor = BASIS_WORDS[one.basis], digits_text(one.sigma_ratio, 2)
     if not one.samples:
         return "no reading of it was judged."
     if one.white and one.sigma_ratio > MAX_RIGHT_RATIO:
-        text = f"white at {factor} times the noise that {basis}: the noise is understated, not the physics."
-    elif one.white and low:
-        text = f"white at {factor} times the noise that {basis}: the noise is overstated."
+        text = f"white at {factor} times {basis}: the noise is understated, not the physics."
+    elif one.white and not _is_of_expected_size(one):
+        text = f"white at {factor} times {basis}: the noise is overstated."
     elif one.white:
-        text = f"white, at the noise that {basis}."
+        text = f"white, at {basis}."
     else:
         text = f"not white: {_colour_text(one)}. {_colour_cause(one)}"
     return f"{text}{_input_text(one)}{_tail_text(one)}"
+
+
+def _is_of_expected_size(one: ChannelResidual) -> bool:
+    return one.sigma_ratio * MAX_RIGHT_RATIO >= 1.0 and one.sigma_ratio <= MAX_RIGHT_RATIO
 
 
 def _colour_text(one: ChannelResidual) -> str:

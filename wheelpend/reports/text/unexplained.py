@@ -37,7 +37,7 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
         return []
     best, others = repeats[0], repeats[1:]
     if not best.depends_on:
-        return ["Nothing of what the model leaves over repeats with a state, the input or time: "
+        return ["Nothing of the missing force repeats with a state, the input or time: "
                 "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
     lines = [_best_row_sentence(best)]
     if others:
@@ -48,7 +48,7 @@ def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
 
 def _best_row_sentence(best: ExplainedForce) -> str:
     alone, together = incomplete_percent_text(best.alone), incomplete_percent_text(best.repeatable)
-    first = f"{alone} of what the model leaves over repeats with {best.depends_on[0]}"
+    first = f"{alone} of the missing force repeats with {best.depends_on[0]}"
     if len(best.depends_on) > 1:
         first += f", {together} with it and {' and '.join(best.depends_on[1:])}"
     rest = "" if together == incomplete_percent_text(1.0) else "; the rest does not repeat"
@@ -65,7 +65,7 @@ def law_summary_text(law: FreeLaw) -> str:
     before, after, floor = map(digits_text, (law.error_before, law.error_after, law.noise_floor))
     return (
         f"A law explains {incomplete_percent_text(law.explains)} of it: with it, and everything refitted, the held-out "
-        f"error falls from {before} to {after} (noise floor {floor}), in {law.blocks_agree} blocks. "
+        f"error falls from {before} to {after} (noise floor {floor}), and {law.blocks_agree} blocks agree. "
         f"{law.tried} terms were tried."
     )
 

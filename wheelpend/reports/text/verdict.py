@@ -185,8 +185,7 @@ def evidence_text(step: Step) -> str:
     """Evidence for an effect: p-value, fall of the held-out error, blocks that agree."""
     fall = relative_fall_text(step.error_before, step.error_after)
     p_value = "" if step.p_value is None else f"p = {p_value_text(step.p_value)}"
-    better = "lower" if step.held_out_gain is None else "better"
-    agreement = "" if step.blocks_agree is None else f"{better} in {step.blocks_agree} blocks"
+    agreement = "" if step.blocks_agree is None else f"{step.blocks_agree} blocks agree"
     return "; ".join(filter(None, (p_value, fall, agreement))) + "."
 
 
