@@ -93,8 +93,12 @@ LOGS = {
 NEW = step("new", "new", "model.toml", "generated/*.py")
 BARE = step("new", "new")
 SWITCH = Edit("model.toml", 'ground_friction_reaction = "body"', 'ground_friction_reaction = "none"')
-FRICTION = Edit("model.toml", "effects = []", 'effects = ["coulomb_drive", "slope"]\n\n[effect.coulomb_drive]\n'
-                "torque = { identified = 0.3, sigma = 0.006 }\n\n[effect.slope]\nangle = { identified = 0.02 }")
+FRICTION = Edit(
+    "model.toml",
+    "effects = []",
+    'effects = ["coulomb_drive", "slope"]\n\n[effect.coulomb_drive]\n'
+    "torque = { identified = 0.3, sigma = 0.006 }\n\n[effect.slope]\nangle = { identified = 0.02 }",
+)
 
 WARM = Chain("warm", (BARE, step("warm", "warm")), slow=True)
 
