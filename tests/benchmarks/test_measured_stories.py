@@ -100,6 +100,7 @@ def test_pairs_are_counted_by_what_was_added_at_all_and_first(tmp_path):
         (tmp_path / f"{number}.json").write_text(json.dumps({"code": "any", **answer.to_json()}), encoding="utf-8")
     text = pair_texts(tmp_path)["pairs"]
     assert "Of 48 pairs 4 were tried: `load_friction` is among the steps in 2, and the first of them in 1." in text
+    assert "`unexplained` was said of `a` and `b`; `a` and `b`." in text
     assert "| `coulomb_drive` | 2 | 2 |" in text and "| nothing | 1 | – |" in text
     assert "None of the 48 pairs" in pair_texts(tmp_path / "elsewhere")["pairs"]
 

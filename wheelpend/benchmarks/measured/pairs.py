@@ -115,7 +115,17 @@ def pair_texts(folder: Path) -> dict[str, str]:
         f"Of {whole} pairs {len(answers)} were tried: `{SOUGHT_EFFECT}` is among the steps in {among}, "
         f"and the first of them in {first}."
     )
-    return {"pairs": f"{sentence}\n\n{pair_table(answers)}"}
+    return {"pairs": f"{sentence}{_missed_text(answers)}\n\n{pair_table(answers)}"}
+
+
+def _missed_text(answers: Sequence[PairAnswer]) -> str:
+    """In which pairs the effect was not found, by what was said of them instead."""
+    missed: dict[str, list[str]] = {}
+    for answer in answers:
+        if SOUGHT_EFFECT not in answer.steps:
+            said = answer.failure or f"`{answer.verdict}`"
+            missed.setdefault(said, []).append(" and ".join(f"`{log}`" for log in answer.logs))
+    return "".join(f" {said} was said of {'; '.join(pairs)}." for said, pairs in missed.items())
 
 
 def main(
