@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -18,10 +19,7 @@ REPLAYED_VERSION = 2  # of FMI
 
 def replay_in_fmu(exported: ExportedModel, replay: Replay) -> tuple[float | None, str]:
     """Error [σ] of the FMU of FMI 2.0 on logs, and with what it ran, or why not."""
-    try:
-        import fmpy
-        from fmpy.fmi2 import FMU2Slave
-    except ImportError:
+    if importlib.util.find_spec("fmpy") is None:
         return None, "FMPy is not installed here"
     content = fmu_content(exported, REPLAYED_VERSION)
     if not any(path.startswith("binaries/") for path in content):
@@ -30,17 +28,32 @@ def replay_in_fmu(exported: ExportedModel, replay: Replay) -> tuple[float | None
         for path, held in content.items():
             (Path(name) / path).parent.mkdir(parents=True, exist_ok=True)
             (Path(name) / path).write_bytes(held)
-        description = fmpy.read_model_description(name, validate=False)
-        fmu = FMU2Slave(guid=description.guid, unzipDirectory=name,
-                        modelIdentifier=description.coSimulation.modelIdentifier)  # fmt: skip
-        fmu.instantiate()
-        try:
-            predicted = _FmuRun(exported, fmu).predicted(replay)
-        except fmpy.fmi1.FMICallException as error:
-            return None, f"the FMU refused: {error}"
-        finally:
-            fmu.freeInstance()
+        return _replayed(exported, replay, name)
+
+
+def _replayed(exported: ExportedModel, replay: Replay, folder: str) -> tuple[float | None, str]:
+    """Error [σ] of an FMU whose files are in a folder, and with what it ran, or why it did not."""
+    import fmpy
+    from fmpy.simulation import instantiate_fmu
+
+    said: list[str] = []
+    description = fmpy.read_model_description(folder, validate=False)
+    try:
+        fmu = instantiate_fmu(folder, description, "CoSimulation", logger=lambda *given: said.append(_text(given[-1])))
+    except Exception as error:  # FMPy raises no narrower one
+        return None, f"FMPy could not load the FMU ({error})"
+    try:
+        predicted = _FmuRun(exported, fmu).predicted(replay)
+    except fmpy.fmi1.FMICallException as error:
+        return None, f"the FMU refused: {said[-1] if said else error}"
+    finally:
+        fmu.freeInstance()
     return replay.error_of(predicted), f"run by FMPy {fmpy.__version__} as co-simulation of FMI 2.0"
+
+
+def _text(message: bytes | str) -> str:
+    """A message of the FMU's log."""
+    return message.decode("utf-8", "replace") if isinstance(message, bytes) else message
 
 
 class _FmuRun:

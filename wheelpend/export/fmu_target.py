@@ -27,11 +27,11 @@ from wheelpend.version import version
 TEMPLATE_FOLDER = Path(__file__).with_name("fmu")
 FMI_VERSIONS = (2, 3)
 FMU_PARTS = ("machine", "modes")
-DESCRIPTION_FILE = "modelDescription.xml"
+DESCRIPTION_FILE, OWN_HEADER = "modelDescription.xml", "wheelpend_fmu.h"
 ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of every file, so that the same export is the same file
 LIBRARY_SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
 
-IN_CO_SIMULATION = "exactly in co-simulation with equal steps; in model exchange not: "
+IN_CO_SIMULATION = "exactly in co-simulation with steps of one length; in model exchange not: "
 CARRIED_EXACTLY = Carried("exactly")
 IN_FMU = (
     (InputDelay, Carried("approximately", f"{IN_CO_SIMULATION}delay the input where you connect it")),
@@ -69,11 +69,13 @@ def fmu_notes(files: Mapping[str, str | bytes]) -> list[str]:
 
 def fmu_content(exported: ExportedModel, fmi_version: int) -> dict[str, bytes]:
     """Files in an FMU by path."""
-    sources = fmu_sources(exported, fmi_version)
+    plain = _plain_sources(exported, fmi_version)
+    token = _token(exported, fmi_version, plain)
+    sources = plain | {OWN_HEADER: _rendered(exported, f"{OWN_HEADER}.j2", fmi_version, token)}
     content = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    content[DESCRIPTION_FILE] = _rendered(exported, f"fmi{fmi_version}.xml.j2", fmi_version).encode()
+    content[DESCRIPTION_FILE] = _rendered(exported, f"fmi{fmi_version}.xml.j2", fmi_version, token).encode()
     if fmi_version > 2:
-        content["sources/buildDescription.xml"] = _rendered(exported, "build.xml.j2", fmi_version).encode()
+        content["sources/buildDescription.xml"] = _rendered(exported, "build.xml.j2", fmi_version, token).encode()
     if binary := _compiled(exported, sources):
         content[_binary_path(exported, fmi_version)] = binary
     return content
@@ -81,20 +83,24 @@ def fmu_content(exported: ExportedModel, fmi_version: int) -> dict[str, bytes]:
 
 def fmu_sources(exported: ExportedModel, fmi_version: int) -> dict[str, str]:
     """C sources and headers by name."""
-    plain = ("instance.h", "instance.c", f"fmi{fmi_version}.h", f"fmi{fmi_version}.c")
-    return {
-        **c_library(exported, FMU_PARTS),
-        "wheelpend_fmu.h": _rendered(exported, "wheelpend_fmu.h.j2", fmi_version),
-        **{name: (TEMPLATE_FOLDER / name).read_text(encoding="utf-8") for name in plain},
-    }
+    plain = _plain_sources(exported, fmi_version)
+    token = _token(exported, fmi_version, plain)
+    return plain | {OWN_HEADER: _rendered(exported, f"{OWN_HEADER}.j2", fmi_version, token)}
 
 
-def _rendered(exported: ExportedModel, template: str, fmi_version: int) -> str:
+def _plain_sources(exported: ExportedModel, fmi_version: int) -> dict[str, str]:
+    """Those without the token."""
+    names = ("instance.h", "instance.c", f"fmi{fmi_version}.h", f"fmi{fmi_version}.c")
+    own = {name: (TEMPLATE_FOLDER / name).read_text(encoding="utf-8") for name in names}
+    return {**c_library(exported, FMU_PARTS), **own}
+
+
+def _rendered(exported: ExportedModel, template: str, fmi_version: int, token: str) -> str:
     """A file of an FMU from its template."""
     variables = fmu_variables(exported)
     effects = ", ".join(exported.model.effects) or "none"
     return file_template(TEMPLATE_FOLDER, template).render(
-        m=exported.module, token=_token(exported), identifier=_identifier(exported), version=version(),
+        m=exported.module, token=token, identifier=_identifier(exported), version=version(),
         title=f"Model of {exported.model.plant}", description=f"identified by wheelpend; effects: {effects}",
         variables=variables.all(), outputs=variables.outputs, slopes=variables.slopes, reserves=variables.reserves,
         units=variables.units(), step=repr(exported.period), sources=(SOURCE_FILE, "instance.c", f"fmi{fmi_version}.c"),
@@ -102,10 +108,11 @@ def _rendered(exported: ExportedModel, template: str, fmi_version: int) -> str:
     )  # fmt: skip
 
 
-def _token(exported: ExportedModel) -> str:
-    """What tells these files from those of another model."""
-    parts = (exported.text, repr(exported.parameters.tolist()), repr(exported.period), version())
-    return "{" + str(uuid.UUID(hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32])) + "}"
+def _token(exported: ExportedModel, fmi_version: int, plain: Mapping[str, str]) -> str:
+    """What tells these files from those of another model: a digest of all that is in them."""
+    rendered = [_rendered(exported, n, fmi_version, "") for n in (f"{OWN_HEADER}.j2", f"fmi{fmi_version}.xml.j2")]
+    digest = hashlib.sha256("\n".join([*plain.values(), *rendered]).encode()).hexdigest()
+    return "{" + str(uuid.UUID(digest[:32])) + "}"
 
 
 def _identifier(exported: ExportedModel) -> str:

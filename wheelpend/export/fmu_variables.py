@@ -31,6 +31,8 @@ class FmuVariable:
     start: str | None = None
     state: FmuVariable | None = None  # whose derivative it is
     depends: tuple[FmuVariable, ...] = ()
+    least: str | None = None  # value that it may have
+    jumps: bool = False  # True of a state that an event may change
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ class _Declaration:
         time = self.add("time", "independent", "continuous", "", "time since the log's first sample", "s")
         known = self.state_units()
         states = [self.add(f"state.{n}", "local", "continuous", "exact", text, unit, 0.0) for n, unit, text in known]
+        stopped = {int(place) for place in m.RATES} if m.SURFACES else set()
+        states = [replace(s, jumps=i in stopped) for i, s in enumerate(states)]
         slopes = [
             self.add(f"der({s.name})", "local", "continuous", "calculated", f"its time derivative: {s.description}",
                      per_second(s.unit), state=s)
@@ -155,7 +159,8 @@ class _Declaration:
                 continue
             unit = m.UNITS[place] if place < len(m.UNITS) else ""
             value = float(self.exported.parameters[place])
-            found.append(self.add(structured(name), "parameter", "tunable", "exact", self.described(name), unit, value))
+            made = self.add(structured(name), "parameter", "tunable", "exact", self.described(name), unit, value)
+            found.append(replace(made, least="0.0") if place in (m.DELAY, m.SENSOR_DELAY) else made)
         return found
 
     def described(self, name: str) -> str:

@@ -12,28 +12,30 @@ typedef struct {
     char name[128];
 } wp_component;
 
-/* fmi2OK where nothing is wrong; else what is wrong goes to the log. */
-static fmi2Status said(fmi2Component c, const char *wrong) {
+/* fmi2OK where nothing is wrong; else this status, and what is wrong goes to the log. */
+static fmi2Status said_as(fmi2Component c, fmi2Status status, const char *wrong) {
     const wp_component *own = c;
-    if (wrong && own->callbacks.logger) {
-        own->callbacks.logger(own->callbacks.componentEnvironment, own->name, fmi2Error, "logStatusError", "%s", wrong);
+    if (wrong && own && own->callbacks.logger) {
+        own->callbacks.logger(own->callbacks.componentEnvironment, own->name, status,
+                              status == fmi2Discard ? "logStatusDiscard" : "logStatusError", "%s", wrong);
     }
-    return wrong ? fmi2Error : fmi2OK;
+    return wrong ? status : fmi2OK;
+}
+
+static fmi2Status said(fmi2Component c, const char *wrong) {
+    return said_as(c, fmi2Error, wrong);
 }
 
 static wp_instance *of(fmi2Component c) {
-    return &((wp_component *)c)->instance;
+    return c ? &((wp_component *)c)->instance : NULL;
 }
 
-/* NULL where the instance is in this phase; else what it must do first. */
-static const char *must_be(fmi2Component c, wp_phase phase) {
-    static const char *const words[] = {
-        "This must be called before the initialisation.", "This must be called during the initialisation.",
-        "This must be called in event mode.",             "This must be called in continuous-time mode.",
-        "This must be called in co-simulation, after the initialisation.", "This must be called after the end.",
-    };
-    return of(c)->phase == phase ? NULL : words[phase];
+/* NULL where the instance is in one of these phases; else what is wrong. */
+static const char *must_be(fmi2Component c, unsigned phases) {
+    return wp_instance_must_be(of(c), phases);
 }
+
+#define MISSING "An argument is NULL that must not be."
 
 FMI2_EXPORT const char *FMI2(GetTypesPlatform)(void) {
     return "default";
@@ -76,15 +78,16 @@ FMI2_EXPORT void FMI2(FreeInstance)(fmi2Component c) {
 FMI2_EXPORT fmi2Status FMI2(SetupExperiment)(fmi2Component c, fmi2Boolean has_tolerance, fmi2Real tolerance,
                                              fmi2Real start, fmi2Boolean has_stop, fmi2Real stop) {
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    if (!isfinite(start)) {
-        return said(c, "The start time must be a finite number.");
+    const char *wrong = must_be(c, WP_IN(WP_CREATED));
+    wrong = wrong || isfinite(start) ? wrong : "The start time must be a finite number.";
+    if (!wrong) {
+        wp_instance_set_time(of(c), start);
     }
-    wp_instance_set_time(of(c), start);
-    return said(c, must_be(c, WP_CREATED));
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(EnterInitializationMode)(fmi2Component c) {
-    const char *wrong = must_be(c, WP_CREATED);
+    const char *wrong = must_be(c, WP_IN(WP_CREATED));
     if (!wrong) {
         of(c)->phase = WP_INITIALISING;
     }
@@ -92,7 +95,7 @@ FMI2_EXPORT fmi2Status FMI2(EnterInitializationMode)(fmi2Component c) {
 }
 
 FMI2_EXPORT fmi2Status FMI2(ExitInitializationMode)(fmi2Component c) {
-    const char *wrong = must_be(c, WP_INITIALISING);
+    const char *wrong = must_be(c, WP_IN(WP_INITIALISING));
     if (!wrong) {
         wp_instance_begin(of(c));
     }
@@ -100,29 +103,39 @@ FMI2_EXPORT fmi2Status FMI2(ExitInitializationMode)(fmi2Component c) {
 }
 
 FMI2_EXPORT fmi2Status FMI2(Terminate)(fmi2Component c) {
-    of(c)->phase = WP_ENDED;
-    return fmi2OK;
+    const char *wrong = must_be(c, WP_IN_SIMULATION);
+    if (!wrong) {
+        of(c)->phase = WP_ENDED;
+    }
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(Reset)(fmi2Component c) {
-    wp_instance_reset(of(c), of(c)->steps);
-    return fmi2OK;
+    const char *wrong = must_be(c, WP_IN_ALL);
+    if (!wrong) {
+        wp_instance_reset(of(c), of(c)->steps);
+    }
+    return said(c, wrong);
 }
 
 /* Variables */
 
+/* NULL where there is an instance, and lists of as many variables and values as are counted. */
+static const char *lists_are_wrong(fmi2Component c, const fmi2ValueReference which[], size_t count, const fmi2Real values[]) {
+    return count && (!which || !values) ? MISSING : must_be(c, WP_IN_ALL);
+}
+
 FMI2_EXPORT fmi2Status FMI2(GetReal)(fmi2Component c, const fmi2ValueReference which[], size_t count, fmi2Real value[]) {
-    for (size_t i = 0; i < count; i++) {
-        if (!wp_instance_get(of(c), which[i], &value[i])) {
-            return said(c, "There is no variable of this number.");
-        }
+    const char *wrong = lists_are_wrong(c, which, count, value);
+    for (size_t i = 0; i < count && !wrong; i++) {
+        wrong = wp_instance_get(of(c), which[i], &value[i]) ? NULL : "There is no variable of this number.";
     }
-    return fmi2OK;
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(SetReal)(fmi2Component c, const fmi2ValueReference which[], size_t count,
                                      const fmi2Real value[]) {
-    const char *wrong = NULL;
+    const char *wrong = lists_are_wrong(c, which, count, value);
     for (size_t i = 0; i < count && !wrong; i++) {
         wrong = wp_instance_set(of(c), which[i], value[i]);
     }
@@ -146,22 +159,34 @@ NO_VARIABLES(SetString, const fmi2String)
 FMI2_EXPORT fmi2Status FMI2(GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknowns[], size_t count,
                                                       const fmi2ValueReference knowns[], size_t known_count,
                                                       const fmi2Real seed[], fmi2Real found[]) {
-    return said(c, wp_instance_derivative(of(c), unknowns, count, knowns, known_count, seed, found));
+    const char *wrong = lists_are_wrong(c, unknowns, count, found);
+    wrong = wrong ? wrong : lists_are_wrong(c, knowns, known_count, seed);
+    return said(c, wrong ? wrong : wp_instance_derivative(of(c), unknowns, count, knowns, known_count, seed, found));
 }
 
 /* Saved states */
 
 FMI2_EXPORT fmi2Status FMI2(GetFMUstate)(fmi2Component c, fmi2FMUstate *state) {
-    *state = *state ? *state : malloc(sizeof(wp_instance));
-    if (*state) {
+    const char *wrong = state ? must_be(c, WP_IN_ALL) : MISSING;
+    if (!wrong) {
+        *state = *state ? *state : malloc(sizeof(wp_instance));
+        wrong = *state ? NULL : "There is no memory left for a state.";
+    }
+    if (!wrong) {
         memcpy(*state, of(c), sizeof(wp_instance));
     }
-    return said(c, *state ? NULL : "There is no memory left for a state.");
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(SetFMUstate)(fmi2Component c, fmi2FMUstate state) {
-    memcpy(of(c), state, sizeof(wp_instance));
-    return fmi2OK;
+    const char *wrong = state ? must_be(c, WP_IN_ALL) : MISSING;
+    if (!wrong && ((const wp_instance *)state)->steps != of(c)->steps) {
+        wrong = "A state must be of an instance of the same kind, model exchange or co-simulation.";
+    }
+    if (!wrong) {
+        memcpy(of(c), state, sizeof(wp_instance));
+    }
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) {
@@ -174,43 +199,44 @@ FMI2_EXPORT fmi2Status FMI2(FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) 
 }
 
 FMI2_EXPORT fmi2Status FMI2(SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size) {
-    (void)c, (void)state;
-    *size = sizeof(wp_instance);
+    (void)state;
+    if (!size) {
+        return said(c, MISSING);
+    }
+    *size = WP_BYTES;
     return fmi2OK;
 }
 
 FMI2_EXPORT fmi2Status FMI2(SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (size < sizeof(wp_instance)) {
-        return said(c, "A state needs more bytes than were given for it.");
-    }
-    memcpy(bytes, state, sizeof(wp_instance));
-    return fmi2OK;
+    return said(c, wp_instance_pack(state, bytes, size));
 }
 
-FMI2_EXPORT fmi2Status FMI2(DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size,
-                                                 fmi2FMUstate *state) {
-    if (size != sizeof(wp_instance)) {
-        return said(c, "These bytes are no state of this FMU.");
+FMI2_EXPORT fmi2Status FMI2(DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+    wp_instance *made = state ? malloc(sizeof *made) : NULL;
+    const char *wrong = !state ? MISSING : !made ? "There is no memory left for a state." : NULL;
+    wrong = wrong ? wrong : wp_instance_unpack(made, bytes, size);
+    if (wrong) {
+        free(made);
+    } else {
+        *state = made;
     }
-    *state = malloc(size);
-    if (*state) {
-        memcpy(*state, bytes, size);
-    }
-    return said(c, *state ? NULL : "There is no memory left for a state.");
+    return said(c, wrong);
 }
 
 /* Model exchange */
 
 FMI2_EXPORT fmi2Status FMI2(EnterEventMode)(fmi2Component c) {
-    const char *wrong = of(c)->phase == WP_EVENT ? NULL : must_be(c, WP_CONTINUOUS);
-    of(c)->phase = wrong ? of(c)->phase : WP_EVENT;
+    const char *wrong = must_be(c, WP_IN_EXCHANGE);
+    if (!wrong) {
+        of(c)->phase = WP_EVENT;
+    }
     return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(NewDiscreteStates)(fmi2Component c, fmi2EventInfo *info) {
-    const char *wrong = must_be(c, WP_EVENT);
-    memset(info, 0, sizeof *info);
+    const char *wrong = info ? must_be(c, WP_IN(WP_EVENT)) : MISSING;
     if (!wrong) {
+        memset(info, 0, sizeof *info);
         info->valuesOfContinuousStatesChanged = wp_instance_settle(of(c));
         info->nextEventTimeDefined = of(c)->until < HUGE_VAL;
         info->nextEventTime = info->nextEventTimeDefined ? of(c)->until : 0.0;
@@ -219,32 +245,56 @@ FMI2_EXPORT fmi2Status FMI2(NewDiscreteStates)(fmi2Component c, fmi2EventInfo *i
 }
 
 FMI2_EXPORT fmi2Status FMI2(EnterContinuousTimeMode)(fmi2Component c) {
-    const char *wrong = must_be(c, WP_EVENT);
-    of(c)->phase = wrong ? of(c)->phase : WP_CONTINUOUS;
+    const char *wrong = must_be(c, WP_IN(WP_EVENT));
+    if (!wrong) {
+        of(c)->phase = WP_CONTINUOUS;
+    }
     return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(CompletedIntegratorStep)(fmi2Component c, fmi2Boolean never_back, fmi2Boolean *event,
                                                      fmi2Boolean *end) {
     (void)never_back;
+    if (!event || !end) {
+        return said(c, MISSING);
+    }
     *event = *end = 0;
-    return said(c, must_be(c, WP_CONTINUOUS));
+    return said(c, must_be(c, WP_IN(WP_CONTINUOUS)));
 }
 
 FMI2_EXPORT fmi2Status FMI2(SetTime)(fmi2Component c, fmi2Real time) {
-    if (!isfinite(time)) {
-        return said(c, "The time must be a finite number.");
+    const char *wrong = must_be(c, WP_IN_EXCHANGE);
+    wrong = wrong || isfinite(time) ? wrong : "The time must be a finite number.";
+    if (!wrong) {
+        wp_instance_set_time(of(c), time);
     }
-    wp_instance_set_time(of(c), time);
+    return said(c, wrong);
+}
+
+/* NULL where the instance is in one of these phases, and there is room for the right number of values. */
+static const char *must_count(fmi2Component c, unsigned phases, const fmi2Real values[], size_t count, size_t right) {
+    if (count != right) {
+        return "There must be as many values as states or event indicators.";
+    }
+    return count && !values ? MISSING : must_be(c, phases);
+}
+
+#define KNOWN (WP_IN(WP_INITIALISING) | WP_IN_EXCHANGE | WP_IN(WP_ENDED)) /* phases in which these have values */
+
+/* Numbers as they were found, if all are finite: a solver may then try a shorter step. */
+static fmi2Status finite(fmi2Component c, const wp_real found[], fmi2Real values[], size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(found[i])) {
+            return said_as(c, fmi2Discard,
+                           "Derivatives and event indicators must be finite, and with these states and inputs one is not.");
+        }
+        values[i] = found[i];
+    }
     return fmi2OK;
 }
 
-static const char *must_count(size_t count, size_t right) {
-    return count == right ? NULL : "The number of states or event indicators is another.";
-}
-
 FMI2_EXPORT fmi2Status FMI2(SetContinuousStates)(fmi2Component c, const fmi2Real x[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
+    const char *wrong = must_count(c, WP_IN_EXCHANGE, x, count, WP_ALL_STATES);
     if (!wrong) {
         memcpy(of(c)->machine.now, x, count * sizeof *x);
     }
@@ -252,7 +302,7 @@ FMI2_EXPORT fmi2Status FMI2(SetContinuousStates)(fmi2Component c, const fmi2Real
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetContinuousStates)(fmi2Component c, fmi2Real x[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
+    const char *wrong = must_count(c, KNOWN, x, count, WP_ALL_STATES);
     if (!wrong) {
         memcpy(x, of(c)->machine.now, count * sizeof *x);
     }
@@ -260,41 +310,38 @@ FMI2_EXPORT fmi2Status FMI2(GetContinuousStates)(fmi2Component c, fmi2Real x[], 
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real x[], size_t count) {
-    (void)c;
-    for (size_t i = 0; i < count; i++) {
+    const char *wrong = must_count(c, KNOWN, x, count, WP_ALL_STATES);
+    for (size_t i = 0; i < count && !wrong; i++) {
         x[i] = 1.0;
     }
-    return fmi2OK;
+    return said(c, wrong);
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetDerivatives)(fmi2Component c, fmi2Real slope[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
-    if (!wrong) {
-        wp_instance_slopes(of(c), slope);
+    wp_real found[WP_ALL_STATES];
+    const char *wrong = must_count(c, KNOWN, slope, count, WP_ALL_STATES);
+    if (wrong) {
+        return said(c, wrong);
     }
-    for (size_t i = 0; i < count && !wrong; i++) {
-        wrong = isfinite(slope[i])
-                    ? NULL
-                    : "A derivative is no finite number: neither are the states, the input or the parameters.";
-    }
-    return said(c, wrong);
+    wp_instance_slopes(of(c), found);
+    return finite(c, found, slope, count);
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetEventIndicators)(fmi2Component c, fmi2Real indicators[], size_t count) {
-    wp_real reserves[WP_RESERVES];
-    const char *wrong = must_count(count, WP_INDICATORS);
-    wp_instance_reserves(of(c), reserves);
-    if (!wrong) {
-        memcpy(indicators, reserves, count * sizeof *indicators);
+    wp_real found[WP_RESERVES];
+    const char *wrong = must_count(c, KNOWN, indicators, count, WP_INDICATORS);
+    if (wrong) {
+        return said(c, wrong);
     }
-    return said(c, wrong);
+    wp_instance_reserves(of(c), found);
+    return finite(c, found, indicators, count);
 }
 
 /* Co-simulation */
 
 FMI2_EXPORT fmi2Status FMI2(DoStep)(fmi2Component c, fmi2Real from, fmi2Real length, fmi2Boolean never_back) {
     (void)never_back;
-    const char *wrong = must_be(c, WP_STEPPING);
+    const char *wrong = must_be(c, WP_IN(WP_STEPPING));
     return said(c, wrong ? wrong : wp_instance_step(of(c), from, length));
 }
 
@@ -315,13 +362,21 @@ FMI2_EXPORT fmi2Status FMI2(GetRealOutputDerivatives)(fmi2Component c, const fmi
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetRealStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
+    const char *wrong = value ? must_be(c, WP_IN_ALL) : MISSING;
+    if (wrong || kind != fmi2LastSuccessfulTime) {
+        return wrong ? said(c, wrong) : fmi2Discard;
+    }
     *value = of(c)->time;
-    return kind == fmi2LastSuccessfulTime ? fmi2OK : fmi2Discard;
+    return fmi2OK;
 }
 
 FMI2_EXPORT fmi2Status FMI2(GetBooleanStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
-    *value = of(c)->phase == WP_ENDED;
-    return kind == fmi2Terminated ? fmi2OK : fmi2Discard;
+    const char *wrong = value ? must_be(c, WP_IN_ALL) : MISSING;
+    if (wrong || kind != fmi2Terminated) {
+        return wrong ? said(c, wrong) : fmi2Discard;
+    }
+    *value = 0; /* it never ends a simulation by itself */
+    return fmi2OK;
 }
 
 /* Of a step that is never left pending there is nothing else to tell. */

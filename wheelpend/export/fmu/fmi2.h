@@ -12,7 +12,7 @@
 #define FMI2_EXPORT
 #endif
 
-/* A tool that links several FMUs into one program defines a prefix of their functions. */
+/* A tool that links an FMU into a program defines a prefix of its functions: one FMU of wheelpend in each program. */
 #ifdef FMI2_FUNCTION_PREFIX
 #define FMI2_JOIN(a, b) a##b
 #define FMI2_JOINED(a, b) FMI2_JOIN(a, b)

@@ -14,28 +14,29 @@ typedef struct {
 
 #define FUNCTION FMI3_EXPORT fmi3Status
 
-/* fmi3OK where nothing is wrong; else what is wrong goes to the log. */
-static fmi3Status said(fmi3Instance c, const char *wrong) {
+/* fmi3OK where nothing is wrong; else this status, and what is wrong goes to the log. */
+static fmi3Status said_as(fmi3Instance c, fmi3Status status, const char *wrong) {
     const wp_component *own = c;
-    if (wrong && own->log) {
-        own->log(own->environment, fmi3Error, "logStatusError", wrong);
+    if (wrong && own && own->log) {
+        own->log(own->environment, status, status == fmi3Discard ? "logStatusDiscard" : "logStatusError", wrong);
     }
-    return wrong ? fmi3Error : fmi3OK;
+    return wrong ? status : fmi3OK;
+}
+
+static fmi3Status said(fmi3Instance c, const char *wrong) {
+    return said_as(c, fmi3Error, wrong);
 }
 
 static wp_instance *of(fmi3Instance c) {
-    return &((wp_component *)c)->instance;
+    return c ? &((wp_component *)c)->instance : NULL;
 }
 
-/* NULL where the instance is in this phase; else what it must do first. */
-static const char *must_be(fmi3Instance c, wp_phase phase) {
-    static const char *const words[] = {
-        "This must be called before the initialisation.", "This must be called during the initialisation.",
-        "This must be called in event mode.",             "This must be called in continuous-time mode.",
-        "This must be called in step mode.",              "This must be called after the end.",
-    };
-    return of(c)->phase == phase ? NULL : words[phase];
+/* NULL where the instance is in one of these phases; else what is wrong. */
+static const char *must_be(fmi3Instance c, unsigned phases) {
+    return wp_instance_must_be(of(c), phases);
 }
+
+#define MISSING "An argument is NULL that must not be."
 
 FMI3_EXPORT const char *FMI3(GetVersion)(void) {
     return "3.0";
@@ -99,7 +100,8 @@ FMI3_EXPORT void FMI3(FreeInstance)(fmi3Instance c) {
 FUNCTION FMI3(EnterInitializationMode)(fmi3Instance c, fmi3Boolean has_tolerance, fmi3Float64 tolerance,
                                        fmi3Float64 start, fmi3Boolean has_stop, fmi3Float64 stop) {
     (void)has_tolerance, (void)tolerance, (void)has_stop, (void)stop;
-    const char *wrong = isfinite(start) ? must_be(c, WP_CREATED) : "The start time must be a finite number.";
+    const char *wrong = must_be(c, WP_IN(WP_CREATED));
+    wrong = wrong || isfinite(start) ? wrong : "The start time must be a finite number.";
     if (!wrong) {
         wp_instance_set_time(of(c), start);
         of(c)->phase = WP_INITIALISING;
@@ -108,7 +110,7 @@ FUNCTION FMI3(EnterInitializationMode)(fmi3Instance c, fmi3Boolean has_tolerance
 }
 
 FUNCTION FMI3(ExitInitializationMode)(fmi3Instance c) {
-    const char *wrong = must_be(c, WP_INITIALISING);
+    const char *wrong = must_be(c, WP_IN(WP_INITIALISING));
     if (!wrong) {
         wp_instance_begin(of(c));
     }
@@ -116,20 +118,35 @@ FUNCTION FMI3(ExitInitializationMode)(fmi3Instance c) {
 }
 
 FUNCTION FMI3(Terminate)(fmi3Instance c) {
-    of(c)->phase = WP_ENDED;
-    return fmi3OK;
+    const char *wrong = must_be(c, WP_IN_SIMULATION);
+    if (!wrong) {
+        of(c)->phase = WP_ENDED;
+    }
+    return said(c, wrong);
 }
 
 FUNCTION FMI3(Reset)(fmi3Instance c) {
-    wp_instance_reset(of(c), of(c)->steps);
-    return fmi3OK;
+    const char *wrong = must_be(c, WP_IN_ALL);
+    if (!wrong) {
+        wp_instance_reset(of(c), of(c)->steps);
+    }
+    return said(c, wrong);
 }
 
 /* Variables */
 
+/* NULL where there is an instance, and lists of as many variables as values. */
+static const char *lists_are_wrong(fmi3Instance c, const fmi3ValueReference which[], size_t count,
+                                   const fmi3Float64 values[], size_t value_count) {
+    if (count != value_count) {
+        return "There must be as many values as variables: each is one number.";
+    }
+    return count && (!which || !values) ? MISSING : must_be(c, WP_IN_ALL);
+}
+
 FUNCTION FMI3(GetFloat64)(fmi3Instance c, const fmi3ValueReference which[], size_t count, fmi3Float64 values[],
                           size_t value_count) {
-    const char *wrong = count == value_count ? NULL : "Every variable is one number.";
+    const char *wrong = lists_are_wrong(c, which, count, values, value_count);
     for (size_t i = 0; i < count && !wrong; i++) {
         wrong = wp_instance_get(of(c), which[i], &values[i]) ? NULL : "There is no variable of this number.";
     }
@@ -138,7 +155,7 @@ FUNCTION FMI3(GetFloat64)(fmi3Instance c, const fmi3ValueReference which[], size
 
 FUNCTION FMI3(SetFloat64)(fmi3Instance c, const fmi3ValueReference which[], size_t count, const fmi3Float64 values[],
                           size_t value_count) {
-    const char *wrong = count == value_count ? NULL : "Every variable is one number.";
+    const char *wrong = lists_are_wrong(c, which, count, values, value_count);
     for (size_t i = 0; i < count && !wrong; i++) {
         wrong = wp_instance_set(of(c), which[i], values[i]);
     }
@@ -227,25 +244,34 @@ HAS_NO(EvaluateDiscreteStates, NULL, fmi3Instance c)
 FUNCTION FMI3(GetDirectionalDerivative)(fmi3Instance c, const fmi3ValueReference unknowns[], size_t count,
                                         const fmi3ValueReference knowns[], size_t known_count, const fmi3Float64 seed[],
                                         size_t seed_count, fmi3Float64 found[], size_t found_count) {
-    if (count != found_count || known_count != seed_count) {
-        return said(c, "Every variable is one number.");
-    }
-    return said(c, wp_instance_derivative(of(c), unknowns, count, knowns, known_count, seed, found));
+    const char *wrong = lists_are_wrong(c, unknowns, count, found, found_count);
+    wrong = wrong ? wrong : lists_are_wrong(c, knowns, known_count, seed, seed_count);
+    return said(c, wrong ? wrong : wp_instance_derivative(of(c), unknowns, count, knowns, known_count, seed, found));
 }
 
 /* Saved states */
 
 FUNCTION FMI3(GetFMUState)(fmi3Instance c, fmi3FMUState *state) {
-    *state = *state ? *state : malloc(sizeof(wp_instance));
-    if (*state) {
+    const char *wrong = state ? must_be(c, WP_IN_ALL) : MISSING;
+    if (!wrong) {
+        *state = *state ? *state : malloc(sizeof(wp_instance));
+        wrong = *state ? NULL : "There is no memory left for a state.";
+    }
+    if (!wrong) {
         memcpy(*state, of(c), sizeof(wp_instance));
     }
-    return said(c, *state ? NULL : "There is no memory left for a state.");
+    return said(c, wrong);
 }
 
 FUNCTION FMI3(SetFMUState)(fmi3Instance c, fmi3FMUState state) {
-    memcpy(of(c), state, sizeof(wp_instance));
-    return fmi3OK;
+    const char *wrong = state ? must_be(c, WP_IN_ALL) : MISSING;
+    if (!wrong && ((const wp_instance *)state)->steps != of(c)->steps) {
+        wrong = "A state must be of an instance of the same kind, model exchange or co-simulation.";
+    }
+    if (!wrong) {
+        memcpy(of(c), state, sizeof(wp_instance));
+    }
+    return said(c, wrong);
 }
 
 FUNCTION FMI3(FreeFMUState)(fmi3Instance c, fmi3FMUState *state) {
@@ -258,44 +284,46 @@ FUNCTION FMI3(FreeFMUState)(fmi3Instance c, fmi3FMUState *state) {
 }
 
 FUNCTION FMI3(SerializedFMUStateSize)(fmi3Instance c, fmi3FMUState state, size_t *size) {
-    (void)c, (void)state;
-    *size = sizeof(wp_instance);
+    (void)state;
+    if (!size) {
+        return said(c, MISSING);
+    }
+    *size = WP_BYTES;
     return fmi3OK;
 }
 
 FUNCTION FMI3(SerializeFMUState)(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-    if (size < sizeof(wp_instance)) {
-        return said(c, "A state needs more bytes than were given for it.");
-    }
-    memcpy(bytes, state, sizeof(wp_instance));
-    return fmi3OK;
+    return said(c, wp_instance_pack(state, bytes, size));
 }
 
 FUNCTION FMI3(DeserializeFMUState)(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-    if (size != sizeof(wp_instance)) {
-        return said(c, "These bytes are no state of this FMU.");
+    wp_instance *made = state ? malloc(sizeof *made) : NULL;
+    const char *wrong = !state ? MISSING : !made ? "There is no memory left for a state." : NULL;
+    wrong = wrong ? wrong : wp_instance_unpack(made, bytes, size);
+    if (wrong) {
+        free(made);
+    } else {
+        *state = made;
     }
-    *state = malloc(size);
-    if (*state) {
-        memcpy(*state, bytes, size);
-    }
-    return said(c, *state ? NULL : "There is no memory left for a state.");
+    return said(c, wrong);
 }
 
 /* Model exchange */
 
 FUNCTION FMI3(EnterEventMode)(fmi3Instance c) {
-    const char *wrong = of(c)->phase == WP_EVENT ? NULL : must_be(c, WP_CONTINUOUS);
-    of(c)->phase = wrong ? of(c)->phase : WP_EVENT;
+    const char *wrong = must_be(c, WP_IN_EXCHANGE);
+    if (!wrong) {
+        of(c)->phase = WP_EVENT;
+    }
     return said(c, wrong);
 }
 
 FUNCTION FMI3(UpdateDiscreteStates)(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *end, fmi3Boolean *nominals_changed,
                                     fmi3Boolean *states_changed, fmi3Boolean *has_event, fmi3Float64 *event) {
-    const char *wrong = must_be(c, WP_EVENT);
-    *again = *end = *nominals_changed = *states_changed = *has_event = false;
-    *event = 0.0;
+    const bool missing = !again || !end || !nominals_changed || !states_changed || !has_event || !event;
+    const char *wrong = missing ? MISSING : must_be(c, WP_IN(WP_EVENT));
     if (!wrong) {
+        *again = *end = *nominals_changed = false;
         *states_changed = wp_instance_settle(of(c));
         *has_event = of(c)->until < HUGE_VAL;
         *event = *has_event ? of(c)->until : 0.0;
@@ -304,31 +332,55 @@ FUNCTION FMI3(UpdateDiscreteStates)(fmi3Instance c, fmi3Boolean *again, fmi3Bool
 }
 
 FUNCTION FMI3(EnterContinuousTimeMode)(fmi3Instance c) {
-    const char *wrong = must_be(c, WP_EVENT);
-    of(c)->phase = wrong ? of(c)->phase : WP_CONTINUOUS;
+    const char *wrong = must_be(c, WP_IN(WP_EVENT));
+    if (!wrong) {
+        of(c)->phase = WP_CONTINUOUS;
+    }
     return said(c, wrong);
 }
 
 FUNCTION FMI3(CompletedIntegratorStep)(fmi3Instance c, fmi3Boolean never_back, fmi3Boolean *event, fmi3Boolean *end) {
     (void)never_back;
+    if (!event || !end) {
+        return said(c, MISSING);
+    }
     *event = *end = false;
-    return said(c, must_be(c, WP_CONTINUOUS));
+    return said(c, must_be(c, WP_IN(WP_CONTINUOUS)));
 }
 
 FUNCTION FMI3(SetTime)(fmi3Instance c, fmi3Float64 time) {
-    if (!isfinite(time)) {
-        return said(c, "The time must be a finite number.");
+    const char *wrong = must_be(c, WP_IN_EXCHANGE);
+    wrong = wrong || isfinite(time) ? wrong : "The time must be a finite number.";
+    if (!wrong) {
+        wp_instance_set_time(of(c), time);
     }
-    wp_instance_set_time(of(c), time);
+    return said(c, wrong);
+}
+
+/* NULL where the instance is in one of these phases, and there is room for the right number of values. */
+static const char *must_count(fmi3Instance c, unsigned phases, const fmi3Float64 values[], size_t count, size_t right) {
+    if (count != right) {
+        return "There must be as many values as states or event indicators.";
+    }
+    return count && !values ? MISSING : must_be(c, phases);
+}
+
+#define KNOWN (WP_IN(WP_INITIALISING) | WP_IN_EXCHANGE | WP_IN(WP_ENDED)) /* phases in which these have values */
+
+/* Numbers as they were found, if all are finite: a solver may then try a shorter step. */
+static fmi3Status finite(fmi3Instance c, const wp_real found[], fmi3Float64 values[], size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(found[i])) {
+            return said_as(c, fmi3Discard,
+                           "Derivatives and event indicators must be finite, and with these states and inputs one is not.");
+        }
+        values[i] = found[i];
+    }
     return fmi3OK;
 }
 
-static const char *must_count(size_t count, size_t right) {
-    return count == right ? NULL : "The number of states or event indicators is another.";
-}
-
 FUNCTION FMI3(SetContinuousStates)(fmi3Instance c, const fmi3Float64 x[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
+    const char *wrong = must_count(c, WP_IN_EXCHANGE, x, count, WP_ALL_STATES);
     if (!wrong) {
         memcpy(of(c)->machine.now, x, count * sizeof *x);
     }
@@ -336,7 +388,7 @@ FUNCTION FMI3(SetContinuousStates)(fmi3Instance c, const fmi3Float64 x[], size_t
 }
 
 FUNCTION FMI3(GetContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
+    const char *wrong = must_count(c, KNOWN, x, count, WP_ALL_STATES);
     if (!wrong) {
         memcpy(x, of(c)->machine.now, count * sizeof *x);
     }
@@ -344,44 +396,45 @@ FUNCTION FMI3(GetContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t count
 }
 
 FUNCTION FMI3(GetNominalsOfContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t count) {
-    (void)c;
-    for (size_t i = 0; i < count; i++) {
+    const char *wrong = must_count(c, KNOWN, x, count, WP_ALL_STATES);
+    for (size_t i = 0; i < count && !wrong; i++) {
         x[i] = 1.0;
     }
-    return fmi3OK;
+    return said(c, wrong);
 }
 
 FUNCTION FMI3(GetContinuousStateDerivatives)(fmi3Instance c, fmi3Float64 slope[], size_t count) {
-    const char *wrong = must_count(count, WP_ALL_STATES);
-    if (!wrong) {
-        wp_instance_slopes(of(c), slope);
+    wp_real found[WP_ALL_STATES];
+    const char *wrong = must_count(c, KNOWN, slope, count, WP_ALL_STATES);
+    if (wrong) {
+        return said(c, wrong);
     }
-    for (size_t i = 0; i < count && !wrong; i++) {
-        wrong = isfinite(slope[i])
-                    ? NULL
-                    : "A derivative is no finite number: neither are the states, the input or the parameters.";
-    }
-    return said(c, wrong);
+    wp_instance_slopes(of(c), found);
+    return finite(c, found, slope, count);
 }
 
 FUNCTION FMI3(GetEventIndicators)(fmi3Instance c, fmi3Float64 indicators[], size_t count) {
-    wp_real reserves[WP_RESERVES];
-    const char *wrong = must_count(count, WP_INDICATORS);
-    wp_instance_reserves(of(c), reserves);
-    if (!wrong) {
-        memcpy(indicators, reserves, count * sizeof *indicators);
+    wp_real found[WP_RESERVES];
+    const char *wrong = must_count(c, KNOWN, indicators, count, WP_INDICATORS);
+    if (wrong) {
+        return said(c, wrong);
     }
-    return said(c, wrong);
+    wp_instance_reserves(of(c), found);
+    return finite(c, found, indicators, count);
 }
 
 FUNCTION FMI3(GetNumberOfEventIndicators)(fmi3Instance c, size_t *count) {
-    (void)c;
+    if (!count) {
+        return said(c, MISSING);
+    }
     *count = WP_INDICATORS;
     return fmi3OK;
 }
 
 FUNCTION FMI3(GetNumberOfContinuousStates)(fmi3Instance c, size_t *count) {
-    (void)c;
+    if (!count) {
+        return said(c, MISSING);
+    }
     *count = WP_ALL_STATES;
     return fmi3OK;
 }
@@ -391,9 +444,11 @@ FUNCTION FMI3(GetNumberOfContinuousStates)(fmi3Instance c, size_t *count) {
 FUNCTION FMI3(DoStep)(fmi3Instance c, fmi3Float64 from, fmi3Float64 length, fmi3Boolean never_back, fmi3Boolean *event,
                       fmi3Boolean *end, fmi3Boolean *early, fmi3Float64 *last) {
     (void)never_back;
-    const char *wrong = must_be(c, WP_STEPPING);
-    wrong = wrong ? wrong : wp_instance_step(of(c), from, length);
-    *event = *end = *early = false;
-    *last = of(c)->time;
+    const char *wrong = event && end && early && last ? must_be(c, WP_IN(WP_STEPPING)) : MISSING;
+    if (!wrong) {
+        *event = *end = *early = false;
+        wrong = wp_instance_step(of(c), from, length);
+        *last = of(c)->time;
+    }
     return said(c, wrong);
 }

@@ -14,7 +14,7 @@
 #define FMI3_EXPORT
 #endif
 
-/* A tool that links several FMUs into one program defines a prefix of their functions. */
+/* A tool that links an FMU into a program defines a prefix of its functions: one FMU of wheelpend in each program. */
 #ifdef FMI3_FUNCTION_PREFIX
 #define FMI3_JOIN(a, b) a##b
 #define FMI3_JOINED(a, b) FMI3_JOIN(a, b)
