@@ -24,14 +24,86 @@ static fmi2Component begun(fmi2Type kind) {
     return c;
 }
 
+/* Calls that make no sense, each of which must be refused; returns how many were not. */
+static int accepted(fmi2Component steps, fmi2Component solved) {
+    const fmi2ValueReference input = WP_FIRST_INPUT, delay = WP_FIRST_PARAMETER + WP_DELAY;
+    const double number = HUGE_VAL, negative = -0.01;
+    double value = 0.0;
+    char bytes[8] = {0};
+    fmi2FMUstate state = NULL;
+    int done = 0;
+    done += FMI2(GetReal)(NULL, &input, 1, &value) == fmi2OK;
+    done += FMI2(GetReal)(steps, NULL, 1, &value) == fmi2OK;
+    done += FMI2(GetReal)(steps, &input, 1, NULL) == fmi2OK;
+    done += FMI2(SetReal)(NULL, &input, 1, &number) == fmi2OK;
+    done += FMI2(SetReal)(steps, &input, 1, &number) == fmi2OK;
+    done += FMI2(SetReal)(steps, &delay, 1, &negative) == fmi2OK;
+    done += FMI2(DoStep)(NULL, 0.0, 1.0, 1) == fmi2OK;
+    done += FMI2(DoStep)(solved, 0.0, 1.0, 1) == fmi2OK;
+    done += FMI2(DoStep)(steps, 0.0, -1.0, 1) == fmi2OK;
+    done += FMI2(DoStep)(steps, 0.0, number, 1) == fmi2OK;
+    done += FMI2(SetTime)(steps, 0.0) == fmi2OK;
+    done += FMI2(SetTime)(NULL, 0.0) == fmi2OK;
+    done += FMI2(SetContinuousStates)(steps, &value, WP_ALL_STATES) == fmi2OK;
+    done += FMI2(GetDerivatives)(solved, &value, 1) == fmi2OK;
+    done += FMI2(GetDerivatives)(solved, NULL, WP_ALL_STATES) == fmi2OK;
+    done += FMI2(GetEventIndicators)(NULL, &value, WP_INDICATORS) == fmi2OK;
+    done += FMI2(NewDiscreteStates)(solved, NULL) == fmi2OK;
+    done += FMI2(NewDiscreteStates)(NULL, NULL) == fmi2OK;
+    done += FMI2(EnterInitializationMode)(steps) == fmi2OK;
+    done += FMI2(SetupExperiment)(steps, 0, 0.0, 5.0, 0, 0.0) == fmi2OK;
+    done += FMI2(Terminate)(NULL) == fmi2OK;
+    done += FMI2(Reset)(NULL) == fmi2OK;
+    done += FMI2(GetFMUstate)(NULL, &state) == fmi2OK;
+    done += FMI2(SetFMUstate)(steps, NULL) == fmi2OK;
+    done += FMI2(SerializeFMUstate)(steps, steps, bytes, sizeof bytes) == fmi2OK;
+    done += FMI2(DeSerializeFMUstate)(steps, bytes, sizeof bytes, &state) == fmi2OK;
+    done += FMI2(GetRealStatus)(NULL, fmi2LastSuccessfulTime, &value) == fmi2OK;
+    FMI2(FreeInstance)(NULL);
+    return done;
+}
+
+/* Steps of any length, with delays of any length. */
+static int any_steps(fmi2Component c) {
+    const fmi2ValueReference places[] = {WP_FIRST_INPUT, WP_FIRST_PARAMETER + WP_DELAY, WP_FIRST_PARAMETER + WP_SENSOR_DELAY};
+    const double lengths[] = {1e-3, 1e-6, 2.5e-3, 1e-9, 0.7e-3, 1e-5}, delays[] = {3.5e-3, 0.0, 1e-7, 0.2, 1e300};
+    double time = 0.0, values[3];
+    int wrong = 0;
+    for (int k = 0; k < 600; k++) {
+        values[0] = k % 5 - 2.0;
+        values[1] = delays[k / 100 % 5];
+        values[2] = delays[k / 70 % 5];
+        wrong += FMI2(SetReal)(c, places, 3, values);
+        wrong += FMI2(DoStep)(c, time, lengths[k % 6], 1);
+        time += lengths[k % 6];
+    }
+    return wrong;
+}
+
+/* A machine that runs away says so, again and again. */
+static int run_away(fmi2Component c) {
+    const fmi2ValueReference input = WP_FIRST_INPUT;
+    const double far = 1e300;
+    int refused = 0;
+    (void)FMI2(SetReal)(c, &input, 1, &far);
+    for (int k = 0; k < 50; k++) {
+        refused += FMI2(DoStep)(c, of(c)->time, WP_PERIOD, 1) == fmi2Error;
+    }
+    return refused < 10;
+}
+
 int main(void) {
     fmi2Component steps = begun(fmi2CoSimulation), solved = begun(fmi2ModelExchange);
     fmi2ValueReference all[WP_VARIABLES], known = WP_FIRST_INPUT, unknown = WP_FIRST_SLOPE, beyond = WP_VARIABLES;
     double value[WP_VARIABLES], x[WP_ALL_STATES], slope[WP_ALL_STATES], reserves[WP_RESERVES], seed = 1.0, found;
     fmi2FMUstate saved = NULL, read = NULL;
     fmi2EventInfo info;
-    static fmi2Byte bytes[sizeof(wp_instance)];
+    static fmi2Byte bytes[WP_BYTES];
     int wrong = FMI2(Instantiate)("two", fmi2CoSimulation, "another", NULL, NULL, 0, 0) != NULL;
+    wrong += accepted(steps, solved);
+    fmi2Component changing = begun(fmi2CoSimulation);
+    wrong += any_steps(changing) + run_away(changing);
+    FMI2(FreeInstance)(changing);
     for (unsigned i = 0; i < WP_VARIABLES; i++) {
         all[i] = i;
     }
@@ -61,6 +133,8 @@ int main(void) {
         printf("%.17g %.17g\n", of(steps)->machine.now[i], x[i]);
     }
     wrong += FMI2(Reset)(steps) + FMI2(Terminate)(solved);
+    wrong += FMI2(Terminate)(solved) == fmi2OK;
+    wrong += FMI2(SetReal)(solved, &known, 1, &seed) == fmi2OK;
     FMI2(FreeInstance)(steps);
     FMI2(FreeInstance)(solved);
     return wrong;

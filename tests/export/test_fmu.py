@@ -1,9 +1,12 @@
 """FMUs under FMPy: valid, and moving as the model does, whether their own steps or FMPy's solver move them."""
 
+import ctypes
 import io
+import re
 import shutil
 import subprocess
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -102,6 +105,32 @@ def test_a_step_of_several_periods_holds_its_command(fmpy):
     np.testing.assert_allclose(held.get("theta_w", "dtheta_p"), single.get("theta_w", "dtheta_p"), rtol=1e-12)
     assert abs(held.get("theta_w")[0] - reference[0, 0]) > 1e-9
     held.close(), single.close()
+
+
+def stepped_with(effects, lengths, start):
+    """Readings at the end of 30 ms under an input that changes every 5 ms, by steps of these lengths in turn [s]."""
+    instance, time, place = Instance(ROBOT, effects, 2).begin(start), 0.0, 0
+    while time < 0.03 - 1e-9:
+        until = 0.005 * (int(time / 0.005 + 1e-9) + 1)
+        length = min(lengths[place % len(lengths)], until - time)
+        instance.set({"v_in": 0.8 * np.sin(100.0 * until)})
+        instance.fmu.doStep(time, length)
+        time, place = time + length, place + 1
+    read = instance.get("theta_w", "theta_p", "dtheta_p")
+    instance.close()
+    return read
+
+
+@marked
+@pytest.mark.parametrize("effects", [("actuator_delay",), ("imu_lag",), ("actuator_delay", "imu_lag")], ids="+".join)
+def test_steps_of_any_length_keep_delays_of_input_and_sensors(fmpy, effects):
+    """Steps that are short beside the delay, long beside it, or change all the time come to what steps of 0.1 ms do."""
+    start = {"state.theta_p": 0.05, **{f"{e}.delay": 0.0073 for e in effects}}
+    fine = stepped_with(effects, [1e-4], start)
+    undelayed = stepped_with(effects, [1e-4], start | {f"{e}.delay": 0.0 for e in effects})
+    apart = np.abs(fine - undelayed)[1:].max()
+    for lengths, share in (([1e-3], 1e-6), ([2e-5], 1e-5), ([5e-3], 1e-6), ([7e-4, 1e-4, 1.3e-3, 2e-5], 1e-3)):
+        assert np.abs(stepped_with(effects, lengths, start) - fine)[1:].max() < share * apart, lengths
 
 
 @marked
@@ -288,7 +317,7 @@ def test_what_makes_no_sense_is_an_error_in_words(fmpy, version):
         "Only inputs, parameters and start values can be set": lambda: instance.set({"theta_w": 1.0}),
         "A communication step must be above zero": lambda: instance.fmu.doStep(0.0, 0.0),
         "A step must begin where the last one ended": lambda: instance.fmu.doStep(1.0, 0.001),
-        "A delay spans more samples than are kept": lambda: instance.fmu.doStep(0.0, 1e-5),
+        "A delay must be 0 or above": lambda: instance.set({"actuator_delay.delay": -1e-3}),
     }
     for words, call in wrong.items():
         with pytest.raises(FMICallException):
@@ -303,18 +332,40 @@ def test_what_makes_no_sense_is_an_error_in_words(fmpy, version):
 
 
 @needs_gcc
-def test_an_fmu_touches_nothing_that_is_not_its_own(tmp_path):
+@pytest.mark.parametrize(("version", "harness"), [(2, "fmu_harness.c"), (3, "fmu_harness3.c")])
+def test_an_fmu_touches_nothing_that_is_not_its_own(version, harness, tmp_path):
     """The sanitizers stay silent over both kinds, and they tell of memory that is never given back."""
     exported = exported_with(ROBOT, ("coulomb_drive", "actuator_delay", "imu_lag", "payload_step"))
-    for name, text in fmu_sources(exported, 2).items():
+    for name, text in fmu_sources(exported, version).items():
         (tmp_path / name).write_text(text)
     checks = ("-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-    units = ["wheelpend_model.c", "instance.c", f"{HERE}/fmu_harness.c"]
+    units = ["wheelpend_model.c", "instance.c", f"{HERE}/{harness}"]
     flags = [f for f in STRICT if f != "-Wconversion"]  # the harness adds statuses up
     command = ["gcc", *flags, *checks, "-I", ".", *units, "-o", "harness", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
     done = subprocess.run([tmp_path / "harness"], capture_output=True, text=True, check=False)
     assert done.returncode == 0 and np.isfinite(np.array(done.stdout.split(), dtype=float)).all(), done.stderr
+
+
+@marked
+@pytest.mark.parametrize("version", [2, 3])
+def test_functions_are_declared_as_in_the_standards_own_headers(fmpy, version, tmp_path):
+    headers = Path(fmpy.__file__).with_name("c-code")
+    for name, text in fmu_sources(exported_with(ROBOT, ()), version).items():
+        (tmp_path / name).write_text(text)
+    unit = f"""#include "fmi{version}Functions.h"
+        #define WHEELPEND_FMI{version}_H
+        #define FMI{version}_EXPORT FMI{version}_Export
+        #define FMI{version}(name) fmi{version}##name
+        #include "fmi{version}.c\""""
+    (tmp_path / "unit.c").write_text("\n".join(line.strip() for line in unit.splitlines()) + "\n")
+    command = ["gcc", "-std=c99", "-Wall", "-Werror", "-isystem", headers, "-I", ".", "-c", "unit.c"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    text = (headers / f"fmi{version}Functions.h").read_text()
+    declared = re.findall(rf"#define (fmi{version}\w+) +fmi{version}FullName", text)
+    folder = Path(fmpy.extract(fmu_paths(ROBOT, ())[version], tmp_path / "fmu"))
+    library = ctypes.CDLL(str(next(folder.glob("binaries/*/*.so"))))
+    assert len(declared) > 30 and [n for n in declared if not hasattr(library, n)] == []
 
 
 # -- every effect

@@ -88,7 +88,7 @@ FMI3_EXPORT fmi3Instance FMI3(InstantiateCoSimulation)(
 FMI3_EXPORT fmi3Instance FMI3(InstantiateScheduledExecution)(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3ClockUpdateCallback update,
-    fmi3PreemptionCallback lock, fmi3PreemptionCallback unlock) {
+    fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock) {
     (void)name, (void)resources, (void)visible, (void)logging, (void)update, (void)lock, (void)unlock;
     return created(token, environment, log, true, "There is no scheduled execution.");
 }

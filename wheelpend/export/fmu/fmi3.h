@@ -53,6 +53,7 @@ typedef void (*fmi3ClockUpdateCallback)(fmi3InstanceEnvironment environment);
 typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment environment, fmi3Float64 time, fmi3Boolean set,
                                                fmi3Boolean get, fmi3Boolean finished, fmi3Boolean can_return,
                                                fmi3Boolean *wants_return, fmi3Float64 *return_time);
-typedef void (*fmi3PreemptionCallback)(void);
+typedef void (*fmi3LockPreemptionCallback)(void);
+typedef void (*fmi3UnlockPreemptionCallback)(void);
 
 #endif

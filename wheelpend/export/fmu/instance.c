@@ -243,7 +243,6 @@ void wp_instance_begin(wp_instance *instance) {
     memcpy(instance->machine.now, given.now, sizeof given.now);
     memcpy(instance->machine.parameters, given.parameters, sizeof given.parameters);
     instance->machine.time = instance->time;
-    memcpy(instance->machine.commands, instance->command, sizeof instance->command);
     wp_machine_read(&instance->machine, instance->output);
     if (WP_DELAY >= 0) {
         for (int j = WP_COMMANDS; j > 0; j--) {
@@ -261,57 +260,54 @@ void wp_instance_begin(wp_instance *instance) {
     }
 }
 
-/* Let the machine have another delay [s], if it has one. */
-static void set_delay(wp_instance *instance, int place, double delay) {
-    if (place >= 0) {
-        instance->machine.parameters[place] = delay;
-    }
+/* When the next command begins to act after a time [s]; that of no command is infinite. */
+static double next_switch(const wp_past_commands *past, double delay, double time) {
+    const int back = place_at(past->when, WP_KEPT_COMMANDS, past->newest, past->count, time - delay);
+    return back == 0 ? HUGE_VAL : past->when[(past->newest - back + 1 + WP_KEPT_COMMANDS) % WP_KEPT_COMMANDS] + delay;
 }
 
-/* The input for a period [s] from now on, the commands at their times being those that the machine has kept. It keeps so
-   many; where the delay spans more, because periods are short, one command acts in each and the machine delays none. */
-static const wp_real *commanded_input(wp_instance *instance, double delay, double period) {
-    const double now = instance->machine.time;
-    keep_command(&instance->commands, now, instance->input, delay / (WP_KEPT_COMMANDS - 2.0));
-    for (int j = 0; j < WP_COMMANDS; j++) {
-        memcpy(&instance->machine.commands[j], command_at(&instance->commands, now - (j + 0.5) * period),
-               sizeof instance->machine.commands[j]);
-    }
-    if (delay / period <= WP_COMMANDS - 2.5) {
-        return instance->input;
-    }
-    set_delay(instance, WP_DELAY, 0.0);
-    return command_at(&instance->commands, now - delay + 0.5 * period);
+/* What is left of a delay [s] after whole periods: so long before the end of one a late sensor looks. */
+static double rest_of(double delay, double period) {
+    const double periods = delay / period + WP_SAME_TIME;
+    const double rest = periods < 1e6 ? delay - (int)periods * period : 0.0;
+    return rest > 0.0 ? rest : 0.0;
 }
 
-/* Keep what late sensors saw in the period that ended now [s], and give what they read now. */
-static void read_late(wp_instance *instance, double delay, double period) {
+/* The machine without delays, under the input of part of a period [s]. */
+static void step_part(wp_instance *instance, double length, const wp_real *input) {
+    wp_machine *machine = &instance->machine;
+    wp_real given[WP_PARAMETERS];
+    memcpy(given, machine->parameters, sizeof given);
+    machine->period = length;
+    machine->max_step = length < instance->largest_step ? length : instance->largest_step;
+    for (int i = 0; i < WP_PARAMETERS; i++) {
+        machine->parameters[i] = i == WP_DELAY || i == WP_SENSOR_DELAY ? WP_R(0.0) : given[i];
+    }
+    wp_machine_step(machine, WP_GIVEN(input), instance->output);
+    memcpy(machine->parameters, given, sizeof given);
+}
+
+/* A period [s] in parts: until another command acts, and until late sensors look. */
+static void step_period(wp_instance *instance, double period) {
     static const bool late[WP_OUTPUTS] = WP_LATE;
-    const double now = instance->machine.time;
-    const int whole = delay_of(instance, WP_SENSOR_DELAY) > 0.0 ? (int)(delay / period + WP_SAME_TIME) : 0;
-    const double left = delay_of(instance, WP_SENSOR_DELAY) - whole * period; /* they looked so long ago */
-    const double seen = left > 0.0 ? now - left : now;
-    keep_readings(&instance->readings, seen, instance->machine.readings[0], delay / (WP_KEPT_READINGS - 2.0));
-    for (int i = 0; i < WP_OUTPUTS; i++) {
-        if (late[i]) {
-            instance->output[i] = reading_at(&instance->readings, i, now - delay, WP_SAME_TIME * period);
+    const double begin = instance->machine.time, same = WP_SAME_TIME * period;
+    const double delay = delay_of(instance, WP_DELAY), age = delay_of(instance, WP_SENSOR_DELAY);
+    const double look = period - rest_of(age, period);
+    keep_command(&instance->commands, begin, instance->input, delay / (WP_KEPT_COMMANDS - 1));
+    for (double passed = 0.0, until = 0.0; passed < period; passed = until) {
+        const double change = next_switch(&instance->commands, delay, begin + passed + same) - begin;
+        until = passed < look ? look : period;
+        until = change > passed && change < until - same ? change : until;
+        step_part(instance, until - passed, command_at(&instance->commands, begin + passed + same - delay));
+        if (WP_SENSOR_DELAY >= 0 && until == look) {
+            keep_readings(&instance->readings, begin + look, instance->output, age / (WP_KEPT_READINGS - 1));
         }
     }
-}
-
-/* A period of the machine [s] under the input. */
-static void step_period(wp_instance *instance, double period) {
-    const double delay = delay_of(instance, WP_DELAY), age = delay_of(instance, WP_SENSOR_DELAY);
-    const wp_real *given = WP_DELAY >= 0 ? commanded_input(instance, delay, period) : instance->input;
-    if (age / period > WP_LATE_READINGS - 2.5) {
-        set_delay(instance, WP_SENSOR_DELAY, 0.0);
+    for (int i = 0; i < WP_OUTPUTS; i++) {
+        if (late[i]) {
+            instance->output[i] = reading_at(&instance->readings, i, begin + period - age, same);
+        }
     }
-    wp_machine_step(&instance->machine, WP_GIVEN(given), instance->output);
-    if (WP_SENSOR_DELAY >= 0) {
-        read_late(instance, age, period);
-    }
-    set_delay(instance, WP_DELAY, delay);
-    set_delay(instance, WP_SENSOR_DELAY, age);
 }
 
 const char *wp_instance_step(wp_instance *instance, double from, double length) {
@@ -324,12 +320,10 @@ const char *wp_instance_step(wp_instance *instance, double from, double length) 
         return "A step must begin where the last one ended.";
     }
     const int count = parts < 1.0 ? 1 : (int)parts;
-    machine->period = length / count;
-    machine->max_step = machine->period < instance->largest_step ? machine->period : instance->largest_step;
-    machine->time = from;
-    machine->carried = 0.0;
     for (int i = 0; i < count; i++) {
-        step_period(instance, machine->period);
+        machine->time = from + i * (length / count);
+        machine->carried = 0.0;
+        step_period(instance, length / count);
     }
     instance->time = machine->time = from + length;
     for (int i = 0; i < WP_ALL_STATES; i++) {

@@ -14,8 +14,8 @@
 
 #define WP_DRIVEN (WP_INPUTS > 0 ? WP_INPUTS : 1)
 #define WP_RESERVES (2 * WP_SURFACES)
-#define WP_KEPT_COMMANDS (WP_DELAY >= 0 ? WP_COMMANDS + 256 : 1)
-#define WP_KEPT_READINGS (WP_SENSOR_DELAY >= 0 ? WP_LATE_READINGS + 256 : 1)
+#define WP_KEPT_COMMANDS (WP_DELAY >= 0 ? WP_COMMANDS + 256 : 2)
+#define WP_KEPT_READINGS (WP_SENSOR_DELAY >= 0 ? WP_LATE_READINGS + 256 : 2)
 
 /* Value references: the first of each kind. */
 enum {
