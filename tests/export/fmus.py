@@ -10,20 +10,23 @@ from tempfile import mkdtemp
 import numpy as np
 
 from tests.export.exporting import STRICT, interpreted, model_with
+from tests.plants.machines import MACHINES, model_of
 from wheelpend.export.exported_model import exported_model
 from wheelpend.export.fmu_target import FMI_VERSIONS, fmu_files, fmu_sources
 from wheelpend.export.fmu_variables import fmu_variables
 
+OTHER_MACHINES = tuple(n for n, machine in MACHINES.items() if n != machine.plant or n == "lever")
 FOLDER = Path(mkdtemp(prefix="wheelpend-fmu-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def exported_with(plant, effects):
-    return exported_model(model_with(*effects, plant=plant))
+    """A plant with effects of their typical sizes, or a machine of tests/plants."""
+    return exported_model(model_of(plant) if plant in OTHER_MACHINES else model_with(*effects, plant=plant))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def fmu_paths(plant, effects):
     """Files of a model by FMI version, until the tests end."""
     folder = Path(mkdtemp(dir=FOLDER))

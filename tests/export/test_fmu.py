@@ -14,6 +14,7 @@ from scipy.integrate import solve_ivp
 
 from tests.export.exporting import COMMANDS, HERE, STRICT, interpreted, model_with
 from tests.export.fmus import (
+    OTHER_MACHINES,
     Instance,
     compiled_strictly,
     exported_with,
@@ -384,17 +385,43 @@ def exported_and_checked(plant, effects, tmp_path, compilers):
     rates_match_small_steps(plant, effects)
 
 
-@marked
-@pytest.mark.parametrize(("plant", "effect"), [
-    (ROBOT, "wheel_slip"), (ROBOT, "imu_lag"), ("pendulum", "presliding_drive"), ("cart_pole", "load_friction"),
-])  # fmt: skip
-def test_effects_of_each_kind_are_exported(fmpy, plant, effect, tmp_path):
-    exported_and_checked(plant, (effect,), tmp_path, ["gcc"])
+def solved_as_stepped(fmpy, plant):
+    """Outputs after 0.2 s in model exchange, by CVode, are those of co-simulation."""
+    e, times = exported_with(plant, ()), np.arange(0.0, 0.21, 0.05)
+    held = {n: 0.3 * np.cos(7.0 * times + place) for place, n in enumerate(e.module.INPUTS[: e.inputs])}
+    rows = [(t, *(u[max(k - late, 0)] for u in held.values())) for k, t in enumerate(times) for late in (1, 0)]
+    given = np.array(rows, dtype=[("time", float), *((n, float) for n in held)]) if held else None
+    for version in (2, 3):
+        found = [
+            fmpy.simulate_fmu(
+                fmu_paths(plant, ())[version], fmi_type=kind, stop_time=0.2, output_interval=0.01, input=given,
+                relative_tolerance=1e-10, start_values={fmu_variables(e).states[0].name: 0.1}, record_events=False,
+            )[-1]
+            for kind in ("ModelExchange", "CoSimulation")
+        ]  # fmt: skip
+        ways = [np.array([row[n] for n in e.module.OUTPUTS]) for row in found]
+        np.testing.assert_allclose(ways[0], ways[1], atol=1e-6)
+        assert np.abs(ways[0]).max() > 1e-3
+
+
+def some_quick(quick, every):
+    """All cases, of which these few are tried every time."""
+    return [pytest.param(*case, id="-".join(case), marks=() if case in quick else pytest.mark.slow) for case in every]
 
 
 @marked
-@pytest.mark.slow
-@pytest.mark.parametrize(("plant", "effect"), list(every_effect()))
+@pytest.mark.parametrize(("machine",), some_quick([("arm",)], [(n,) for n in (*OTHER_MACHINES, "slide", "cart_pole")]))
+def test_every_plant_is_exported_as_an_fmu(fmpy, machine, tmp_path):
+    """Also of several inputs, or none, or written by a user."""
+    exported_and_checked(machine, (), tmp_path, [c for c in ("gcc", "clang") if shutil.which(c)])
+    solved_as_stepped(fmpy, machine)
+
+
+@marked
+@pytest.mark.parametrize(
+    ("plant", "effect"),
+    some_quick([(ROBOT, "wheel_slip"), ("cart_pole", "load_friction")], [p.values for p in every_effect()]),
+)
 def test_every_effect_of_the_library_is_exported_as_an_fmu(fmpy, plant, effect, tmp_path):
     try:
         exported_with(plant, (effect,))
