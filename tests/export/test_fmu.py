@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,7 @@ from tests.pages import blocks
 from tests.support import ROOT, run, simulated
 from wheelpend.errors import Failure
 from wheelpend.export.export import export_model
-from wheelpend.export.fmu_target import fmu_carried, fmu_files, fmu_notes, fmu_sources
+from wheelpend.export.fmu_target import fmu_carried, fmu_content, fmu_files, fmu_notes, fmu_sources
 from wheelpend.export.fmu_units import fmi_unit
 from wheelpend.export.fmu_variables import fmu_variables, per_second, structured
 from wheelpend.kernels.load import model_text
@@ -332,6 +333,71 @@ def test_what_makes_no_sense_is_an_error_in_words(fmpy, version):
     instance.close()
 
 
+@marked
+@pytest.mark.parametrize("version", [2, 3])
+def test_calls_are_taken_in_the_states_of_fmi_alone(fmpy, version):
+    from fmpy.fmi1 import FMICallException
+
+    said = []
+    logged = lambda *given: said.append(given[-1].decode())  # noqa: E731
+    instance = Instance(ROBOT, ("coulomb_drive",), version, "ModelExchange", logged)
+    instance.begin({"state.theta_p": 0.05})
+    instance.set({"X1": 0.01})
+    instance.settled()
+    instance.fmu.enterContinuousTimeMode()
+    wrong = {
+        "A parameter can be set before the start, in event mode": lambda: instance.set({"X1": 0.02}),
+        "This must be called in model exchange, in event mode": instance.settled,
+        "This must be called during the initialisation": instance.fmu.exitInitializationMode,
+    }
+    instance.set({"v_in": 0.1})
+    for words, call in wrong.items():
+        with pytest.raises(FMICallException):
+            call()
+        assert words in said[-1]
+    instance.fmu.terminate()
+    with pytest.raises(FMICallException):
+        instance.set({"v_in": 0.2})
+    assert instance.get("v_in", "X1").tolist() == [0.1, 0.01] and "after the end" in said[-1]
+    instance.close()
+
+
+@marked
+@pytest.mark.parametrize("version", [2, 3])
+def test_in_co_simulation_outputs_have_derivatives_along_states_and_late_inputs_none(fmpy, version):
+    instance = Instance(ROBOT, ("actuator_delay",), version).begin({"state.theta_p": 0.05, "v_in": 0.5})
+    instance.fmu.doStep(0.0, 0.002)
+    place, ways = instance.place, instance.fmu.getDirectionalDerivative
+    along = {n: ways([place["theta_p"], place["der(state.dtheta_p)"]], [place[n]], [1.0])
+             for n in ("state.theta_p", "v_in")}  # fmt: skip
+    assert along["state.theta_p"][0] == pytest.approx(1.0) and abs(along["state.theta_p"][1]) > 1.0
+    assert along["v_in"] == pytest.approx([0.0, 0.0])
+    before = instance.get("der(state.dtheta_p)")[0]
+    instance.set({"v_in": -0.5})
+    assert instance.get("der(state.dtheta_p)")[0] == before  # it acts later
+    instance.close()
+
+
+@marked
+def test_the_description_says_what_the_binary_can(fmpy):
+    friction = fmu_content(exported_with(ROBOT, ("coulomb_drive",)), 2)["modelDescription.xml"].decode()
+    late = fmu_content(exported_with(ROBOT, ("imu_lag",)), 3)["modelDescription.xml"].decode()
+    reset = re.findall(r'name="(\S+)".*\n.*reinit="true"', friction)
+    assert reset == ["state.dtheta_w", "state.dtheta_p"]  # what is stopped has another rate at once
+    assert friction.count('providesDirectionalDerivative="true"') == 2 and "reinit" not in late
+    assert late.count('providesDirectionalDerivatives="true"') == 1  # late readings know no state of now
+    assert re.search(r'name="imu_lag.delay".* min="0.0"', late)
+    assert friction.count('canNotUseMemoryManagementFunctions="true"') == 2
+
+
+def test_the_token_follows_from_all_that_is_inside():
+    exported = exported_with(ROBOT, ("coulomb_drive",))
+    other = replace(exported, sigma={"coulomb_drive.torque": 0.5})
+    found = [re.search("#define WP_TOKEN (.*)", fmu_sources(e, v)["wheelpend_fmu.h"])[1]
+             for e, v in ((exported, 2), (exported, 2), (exported, 3), (other, 2))]  # fmt: skip
+    assert found[0] == found[1] and len(set(found)) == 3
+
+
 @needs_gcc
 @pytest.mark.parametrize(("version", "harness"), [(2, "fmu_harness.c"), (3, "fmu_harness3.c")])
 def test_an_fmu_touches_nothing_that_is_not_its_own(version, harness, tmp_path):
@@ -451,6 +517,28 @@ def test_a_log_is_replayed_in_the_fmu_as_we_predict_it(fmpy):
     assert ledger.error_in_target == pytest.approx(ledger.error, rel=1e-9)
     assert "run by FMPy" in ledger.replayed
     assert set(ledger.files) == {"wheelpend_wheel_pendulum_fmi2.fmu", "wheelpend_wheel_pendulum_fmi3.fmu"}
+
+
+@marked
+def test_a_log_with_delays_and_jitter_is_replayed_as_we_predict_it(fmpy):
+    log = simulated(duration=1.5, seed=2, coulomb_drive__torque=0.3, actuator_delay__delay=0.0035)
+    ledger = export_model(model_with("coulomb_drive", "actuator_delay", "imu_lag"), "fmu", log).ledger
+    assert ledger.error_in_target == pytest.approx(ledger.error, rel=0.02)  # a delay cuts the steps elsewhere
+
+
+@marked
+def test_where_an_fmu_refuses_the_ledger_says_what_it_said(fmpy, monkeypatch):
+    monkeypatch.setattr("wheelpend.export.fmu_replay.finite", lambda value: np.nan)
+    ledger = export_model(model_with("coulomb_drive"), "fmu", simulated(duration=1.0, seed=2)).ledger
+    assert ledger.error_in_target is None
+    assert ledger.replayed.startswith("the FMU refused: A value must be a finite number")
+
+
+@needs_gcc
+def test_without_fmpy_the_ledger_says_so(monkeypatch):
+    monkeypatch.setattr("wheelpend.export.fmu_replay.importlib.util.find_spec", lambda name: None)
+    ledger = export_model(model_with("coulomb_drive"), "fmu", simulated(duration=1.0, seed=2)).ledger
+    assert ledger.error_in_target is None and "In the target: not known, FMPy is not installed here." in ledger.text()
 
 
 @needs_gcc
