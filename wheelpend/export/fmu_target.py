@@ -31,7 +31,7 @@ DESCRIPTION_FILE, OWN_HEADER = "modelDescription.xml", "wheelpend_fmu.h"
 ZIP_TIME = (1980, 1, 1, 0, 0, 0)  # of every file, so that the same export is the same file
 LIBRARY_SUFFIXES = {"win32": ".dll", "darwin": ".dylib"}
 
-IN_CO_SIMULATION = "exactly in co-simulation with steps of one length; in model exchange not: "
+IN_CO_SIMULATION = "exactly in co-simulation; in model exchange not: "
 CARRIED_EXACTLY = Carried("exactly")
 IN_FMU = (
     (InputDelay, Carried("approximately", f"{IN_CO_SIMULATION}delay the input where you connect it")),
