@@ -130,6 +130,12 @@ def _state_derivative(
     raise NotImplementedError
 
 
+def _slopes(
+    t: float, state: np.ndarray, voltage: float, parameters: np.ndarray, dry: np.ndarray, slope: np.ndarray
+) -> None:
+    raise NotImplementedError
+
+
 def simulate(
     t: np.ndarray, voltage: np.ndarray, state: np.ndarray, parameters: np.ndarray, max_step: float
 ) -> np.ndarray:

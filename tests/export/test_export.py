@@ -104,7 +104,7 @@ def test_a_ledger_that_is_none_protects_what_is_there(here, ledger):
 
 
 @pytest.mark.parametrize(("line", "words"), [
-    ("export matlab", "The target must be one of c, js, mujoco, json, not 'matlab'"),
+    ("export matlab", "The target must be one of c, js, fmu, mujoco, json, not 'matlab'"),
     ("export jsn", "Did you mean"),
     ("export c --period 0", "--period must be the seconds between two samples"),
     ("export c --period nan", "--period must be the seconds between two samples"),

@@ -11,7 +11,7 @@ from wheelpend.cli.app import app
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, Holdout, Json, ModelFile, OptionalLogs, PlantFile, open_model
 from wheelpend.reports.console import exit_on_failure, print_result, print_text, progress
 
-Target = Annotated[str, typer.Argument(help="c, js, mujoco or json.", show_default=False)]
+Target = Annotated[str, typer.Argument(help="c, js, fmu, mujoco or json.", show_default=False)]
 
 
 @app.command()

@@ -10,10 +10,7 @@ import numpy as np
 from wheelpend.export.c_target import SOURCE_FILE, c_files, c_replay_text
 from wheelpend.export.exported_model import ExportedModel
 from wheelpend.export.replay import Replay, as_numbers, from_numbers
-from wheelpend.export.running import found_program, run_program
-
-C_COMPILERS = ("cc", "gcc", "clang")
-COMPILER_FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
+from wheelpend.export.running import C_COMPILERS, COMPILER_FLAGS, found_program, run_program
 
 
 def replay_in_c(exported: ExportedModel, replay: Replay, single: bool = False) -> tuple[float | None, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 from wheelpend.export.c_channels import channels_text, input_word, macro
 from wheelpend.export.compensation import INTERVAL_SIGMAS
 from wheelpend.export.context import translated_model
-from wheelpend.export.exported_model import EXPORT_PARTS, ExportedModel
+from wheelpend.export.exported_model import LIBRARY_PARTS, ExportedModel
 from wheelpend.export.templates import file_template
 from wheelpend.export.translate.c_code import CPrinter, real
 
@@ -44,14 +45,25 @@ FILTER_PARTS = (
 
 def c_files(exported: ExportedModel) -> dict[str, str]:
     """Texts of the library by path."""
-    context = _context(exported)
+    context = _context(exported, LIBRARY_PARTS)
     return {
-        f"src/{HEADER_FILE}": _template("model.h.j2").render(context),
-        f"src/{SOURCE_FILE}": _template("model.c.j2").render(context),
+        **_library(context, "src/"),
         "CMakeLists.txt": _template("CMakeLists.txt.j2").render(context),
         "library.properties": _template("library.properties.j2").render(context),
         "examples/balance/balance.ino": _template("balance.ino.j2").render(context),
         "examples/desktop/balance.c": _template("balance.c.j2").render(context),
+    }
+
+
+def c_library(exported: ExportedModel, parts: Sequence[str]) -> dict[str, str]:
+    """Header and source of some parts alone, by their names."""
+    return _library(_context(exported, parts), "")
+
+
+def _library(context: dict[str, Any], folder: str) -> dict[str, str]:
+    return {
+        f"{folder}{HEADER_FILE}": _template("model.h.j2").render(context),
+        f"{folder}{SOURCE_FILE}": _template("model.c.j2").render(context),
     }
 
 
@@ -60,8 +72,8 @@ def c_replay_text(exported: ExportedModel) -> str:
     return _template("replay.c.j2").render(e=exported, m=exported.module, header=HEADER_FILE, real=real)
 
 
-def _context(exported: ExportedModel) -> dict[str, Any]:
-    translated = translated_model(exported, tuple(EXPORT_PARTS), C_LANES)
+def _context(exported: ExportedModel, parts: Sequence[str]) -> dict[str, Any]:
+    translated = translated_model(exported, parts, C_LANES)
     functions = translated.functions
 
     def call(name: str, owner: str) -> str:
@@ -87,7 +99,7 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
             "volts": "wp_real voltage" if exported.inputs <= 1 else f"const wp_real voltage[{exported.inputs}]",
             "commanded": "wp_real commanded" if exported.inputs <= 1 else f"const wp_real commanded[{exported.inputs}]",
             "finite_command": _finite_command(exported.inputs),
-            "public_names": _public_names(translated.compensation is not None),
+            "public_names": _public_names(parts, translated.compensation is not None),
             "model_id": sha256(f"{exported.text}{exported.parameters.tolist()}".encode()).hexdigest()[:16],
             "states": [f"WP_STATE_{macro(n)}" for n in exported.module.STATES],
             "readings": [f"WP_READ_{macro(n)}" for n in exported.module.OUTPUTS],
@@ -95,7 +107,8 @@ def _context(exported: ExportedModel) -> dict[str, Any]:
             "word": input_word(exported),
             "inputs_suffix": "" if exported.inputs <= 1 else "[WP_INPUTS]",
             "interval": f"{INTERVAL_SIGMAS:g}",
-            "filters": FILTER_PARTS,
+            "filters": [f for f in FILTER_PARTS if f[0] in parts],
+            "with_modes": "modes" in parts,
         }
         | _example(exported)
     )
@@ -156,7 +169,8 @@ def _argument(name: str, owner: str) -> str:
         "maps": "compensated_maps",
         "shares": "compensated_shares",
     }
-    passed = ("state", "voltage", "output", "rates", "measured", "wanted", "a", "b", "c")
+    modes = ("slope", "directions", "reserves")
+    passed = ("state", "voltage", "output", "rates", "measured", "wanted", "a", "b", "c", *modes)
     if name in special:
         return special[name]
     if name in passed or not owner:
@@ -172,12 +186,12 @@ def _finite_command(inputs: int) -> str:
     return f"const wp_real voltage[{inputs}] = {{{values}}};"
 
 
-def _public_names(compensates: bool) -> list[str]:
-    """Functions that a program links to."""
-    filters = [
-        f"{part}_{verb}" for part, *_ in FILTER_PARTS for verb in ("init", "start", "update", "predict", "healthy")
-    ]
-    machine = [f"machine_{verb}" for verb in ("init", "start", "step", "rates", "read", "linearise")]
+def _public_names(parts: Sequence[str], compensates: bool) -> list[str]:
+    """Functions of these parts that a program links to."""
+    verbs = ("init", "start", "update", "predict", "healthy")
+    filters = [f"{part}_{verb}" for part, *_ in FILTER_PARTS if part in parts for verb in verbs]
+    modes = ("slopes", "reserves", "settle") if "modes" in parts else ()
+    machine = [f"machine_{verb}" for verb in ("init", "start", "step", "rates", "read", "linearise", *modes)]
     return [*machine, *(["compensate"] if compensates else []), *filters]
 
 

@@ -14,6 +14,8 @@ from wheelpend.export.c_replay import replay_in_c
 from wheelpend.export.c_target import c_files
 from wheelpend.export.compensation import compensation_of
 from wheelpend.export.exported_model import ExportedModel, exported_model
+from wheelpend.export.fmu_replay import replay_in_fmu
+from wheelpend.export.fmu_target import fmu_carried, fmu_files, fmu_notes
 from wheelpend.export.javascript_replay import replay_in_javascript
 from wheelpend.export.javascript_target import javascript_files
 from wheelpend.export.json_target import json_files
@@ -32,7 +34,7 @@ LEDGER_TEXT, LEDGER_JSON = "EXPORT.md", "EXPORT.json"
 PERIOD_LIMITS_S = (1e-5, 1.0)
 MAX_LEDGER_BYTES = 10_000_000
 
-Files = dict[str, str]
+Files = Mapping[str, str | bytes]
 ReplayRun = Callable[[ExportedModel, Replay], tuple[float | None, str]]  # error in the target, and how or why not
 
 
@@ -49,10 +51,14 @@ class Target:
 
 @dataclass(frozen=True)
 class Export:
-    """What was exported: texts by path, the ledger's among them."""
+    """What was exported: texts and binary files by path, the ledger's among them."""
 
     ledger: Ledger
     files: Files
+
+    def content(self) -> dict[str, bytes]:
+        """The files as they are written."""
+        return {name: _bytes(file) for name, file in self.files.items()}
 
     def to_json(self) -> dict[str, Any]:
         """The ledger under the keys of JSON."""
@@ -71,6 +77,12 @@ EXPORT_TARGETS = {
         javascript_files,
         lambda e: all_exactly(e.model.effects),
         replay_in_javascript,
+    ),
+    "fmu": Target(
+        "FMUs of FMI 2.0 and 3.0, for model exchange and co-simulation",
+        fmu_files,
+        fmu_carried,
+        replay_in_fmu,
     ),
     "mujoco": Target(
         "an MJCF of the robot that moves as identified",
@@ -120,11 +132,12 @@ def export_model(
         error = replay.error
         progress("replaying the log in the target")
         in_target, replayed = chosen.replay(exported, replay) if chosen.replay else (None, "nothing runs there")
+    notes = tuple(_notes(exported, target, files))
     ledger = Ledger(
-        target, model.plant, chosen.carried(exported), error, in_target, replayed, tuple(_notes(exported, target)),
-        {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()},
+        target, model.plant, chosen.carried(exported), error, in_target, replayed, notes,
+        {name: hashlib.sha256(_bytes(file)).hexdigest() for name, file in files.items()},
     )  # fmt: skip
-    return Export(ledger, files | {LEDGER_TEXT: ledger.text(), LEDGER_JSON: dumps(to_json(ledger)) + "\n"})
+    return Export(ledger, {**files, LEDGER_TEXT: ledger.text(), LEDGER_JSON: dumps(to_json(ledger)) + "\n"})
 
 
 def checked_request(target: str, period: float | None, folder: Path) -> None:
@@ -151,7 +164,8 @@ def write_export(export: Export, folder: Path) -> None:
     A file that an earlier export wrote and nobody changed since is replaced.
     """
     known = _known_files(folder)
-    new = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in export.files.items()}
+    content = export.content()
+    new = {name: hashlib.sha256(held).hexdigest() for name, held in content.items()}
     for name in export.files:
         path = folder / name
         own = (known.get(name), new[name])  # the latter of an export that was killed before its ledger was written
@@ -165,7 +179,11 @@ def write_export(export: Export, folder: Path) -> None:
                           "name another folder with -o.")  # fmt: skip
     for name in export.files:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-    write_files(folder, {name: text.encode() for name, text in export.files.items()})
+    write_files(folder, content)
+
+
+def _bytes(file: str | bytes) -> bytes:
+    return file.encode() if isinstance(file, str) else file
 
 
 def _known_files(folder: Path) -> dict[str, str]:
@@ -185,10 +203,12 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
-def _notes(exported: ExportedModel, target: str) -> list[str]:
+def _notes(exported: ExportedModel, target: str, files: Files) -> list[str]:
     """What else is not as in the model."""
     if target == "json":
         return []
+    if target == "fmu":
+        return fmu_notes(files)
     if target == "mujoco":
         return mujoco_notes(exported)
     notes = []

@@ -48,7 +48,13 @@ EXPORT_PARTS: dict[str, dict[str, str]] = {
         "update_identifier": "filter_readings",
         "adapt_identifier": "adapt_filter",
     },
+    "modes": {
+        "slopes_of_machine": "machine_slopes",
+        "reserves_of_machine": "friction_reserves",
+        "settle_machine": "settle_friction",
+    },
 }
+LIBRARY_PARTS = ("machine", "compensator", "observer", "identifier")  # what a program on a machine has
 LANE_PLACES = ("START", "STAGE", "END", "OWN", "DRIVEN", "EXCESS")  # constants that count in lanes
 DEFAULT_PERIOD_S = 0.001  # between samples, where no log says
 FURTHEST_DELAY_FACTOR = 1.5  # of the model's own delays, for which commands and readings are kept
@@ -167,8 +173,8 @@ class ExportedModel:
         rates = [START_SPREAD.get(f"{c.unit}/s", 1.0) for c in plant.coordinates]
         return np.array([*units, *rates] + [0.0] * (self.size - self.module.NX))
 
-    def program(self, parts: Sequence[str] = tuple(EXPORT_PARTS), lanes: int = 0) -> Program:
-        """The kernels of these parts, and what they call; so many sensitivities side by side, 0 as for a log."""
+    def program(self, parts: Sequence[str] = LIBRARY_PARTS, lanes: int = 0) -> Program:
+        """The kernels of these parts that the module has; so many sensitivities side by side, 0 as for a log."""
         constants = {n: v for n, v in vars(self.module).items() if n[:1].isupper()}
         if lanes:
             rows = {n: constants[n] // constants["LANES"] for n in LANE_PLACES}
@@ -177,6 +183,8 @@ class ExportedModel:
         for part in parts:
             arguments = self.arguments(self.learnt if part == "identifier" else np.zeros(0, np.int64))
             for name, kernel in EXPORT_PARTS[part].items():
+                if kernel not in made.sources:
+                    continue  # nothing sticks where there is no dry friction
                 made.add(kernel, arguments, name)
         return without_idle_functions(made.program)
 
@@ -195,6 +203,7 @@ class ExportedModel:
             "covariance": (self.size + count, self.size + count), "rubbing": (m.SURFACES,),
             "measured": (m.NY,), "weight": (m.NY,), "innovation": (m.NY,), "gate": (m.NY,), "taken": (m.NY,),
             "learnt": (n, n), "least": (n,), "doubt": (n,),
+            "directions": (m.SURFACES,), "reserves": (2 * m.SURFACES,), "slope": (self.size,),
         }  # fmt: skip
         numbers = ("t", "h", "period", "max_step", "step", "wanted", "least_slip", "least_input", "forgetting")
         return {

@@ -11,7 +11,7 @@ import jinja2
 import numpy as np
 
 from wheelpend.export.context import translated_model
-from wheelpend.export.exported_model import EXPORT_PARTS, ExportedModel
+from wheelpend.export.exported_model import LIBRARY_PARTS, ExportedModel
 from wheelpend.export.templates import file_template
 from wheelpend.export.translate.javascript_code import JavaScriptPrinter
 
@@ -29,7 +29,7 @@ SPECIAL_NAMES = {
 }  # fmt: skip
 
 
-def javascript_files(exported: ExportedModel, parts: Sequence[str] = tuple(EXPORT_PARTS)) -> dict[str, str]:
+def javascript_files(exported: ExportedModel, parts: Sequence[str] = LIBRARY_PARTS) -> dict[str, str]:
     """Text of the module by path."""
     return {MODULE_FILE: _template("model.mjs.j2").render(_context(exported, parts))}
 

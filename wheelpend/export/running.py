@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 RUN_LIMIT_S = 600.0
+C_COMPILERS = ("cc", "gcc", "clang")
+COMPILER_FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 
 
 def found_program(names: Sequence[str], variable: str = "") -> str:
