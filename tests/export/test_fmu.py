@@ -82,7 +82,7 @@ def in_co_simulation(plant, effects, version, values, steps):
 
 
 @marked
-@pytest.mark.parametrize("effects", [(), ("coulomb_drive",), MANY], ids=["plain", "friction", "many"])
+@pytest.mark.parametrize("effects", [(), MANY], ids=["plain", "many"])
 @pytest.mark.parametrize("version", [2, 3])
 def test_an_fmu_is_valid_and_its_steps_are_those_of_the_kernels(fmpy, version, effects):
     from fmpy.validation import validate_fmu
@@ -124,7 +124,9 @@ def stepped_with(effects, lengths, start):
 
 
 @marked
-@pytest.mark.parametrize("effects", [("actuator_delay",), ("imu_lag",), ("actuator_delay", "imu_lag")], ids="+".join)
+@pytest.mark.parametrize("effects", [
+    ("actuator_delay", "imu_lag"), *(pytest.param((n,), marks=pytest.mark.slow) for n in ("actuator_delay", "imu_lag")),
+], ids="+".join)  # fmt: skip
 def test_steps_of_any_length_keep_delays_of_input_and_sensors(fmpy, effects):
     """Steps that are short beside the delay, long beside it, or change all the time come to what steps of 0.1 ms do."""
     start = {"state.theta_p": 0.05, **{f"{e}.delay": 0.0073 for e in effects}}
@@ -176,9 +178,12 @@ def both_ways(fmpy, effects, version, start, duration=0.6, amplitude=0.6):
 
 
 @marked
-@pytest.mark.parametrize("version", [2, 3])
-@pytest.mark.parametrize("effects", [("coulomb_drive",), ("coulomb_drive", "rolling_resistance"), ("stribeck_drive",)],
-                         ids=["drive", "drive and ground", "stribeck"])  # fmt: skip
+@pytest.mark.parametrize(("effects", "version"), [
+    pytest.param(("coulomb_drive",), 2, id="drive, 2"),
+    pytest.param(("coulomb_drive", "rolling_resistance"), 3, id="drive and ground, 3"),
+    *(pytest.param(effects, version, marks=pytest.mark.slow)
+      for effects, version in ((("coulomb_drive",), 3), (("stribeck_drive",), 2))),
+])  # fmt: skip
 def test_dry_friction_sticks_and_slips_under_fmpys_solver_as_in_our_steps(fmpy, effects, version):
     exchanged, ours, modes = both_ways(fmpy, effects, version, {"state.theta_p": 0.02})
     np.testing.assert_allclose(exchanged, ours, atol=1e-6)
@@ -188,15 +193,16 @@ def test_dry_friction_sticks_and_slips_under_fmpys_solver_as_in_our_steps(fmpy, 
 @marked
 @pytest.mark.parametrize(("effects", "start"), [
     (("external_push",), {"external_push.start": 0.123, "external_push.end": 0.3456}),
-    (("payload_step",), {"payload_step.time": 0.2345}),
+    pytest.param(("payload_step",), {"payload_step.time": 0.2345}, marks=pytest.mark.slow),
     (("winding_inductance", "presliding_drive"), {}),
-], ids=["push", "payload", "lag and bristles"])  # fmt: skip
+])  # fmt: skip
 def test_what_begins_lags_and_remembers_does_so_under_fmpys_solver(fmpy, effects, start):
     exchanged, ours, _ = both_ways(fmpy, effects, 2, {"state.theta_p": 0.02, **start})
     np.testing.assert_allclose(exchanged, ours, atol=1e-5)
 
 
 @marked
+@pytest.mark.slow
 def test_in_play_our_steps_come_to_what_fmpys_solver_finds_as_they_become_short(fmpy):
     """Contact is stiff: at a thousandth of a second our steps are not yet as near as the solver is."""
     path, times = fmu_paths(ROBOT, ("backlash", "slosh"))[2], np.arange(0.0, 0.31, 0.05)
@@ -476,7 +482,12 @@ def some_quick(quick, every):
 
 
 @marked
-@pytest.mark.parametrize(("machine",), some_quick([("arm",)], [(n,) for n in (*OTHER_MACHINES, "slide", "cart_pole")]))
+def test_a_machine_of_two_inputs_is_exported(fmpy, tmp_path):
+    exported_and_checked("arm", (), tmp_path, ["gcc"])
+
+
+@marked
+@pytest.mark.parametrize(("machine",), some_quick([], [(n,) for n in (*OTHER_MACHINES, "slide", "cart_pole")]))
 def test_every_plant_is_exported_as_an_fmu(fmpy, machine, tmp_path):
     """Also of several inputs, or none, or written by a user."""
     exported_and_checked(machine, (), tmp_path, [c for c in ("gcc", "clang") if shutil.which(c)])
@@ -486,7 +497,7 @@ def test_every_plant_is_exported_as_an_fmu(fmpy, machine, tmp_path):
 @marked
 @pytest.mark.parametrize(
     ("plant", "effect"),
-    some_quick([(ROBOT, "wheel_slip"), ("cart_pole", "load_friction")], [p.values for p in every_effect()]),
+    some_quick([("cart_pole", "load_friction")], [p.values for p in every_effect()]),
 )
 def test_every_effect_of_the_library_is_exported_as_an_fmu(fmpy, plant, effect, tmp_path):
     try:
@@ -520,6 +531,7 @@ def test_a_log_is_replayed_in_the_fmu_as_we_predict_it(fmpy):
 
 
 @marked
+@pytest.mark.slow
 def test_a_log_with_delays_and_jitter_is_replayed_as_we_predict_it(fmpy):
     log = simulated(duration=1.5, seed=2, coulomb_drive__torque=0.3, actuator_delay__delay=0.0035)
     ledger = export_model(model_with("coulomb_drive", "actuator_delay", "imu_lag"), "fmu", log).ledger
@@ -571,8 +583,8 @@ def test_without_a_compiler_there_are_sources_and_the_ledger_says_so(monkeypatch
 
 @needs_gcc
 def test_the_same_model_is_the_same_file():
-    exported = exported_with(ROBOT, ())
-    assert fmu_files(exported) == fmu_files(exported)
+    made = fmu_files(exported_with(ROBOT, ()))
+    assert list(made.values()) == [Path(p).read_bytes() for p in fmu_paths(ROBOT, ()).values()]
 
 
 @pytest.mark.parametrize(("text", "name", "base"), [
