@@ -156,17 +156,21 @@ def revise_verdict(found: Diagnosis, last: Diagnosis) -> Diagnosis:
 
 def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     """A diagnosis with the probabilities of what may be missing, by the rounds of its search."""
-    evidence = [
-        RoundEvidence(
-            {c.effect: c.evidence for c in r.refitted if c.evidence is not None and c.is_possible},
-            r.named[0].effect if r.named else "",
-            {c.effect: r.problem.replaced(c.effect) for c in r.refitted},
-        )
-        for r in rounds
-    ]
+    evidence = [_round_evidence(one) for one in rounds]
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+
+
+def _round_evidence(found: Diagnosis) -> RoundEvidence:
+    """Evidence of the laws that a round tried: of those that may be, and of the one that is named even so.
+
+    A law whose shape is open is named only where the library has no simpler one that explains as much.
+    """
+    named = found.named[0].effect if found.named else ""
+    tried = {c.effect: c for c in found.refitted}
+    told = {n: c.evidence for n, c in tried.items() if c.evidence is not None and (c.is_possible or n == named)}
+    return RoundEvidence(told, named, {n: found.problem.replaced(n) for n in tried})
 
 
 def and_what_replaced(effect: str, rounds: Sequence[Diagnosis]) -> set[str]:
