@@ -4,7 +4,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-static void logged(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message, ...) {
+static void logged(void *environment, fmi2String name, fmi2Status status, fmi2String category, fmi2String message,
+                   ...) {
     va_list words;
     (void)environment, (void)name, (void)status, (void)category;
     va_start(words, message);
@@ -65,7 +66,8 @@ static int accepted(fmi2Component steps, fmi2Component solved) {
 
 /* Steps of any length, with delays of any length. */
 static int any_steps(fmi2Component c) {
-    const fmi2ValueReference places[] = {WP_FIRST_INPUT, WP_FIRST_PARAMETER + WP_DELAY, WP_FIRST_PARAMETER + WP_SENSOR_DELAY};
+    const fmi2ValueReference first = WP_FIRST_PARAMETER;
+    const fmi2ValueReference places[] = {WP_FIRST_INPUT, first + WP_DELAY, first + WP_SENSOR_DELAY};
     const double lengths[] = {1e-3, 1e-6, 2.5e-3, 1e-9, 0.7e-3, 1e-5}, delays[] = {3.5e-3, 0.0, 1e-7, 0.2, 1e300};
     double time = 0.0, values[3];
     int wrong = 0;

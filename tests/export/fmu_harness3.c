@@ -47,7 +47,8 @@ static int accepted(fmi3Instance steps, fmi3Instance solved) {
 }
 
 int main(void) {
-    fmi3Instance steps = begun(FMI3(InstantiateCoSimulation)("one", WP_TOKEN, "", 0, 0, false, false, NULL, 0, NULL, logged, NULL));
+    fmi3Instance steps = begun(
+        FMI3(InstantiateCoSimulation)("one", WP_TOKEN, "", 0, 0, false, false, NULL, 0, NULL, logged, NULL));
     fmi3Instance solved = begun(FMI3(InstantiateModelExchange)("one", WP_TOKEN, "", 0, 0, NULL, logged));
     double x[WP_ALL_STATES], slope[WP_ALL_STATES], reserves[WP_RESERVES], last, event;
     bool again, end, nominals, changed, defined, early;

@@ -63,7 +63,8 @@ FMI2_EXPORT fmi2Component FMI2(Instantiate)(fmi2String name, fmi2Type kind, fmi2
     }
     strncpy(own->name, name ? name : "", sizeof own->name - 1);
     if (!token || strcmp(token, WP_TOKEN) != 0) {
-        (void)said(own, "The guid must be that of modelDescription.xml, " WP_TOKEN ": the files are of different exports.");
+        (void)said(own, "The guid must be that of modelDescription.xml, " WP_TOKEN
+                        ": the files are of different exports.");
         free(own);
         return NULL;
     }
@@ -121,11 +122,13 @@ FMI2_EXPORT fmi2Status FMI2(Reset)(fmi2Component c) {
 /* Variables */
 
 /* NULL where there is an instance, and lists of as many variables and values as are counted. */
-static const char *lists_are_wrong(fmi2Component c, const fmi2ValueReference which[], size_t count, const fmi2Real values[]) {
+static const char *lists_are_wrong(fmi2Component c, const fmi2ValueReference which[], size_t count,
+                                   const fmi2Real values[]) {
     return count && (!which || !values) ? MISSING : must_be(c, WP_IN_ALL);
 }
 
-FMI2_EXPORT fmi2Status FMI2(GetReal)(fmi2Component c, const fmi2ValueReference which[], size_t count, fmi2Real value[]) {
+FMI2_EXPORT fmi2Status FMI2(GetReal)(fmi2Component c, const fmi2ValueReference which[], size_t count,
+                                     fmi2Real value[]) {
     const char *wrong = lists_are_wrong(c, which, count, value);
     for (size_t i = 0; i < count && !wrong; i++) {
         wrong = wp_instance_get(of(c), which[i], &value[i]) ? NULL : "There is no variable of this number.";
@@ -156,7 +159,8 @@ NO_VARIABLES(SetInteger, const fmi2Integer)
 NO_VARIABLES(SetBoolean, const fmi2Boolean)
 NO_VARIABLES(SetString, const fmi2String)
 
-FMI2_EXPORT fmi2Status FMI2(GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknowns[], size_t count,
+FMI2_EXPORT fmi2Status FMI2(GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference unknowns[],
+                                                      size_t count,
                                                       const fmi2ValueReference knowns[], size_t known_count,
                                                       const fmi2Real seed[], fmi2Real found[]) {
     const char *wrong = lists_are_wrong(c, unknowns, count, found);
@@ -211,7 +215,8 @@ FMI2_EXPORT fmi2Status FMI2(SerializeFMUstate)(fmi2Component c, fmi2FMUstate sta
     return said(c, wp_instance_pack(state, bytes, size));
 }
 
-FMI2_EXPORT fmi2Status FMI2(DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
+FMI2_EXPORT fmi2Status FMI2(DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size,
+                                                 fmi2FMUstate *state) {
     wp_instance *made = state ? malloc(sizeof *made) : NULL;
     const char *wrong = !state ? MISSING : !made ? "There is no memory left for a state." : NULL;
     wrong = wrong ? wrong : wp_instance_unpack(made, bytes, size);
@@ -286,7 +291,8 @@ static fmi2Status finite(fmi2Component c, const wp_real found[], fmi2Real values
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(found[i])) {
             return said_as(c, fmi2Discard,
-                           "Derivatives and event indicators must be finite, and with these states and inputs one is not.");
+                           "Derivatives and event indicators must be finite, and one is not with these states "
+                           "and inputs.");
         }
         values[i] = found[i];
     }

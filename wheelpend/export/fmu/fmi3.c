@@ -47,8 +47,8 @@ FUNCTION FMI3(SetDebugLogging)(fmi3Instance c, fmi3Boolean on, size_t count, con
     return fmi3OK;
 }
 
-static fmi3Instance created(fmi3String token, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, bool steps,
-                            const char *wrong) {
+static fmi3Instance created(fmi3String token, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+                            bool steps, const char *wrong) {
     wp_component *own = calloc(1, sizeof *own);
     if (!own) {
         return NULL;
@@ -69,15 +69,16 @@ static fmi3Instance created(fmi3String token, fmi3InstanceEnvironment environmen
 
 FMI3_EXPORT fmi3Instance FMI3(InstantiateModelExchange)(fmi3String name, fmi3String token, fmi3String resources,
                                                         fmi3Boolean visible, fmi3Boolean logging,
-                                                        fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
+                                                        fmi3InstanceEnvironment environment,
+                                                        fmi3LogMessageCallback log) {
     (void)name, (void)resources, (void)visible, (void)logging;
     return created(token, environment, log, false, NULL);
 }
 
 FMI3_EXPORT fmi3Instance FMI3(InstantiateCoSimulation)(
-    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging, fmi3Boolean events,
-    fmi3Boolean early_return, const fmi3ValueReference required[], size_t count, fmi3InstanceEnvironment environment,
-    fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
+    fmi3Boolean events, fmi3Boolean early_return, const fmi3ValueReference required[], size_t count,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update) {
     (void)name, (void)resources, (void)visible, (void)logging, (void)early_return, (void)required, (void)update;
     const char *wrong = events  ? "There is no event mode in co-simulation: events are handled within a step."
                         : count ? "There are no intermediate updates."
@@ -232,7 +233,8 @@ HAS_NO(SetShiftDecimal, "There are no clocks.", fmi3Instance c, const fmi3ValueR
 HAS_NO(SetShiftFraction, "There are no clocks.", fmi3Instance c, const fmi3ValueReference which[], size_t count,
        const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 HAS_NO(GetOutputDerivatives, "Derivatives of outputs in time are not known.", fmi3Instance c,
-       const fmi3ValueReference which[], size_t count, const fmi3Int32 orders[], fmi3Float64 values[], size_t value_count)
+       const fmi3ValueReference which[], size_t count, const fmi3Int32 orders[], fmi3Float64 values[],
+       size_t value_count)
 HAS_NO(ActivateModelPartition, "There is no scheduled execution.", fmi3Instance c, fmi3ValueReference which,
        fmi3Float64 time)
 HAS_NO(EnterStepMode, "There is no event mode in co-simulation.", fmi3Instance c)
@@ -372,7 +374,8 @@ static fmi3Status finite(fmi3Instance c, const wp_real found[], fmi3Float64 valu
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(found[i])) {
             return said_as(c, fmi3Discard,
-                           "Derivatives and event indicators must be finite, and with these states and inputs one is not.");
+                           "Derivatives and event indicators must be finite, and one is not with these states "
+                           "and inputs.");
         }
         values[i] = found[i];
     }

@@ -47,7 +47,7 @@ void wp_instance_reset(wp_instance *instance, bool steps) {
     }
 }
 
-/* The last place at which the time is not above this one [s], counted back from the newest; count where it is before all. */
+/* The last place whose time is not above this one [s], counted back from the newest; count where all are above. */
 static int place_at(const double when[], int kept, int newest, int count, double time) {
     int back = 0;
     while (back < count && when[(newest - back + kept) % kept] > time) {
@@ -59,7 +59,8 @@ static int place_at(const double when[], int kept, int newest, int count, double
 /* The command that was given at a time [s]. */
 static const wp_real *command_at(const wp_past_commands *past, double time) {
     const int back = place_at(past->when, WP_KEPT_COMMANDS, past->newest, past->count, time);
-    return past->command[(past->newest - (back < past->count ? back : past->count - 1) + WP_KEPT_COMMANDS) % WP_KEPT_COMMANDS];
+    const int held = back < past->count ? back : past->count - 1; /* before all of them the oldest */
+    return past->command[(past->newest - held + WP_KEPT_COMMANDS) % WP_KEPT_COMMANDS];
 }
 
 /* Keep a command that is given from this time on [s]; of two that follow each other closely the later one. */
@@ -88,7 +89,8 @@ static void keep_readings(wp_past_readings *past, double when, const wp_real rea
 /* A sensor's reading at a time [s], on a straight line between those that are kept. */
 static wp_real reading_at(const wp_past_readings *past, int output, double time, double tolerance) {
     const int back = place_at(past->when, WP_KEPT_READINGS, past->newest, past->count, time + tolerance);
-    const int before = (past->newest - (back < past->count ? back : past->count - 1) + WP_KEPT_READINGS) % WP_KEPT_READINGS;
+    const int held = back < past->count ? back : past->count - 1;
+    const int before = (past->newest - held + WP_KEPT_READINGS) % WP_KEPT_READINGS;
     const int after = (before + 1) % WP_KEPT_READINGS;
     const double passed = time - past->when[before];
     if (back == 0 || back >= past->count || passed <= tolerance) {
@@ -145,7 +147,8 @@ bool wp_instance_get(const wp_instance *instance, unsigned variable, double *val
         *value = instance->input[place - WP_FIRST_INPUT];
     } else if (place < WP_FIRST_PARAMETER) {
         wp_machine_read(&instance->machine, found);
-        *value = (instance->steps && instance->phase >= WP_STEPPING ? instance->output : found)[place - WP_FIRST_OUTPUT];
+        const bool stepped = instance->steps && instance->phase >= WP_STEPPING;
+        *value = (stepped ? instance->output : found)[place - WP_FIRST_OUTPUT];
     } else if (place < WP_FIRST_COMMAND) {
         *value = instance->machine.parameters[place - WP_FIRST_PARAMETER];
     } else if (place < WP_FIRST_DIRECTION) {
@@ -194,7 +197,8 @@ const char *wp_instance_set(wp_instance *instance, unsigned variable, double val
         return "A start value can be set before the initialisation ends, and no later.";
     }
     if (is_parameter && instance->phase == WP_CONTINUOUS) {
-        return "A parameter can be set before the start, in event mode and between communication steps: enter event mode.";
+        return "A parameter can be set before the start, in event mode and between communication steps: "
+               "enter event mode.";
     }
     if (instance->phase == WP_ENDED) {
         return "Nothing can be set after the end: reset the instance.";

@@ -92,7 +92,7 @@ bool wp_instance_settle(wp_instance *instance);
 void wp_instance_slopes(const wp_instance *instance, wp_real slope[WP_ALL_STATES]);
 void wp_instance_reserves(const wp_instance *instance, wp_real reserves[WP_RESERVES]);
 
-/* A communication step of any length, in the model's own periods, or in the whole number of equal parts nearest to them. */
+/* A communication step of any length, in the whole number of equal parts that are nearest to the model's periods. */
 const char *wp_instance_step(wp_instance *instance, double from, double length);
 
 /* A saved state as bytes, WP_BYTES of them, and back. */
