@@ -60,7 +60,8 @@ def step_machine(t, h, voltage, parameters, max_step, now, commands, readings, o
     """One sample period h [s] from the time t under a voltage that is commanded at t and held; readings at its end.
 
     The three arrays are those of start_machine and move on; output (NY,) is written. n and m must exceed the delays of
-    input and sensors, counted in whole periods, by two; a longer delay is cut to that. No step is longer than max_step.
+    input and sensors, counted in whole periods, by two; a longer delay is cut to that, one that is negative or no number
+    counts as none. No step is longer than max_step.
     """
     for j in range(commands.shape[0] - 1, 0, -1):
         commands[j] = commands[j - 1]
@@ -69,10 +70,10 @@ def step_machine(t, h, voltage, parameters, max_step, now, commands, readings, o
         for y in range(NY):
             readings[j, y] = readings[j - 1, y]
     delay, sensor_delay = _input_delay(parameters), _sensor_delay(parameters)
-    whole = min(int(delay / h + 1e-6), commands.shape[0] - 2)
-    late = min(int(sensor_delay / h + 1e-6), readings.shape[0] - 2)
-    switch = min(max(delay - whole * h, 0.0), h)  # when the next command begins to act
-    look = h - min(max(sensor_delay - late * h, 0.0), h)  # when a late sensor looks
+    whole = _whole_periods(delay, h, commands.shape[0] - 2)
+    late = _whole_periods(sensor_delay, h, readings.shape[0] - 2)
+    switch = min(max(0.0, delay - whole * h), h)  # when the next command begins to act
+    look = h - min(max(0.0, sensor_delay - late * h), h)  # when a late sensor looks
     begin = 0.0
     for part in range(3):
         end = min(switch, look) if part == 0 else max(switch, look) if part == 1 else h
@@ -85,6 +86,13 @@ def step_machine(t, h, voltage, parameters, max_step, now, commands, readings, o
     for y in range(NY):
         if DELAYED[y]:
             output[y] = readings[late, y]
+
+
+@inlined
+def _whole_periods(delay, h, most):
+    """How many whole periods h [s] are in a delay [s], at most so many; none in one that is negative or no number."""
+    periods = delay / h + 1e-6
+    return int(periods) if 0.0 < periods < most else most if periods >= most else 0
 
 
 @internal

@@ -18,6 +18,7 @@ needs_gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
 ARDUINO = '#include <math.h>\n#include <stdint.h>\nextern "C" unsigned long micros(void);\n'
 MANY = ("presliding_drive", "actuator_delay", "imu_lag", "winding_inductance")
 COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)]
+SANITIZED = ("-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 LIMIT_S = 60.0  # a program that does not end is stopped
 
 
@@ -48,8 +49,7 @@ def hazards(request, library):
     if not shutil.which("gcc"):
         pytest.skip("needs gcc")
     options = ["-DWP_SINGLE"] if request.param == "float" else []
-    safe = ("-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-    made = compiled(library, *options, *safe, program=f"{HERE}/hazards.c")
+    made = compiled(library, *options, *SANITIZED, program=f"{HERE}/hazards.c")
     assert made.returncode == 0, made.stderr
     done = subprocess.run([library / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=False)
     assert done.returncode == 0, done.stderr
@@ -95,6 +95,52 @@ def test_the_compensator_of_what_is_not_finite_is_nothing(hazards):
 
 def test_time_goes_on_after_a_day_and_a_half_in_float(hazards):
     assert hazards["time"][0][0] == pytest.approx(131072.0 + 64.0, abs=0.02)
+
+
+LATE_PROGRAM = """
+#include "wheelpend_model.h"
+
+#include <stdio.h>
+
+static wp_machine machine;
+static wp_observer observer;
+
+int main(void) {
+    volatile double huge = 1e308;
+    const wp_real infinite = (wp_real)(huge * 10.0);
+    const wp_real delays[] = {WP_R(0.0), WP_R(-0.01), WP_R(-1e30), infinite - infinite, WP_R(1e30), infinite};
+    for (int i = 0; i < 6; i++) {
+        wp_real state[WP_STATES] = {WP_R(0.0)};
+        wp_real output[WP_OUTPUTS];
+        wp_machine_init(&machine);
+        wp_observer_init(&observer);
+        machine.parameters[WP_ACTUATOR_DELAY_DELAY] = machine.parameters[WP_IMU_LAG_DELAY] = delays[i];
+        observer.parameters[WP_ACTUATOR_DELAY_DELAY] = delays[i];
+        wp_machine_start(&machine, state, WP_R(0.0));
+        wp_observer_start(&observer, state, WP_R(0.0));
+        for (int k = 0; k < 3; k++) {
+            wp_machine_step(&machine, WP_R(1.0), output);
+            wp_observer_predict(&observer, WP_R(1.0));
+        }
+        printf("%.9g %.9g\\n", (double)machine.now[WP_STATE_THETA_W], (double)observer.now[WP_STATE_THETA_W]);
+    }
+    return 0;
+}
+"""
+
+
+@needs_gcc
+@pytest.mark.parametrize("precision", [(), ("-DWP_SINGLE",)], ids=["double", "float"])
+def test_a_delay_that_is_none_is_no_delay_and_one_without_end_the_longest(tmp_path, precision):
+    exported_to(tmp_path, model_with("actuator_delay", "imu_lag"))
+    (tmp_path / "late.c").write_text(LATE_PROGRAM)
+    made = compiled(tmp_path, *precision, *SANITIZED, program=tmp_path / "late.c")
+    assert made.returncode == 0, made.stderr
+    done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    assert done.returncode == 0, done.stderr
+    prompt, *others = [[float(n) for n in line.split()] for line in done.stdout.splitlines()]
+    assert prompt[0] > 0.0 and prompt[1] > 0.0
+    assert others == [prompt] * 3 + [[0.0, 0.0]] * 2
 
 
 @needs_gcc

@@ -1,6 +1,7 @@
 """Every language does what the generated kernels do: their functions are run by Python, by C and by JavaScript."""
 
 import itertools
+import json
 import shutil
 import subprocess
 
@@ -9,6 +10,7 @@ import pytest
 
 import derive
 from tests.export.exporting import (
+    HERE,
     STRICT,
     interpreted,
     model_with,
@@ -19,6 +21,7 @@ from tests.export.exporting import (
 from wheelpend.errors import Failure
 from wheelpend.export.c_target import TEMPLATE_FOLDER
 from wheelpend.export.exported_model import exported_model
+from wheelpend.export.javascript_target import MODULE_FILE, javascript_files
 from wheelpend.export.translate.c_code import mathematics_by_name, needed_mathematics
 from wheelpend.export.translate.known import RuntimeConstant
 from wheelpend.export.translate.program import REAL_NUMBER, Kind
@@ -208,3 +211,30 @@ def test_what_is_no_language_of_the_templates_is_refused(line):
 def test_no_two_parts_of_an_export_have_functions_of_one_name():
     names = [f.name for f in exported_model(model_with("coulomb_drive")).program().functions]
     assert len(names) == len(set(names)) and all(a != b for a, b in itertools.pairwise(sorted(names)))
+
+
+@pytest.fixture(scope="module")
+def hazards(tmp_path_factory):
+    """What hazards.mjs prints, by the filter."""
+    module = tmp_path_factory.mktemp("hazards") / MODULE_FILE
+    module.write_text(javascript_files(exported_model(model_with("coulomb_drive")))[MODULE_FILE])
+    command = ["node", f"{HERE}/hazards.mjs", module.as_uri()]
+    return json.loads(subprocess.run(command, capture_output=True, text=True, check=True, timeout=60).stdout)
+
+
+@needs_node
+@pytest.mark.parametrize("part", ["observer", "identifier"])
+def test_a_reading_that_is_none_or_far_off_is_refused_in_javascript(hazards, part):
+    seen = hazards[part]
+    assert [seen[name]["taken"] for name in ("none", "infinite", "glitch")] == [[0, 1, 1], [1, 0, 1], [1, 1, 0]]
+    for name in ("plain", "none", "infinite", "glitch", "after"):
+        assert seen[name]["off"] < 0.01 and seen[name]["healthy"]
+
+
+@needs_node
+@pytest.mark.parametrize("part", ["observer", "identifier"])
+def test_a_filter_in_javascript_that_is_wrong_itself_believes_its_sensors_again(hazards, part):
+    seen = hazards[part]
+    assert seen["lost"]["taken"][0] == 0 and seen["settled"]["off"] < 0.01 and seen["settled"]["healthy"]
+    assert not seen["sick"]["healthy"]
+    assert seen["anew"]["off"] < 0.01 and seen["anew"]["healthy"]

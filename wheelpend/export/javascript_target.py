@@ -21,7 +21,7 @@ FILTER_PARTS = (
     ("observer", "The state from the sensors, with the random force: the filter of `wheelpend identify`.", False),
     ("identifier", "The same, which learns parameters as it runs.", True),
 )
-PASSED_NAMES = ("state", "voltage", "measured", "wanted", "now_given")
+PASSED_NAMES = ("state", "voltage", "measured", "wanted", "now_given", "gate")
 SPECIAL_NAMES = {
     "h": "this.period", "t": "this.time", "forces": "compensated_forces", "absent": "compensated_none",
     "maps": "compensated_maps", "shares": "compensated_shares", "step": "step", "by_state": "a", "by_input": "b",
