@@ -36,7 +36,7 @@ CHAPTERS = {
     "Tutorials": ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial"),
     "Use": (
         "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
-        "export",
+        "export", "export_c", "export_javascript", "export_fmu", "export_mujoco", "export_json",
     ),
     "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
     "How it works, and how far to trust it": (

@@ -45,7 +45,7 @@ def test_the_page_counts_draws_and_records_and_keeps_the_study_that_was_not_aske
     assert "2 draws from the covariance" in text and "4 records of 20 s" in text
     assert "| 0.3 | standing | 15 % | 20 % | 2.00 | 1.10 |" in text
     assert "| X1 | 20 % | 0.2 % | 2 | 0.50 |" in text
-    page = tmp_path / "export.md"
+    page = tmp_path / "export_c.md"
     page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n", encoding="utf-8")
     write(page, answers)
     written = page.read_text(encoding="utf-8")

@@ -512,12 +512,12 @@ def test_every_effect_of_the_library_is_exported_as_an_fmu(fmpy, plant, effect, 
 
 @marked
 def test_the_python_of_the_page_runs(fmpy, tmp_path, monkeypatch, capsys):
-    (code,) = (b.text for b in blocks((ROOT / "docs/export.md").read_text("utf-8")) if b.language == "python")
+    (code,) = (b.text for b in blocks((ROOT / "docs/export_fmu.md").read_text("utf-8")) if b.language == "python")
     (tmp_path / "export-fmu").mkdir()
     for path in fmu_paths(ROBOT, ()).values():
         shutil.copy(path, tmp_path / "export-fmu")
     monkeypatch.chdir(tmp_path)
-    exec(compile(code, "docs/export.md", "exec"), {})
+    exec(compile(code, "docs/export_fmu.md", "exec"), {})
     assert 0.0 < abs(float(capsys.readouterr().out)) < 1.0
 
 

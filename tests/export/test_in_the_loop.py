@@ -1,14 +1,16 @@
 """In the loop: friction that is compensated in another engine, and parameters that are learnt as the machine runs."""
 
+import re
 import shutil
 import subprocess
 
 import numpy as np
 import pytest
 
+from tests.export.emulated import SINGLE, emulated, firmware, needs_emulator, sources
 from tests.export.exporting import model_with
+from tests.support import ROOT
 from wheelpend.benchmarks.in_the_loop.observed import Observed
-from wheelpend.export.c_target import c_files
 from wheelpend.export.exported_model import exported_model
 from wheelpend.model.record import Model
 
@@ -75,36 +77,23 @@ def test_a_machine_that_stands_still_is_not_unlearnt():
         assert np.all(np.isfinite(identifier.parameters)) and np.all(np.isfinite(identifier.now))
 
 
-FIRMWARE = ["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
-SINGLE = ["-O2", "-ffp-contract=off", "-fno-math-errno", "-std=c99", "-DWP_SINGLE", "-DBITS"]
-
-
-@pytest.mark.skipif(not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm") and shutil.which("gcc")),
-                    reason="needs arm-none-eabi-gcc and qemu-system-arm")  # fmt: skip
+@needs_emulator
+@pytest.mark.skipif(not shutil.which("gcc"), reason="needs gcc")
 def test_a_cortex_m4f_gives_the_bits_of_the_host(tmp_path):
-    from pathlib import Path
-
-    here = Path(__file__).parent / "firmware"
-    for name, text in c_files(exported_model(model_with("coulomb_drive", "actuator_delay"))).items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
-    source = [str(tmp_path / "src/wheelpend_model.c"), str(here / "main.c"), "-I", str(tmp_path / "src")]
+    source = sources(tmp_path, model_with("coulomb_drive", "actuator_delay"), "main.c")
     subprocess.run(["gcc", *SINGLE, *source, "-o", tmp_path / "host"], check=True)
-    arm = ["arm-none-eabi-gcc", *FIRMWARE, *SINGLE]
+    host = subprocess.run([tmp_path / "host"], capture_output=True, text=True, check=True).stdout
+    assert len(host.split()) == 9 and emulated(firmware(tmp_path, source, *SINGLE)) == host
 
-    def part(name):
-        return subprocess.run(
-            [*arm, f"-print-file-name={name}"], capture_output=True, text=True, check=True
-        ).stdout.strip()
 
-    start = [part(name) for name in ("crti.o", "crtn.o")]
-    newlib = str(Path(part("libc.a")).parent / "rdimon-crt0.o")
-    subprocess.run([*arm, *source, here / "startup.c", "-T", here / "mps2.ld", "--specs=rdimon.specs", "-nostartfiles",
-                    newlib, *start, "-o", tmp_path / "firmware.elf", "-lm"], check=True)  # fmt: skip
-    emulated = subprocess.run(
-        ["qemu-system-arm", "-machine", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none",
-         "-semihosting-config", "enable=on,target=native", "-kernel", tmp_path / "firmware.elf"],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-    host = subprocess.run([tmp_path / "host"], capture_output=True, text=True, check=True)
-    assert len(host.stdout.split()) == 9 and emulated.stdout == host.stdout
+@needs_emulator
+def test_no_call_takes_more_instructions_than_the_page_says(tmp_path):
+    """Counted by QEMU, which has no wait states; the page's figures, a tenth more."""
+    stated = re.findall(r"\| `wp_(\w+)` \| (\d+) \| (\d+) \|", (ROOT / "docs/export_c.md").read_text("utf-8"))
+    program = firmware(tmp_path, sources(tmp_path, model_with("coulomb_drive"), "counts.c"), *SINGLE)
+    printed = emulated(program, "-icount", "shift=0").splitlines()
+    found = {name: (int(mean), int(most)) for name, mean, most in map(str.split, printed)}
+    assert sorted(found) == sorted(name for name, *_ in stated)
+    for name, mean, most in stated:
+        assert 0.8 * int(mean) - 40 < found[name][0] < 1.1 * int(mean) + 40
+        assert found[name][1] < 1.1 * int(most) + 40

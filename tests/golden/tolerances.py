@@ -2,8 +2,8 @@
 
 Measured between two records of the same code on one processor: kernels compiled for it, and kernels compiled for a
 generic one (NUMBA_CPU_NAME=generic) with the oldest routines of linear algebra and of NumPy
-(OPENBLAS_CORETYPE=Nehalem, NPY_DISABLE_CPU_FEATURES of all beyond X86_V2). But for the rows of LOOSER nothing differed
-by more than 1e-6 of itself.
+(OPENBLAS_CORETYPE=Nehalem, NPY_DISABLE_CPU_FEATURES of all beyond X86_V2), and between two processors, with and without
+512-bit vectors. But for the rows of LOOSER nothing differed by more than 1e-6 of itself.
 """
 
 from __future__ import annotations
@@ -25,6 +25,19 @@ class Looser(NamedTuple):
 
 # Of each row the largest difference that was measured; the tolerance leaves room for other processors.
 LOOSER = (
+    # four seconds of a machine that the model does not describe: a deviance settles where it falls by less than 0.1,
+    # which is a third of a standard error, between processors with and without 512-bit vectors: a fifth, biases 0.65
+    Looser(r"campaign\.(identify|simulated)\.answer\.summary\.parameters\.", Tolerance(rtol=1.0, atol=1e-3)),
+    Looser(r"campaign\.(identify|simulated)\.", Tolerance(rtol=0.4, atol=1e-3)),
+    # the same fit from Python: 0.03
+    Looser(r"python\.api\.stdout", Tolerance(rtol=0.1, atol=1e-3)),
+    # a free-form law after a model that is far off, between the same: 0.04
+    Looser(r"diagnose\.law\.answer\.", Tolerance(rtol=0.1, atol=1e-6)),
+    # shape of a law that is not the one, between the same: 4e-5, of a p-value of 1e-41 0.3
+    Looser(r"diagnose\.without\.answer\.candidates\[0\]\.p_discovery", Tolerance(rtol=1.0)),
+    Looser(r"diagnose\.without\.answer\.candidates\[0\]\.sigma\.", Tolerance(rtol=1e-3)),
+    # correlations near zero and quantiles of innovations, between the same: 8e-5
+    Looser(r"\w+\.\w+\.answer\.residuals\.", Tolerance(rtol=1e-3, atol=1e-7)),
     # a stiffness at its upper bound, which the log does not determine: 0.7
     Looser(r"diagnose\.without\.answer\.candidates\[1\]\.(sigma\.|p_discovery)", Tolerance(rtol=1.0)),
     # a fit with a random force that these three seconds hardly tell from the model, between two processors: 0.1

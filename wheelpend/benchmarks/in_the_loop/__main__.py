@@ -19,7 +19,7 @@ def main(
     folder: Annotated[Path, typer.Option(help="Where answers are kept.")] = Path("benchmark/in_the_loop"),
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores without.")] = None,
     minutes: Annotated[float | None, typer.Option(min=0, help="Begin no trial later; 0 tells what is known.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write tables and picture into this page, docs/export.md.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write tables and picture into this page, docs/export_c.md.")] = None,
 ) -> None:
     """Measure what an exported compensator and identifier do in a loop; goes on where it was interrupted."""
     with exit_on_failure():

@@ -1,4 +1,4 @@
-"""Both studies as a section of docs/export.md, between its marks, and the curve of what is left of friction."""
+"""Both studies as a section of docs/export_c.md, between its marks, and the curve of what is left of friction."""
 
 from __future__ import annotations
 
