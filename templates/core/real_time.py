@@ -24,6 +24,7 @@ from templates.core.frame import (
     _runge_kutta,
     _stick_and_slip,
     compiled,
+    inlined,
     internal,
     read_sensors,
 )
