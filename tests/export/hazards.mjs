@@ -33,7 +33,8 @@ for (const [name, filter] of Object.entries(filters)) {
     seen.glitch = run(filter, 1, 2, -30);
     seen.after = run(filter, 50);
     filter.now[0] += 1;
-    seen.lost = run(filter, 12);
+    seen.lost = run(filter, 10);
+    seen.believed = run(filter, 6);
     seen.settled = run(filter, 3000);
     filter.now[0] = NaN;
     seen.sick = { healthy: filter.healthy };

@@ -235,6 +235,8 @@ def test_a_reading_that_is_none_or_far_off_is_refused_in_javascript(hazards, par
 @pytest.mark.parametrize("part", ["observer", "identifier"])
 def test_a_filter_in_javascript_that_is_wrong_itself_believes_its_sensors_again(hazards, part):
     seen = hazards[part]
-    assert seen["lost"]["taken"][0] == 0 and seen["settled"]["off"] < 0.01 and seen["settled"]["healthy"]
+    assert seen["lost"]["taken"][0] == 0 and not seen["lost"]["healthy"]
+    assert seen["believed"]["taken"][0] == 1 and seen["believed"]["off"] < 0.02
+    assert seen["settled"]["off"] < 0.01 and seen["settled"]["healthy"]
     assert not seen["sick"]["healthy"]
     assert seen["anew"]["off"] < 0.01 and seen["anew"]["healthy"]
