@@ -29,3 +29,10 @@ def test_a_difference_is_found_in_a_number_a_key_and_a_text():
     new = {"a": [1.0, {"b": 2.00001}], "new": 0, "text": "error 1.104"}
     assert len(list(json_differs(old, new, rule("any")))) == 4
     assert list(json_differs({"b": 2.0}, {"b": 2.0 + 1e-7}, rule("any"))) == []
+
+
+def test_a_choice_between_two_that_are_alike_may_be_the_other_and_is_one_still():
+    place = ".identify.answer.summary.parameters.X4.furthest.log"
+    assert list(json_differs("a.csv", "b.csv", rule("campaign"), place)) == []
+    assert len(list(json_differs("a.csv", None, rule("campaign"), place))) == 1
+    assert len(list(json_differs("a.csv", "b.csv", rule("demo"), place))) == 1
