@@ -5,6 +5,7 @@ Nothing here outlives the workspace: model and history are its files, and what a
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -57,6 +58,21 @@ class Bench:
         )
 
     @property
+    def fitted_files(self) -> Words:
+        """The logs that are fitted to, as a command takes them."""
+        return (*map(str, self.logs), *self.model_words)
+
+    @property
+    def quoted_folder(self) -> str:
+        """The workspace's folder as one types it."""
+        return shlex.quote(str(self.folder))
+
+    @property
+    def can_judge(self) -> bool:
+        """True where there are a log and a model, and nothing runs."""
+        return bool(self.logs) and not self.is_busy and (self.folder / self.model_name).exists()
+
+    @property
     def view_words(self) -> Words:
         """The command that opens the workbench again, from any folder."""
         return (
@@ -100,6 +116,25 @@ class Bench:
 
     def _is_current(self, found: Found) -> bool:
         return found.model_digest == self.watch.model_digest() and found.words[1:] == self.files
+
+    def open_log(self, path: Path) -> None:
+        """Open a log, to be fitted to."""
+        if path.absolute() not in (*self.logs, *self.holdout):
+            self.logs.append(path.absolute())
+            self.version += 1
+
+    def shut(self, path: Path) -> None:
+        """Close a log; its file stays."""
+        self.logs = [p for p in self.logs if p != path]
+        self.holdout = [p for p in self.holdout if p != path]
+        self.version += 1
+
+    def move(self, path: Path) -> None:
+        """Hold a log out, or fit to one that was."""
+        there, here = (self.holdout, self.logs) if path in self.logs else (self.logs, self.holdout)
+        here.remove(path)
+        there.append(path)
+        self.version += 1
 
     def run(self, *commands: Words) -> None:
         """Run commands one after another; each but the first only where the one before it succeeded."""

@@ -8,9 +8,19 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 
+import plotly.graph_objects as go
 from nicegui import ui
 
 from wheelpend.view.bench import Bench
+
+CHART_LAYOUT = {
+    "paper_bgcolor": "rgba(0,0,0,0)",
+    "plot_bgcolor": "rgba(0,0,0,0)",
+    "margin": {"l": 60, "r": 16, "t": 16, "b": 48},
+    "height": 280,
+    "showlegend": False,
+    "template": "none",
+}
 
 
 class Panel:
@@ -106,3 +116,13 @@ def folded(words: str) -> Iterator[None]:
         with ui.element("summary"):
             text(words)
         yield
+
+
+def chart(figure: go.Figure, describes: str) -> None:
+    """A chart that follows the page's colours, with words for those who do not see it."""
+    figure.update_layout(CHART_LAYOUT)
+    with ui.element("figure"):
+        shown = ui.plotly(figure).classes("chart")
+        shown.props["role"], shown.props["aria-label"] = "img", describes
+        with ui.element("figcaption"):
+            text(describes)

@@ -1,0 +1,50 @@
+"""Compare: measured and predicted, the error against the horizon, and what the residuals say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import plotly.graph_objects as go
+
+from wheelpend.reports.numbers import number_text
+from wheelpend.view.panel import Panel, action, chart, paragraph, set_enabled, table
+from wheelpend.view.words import sentences
+
+
+class ComparePanel(Panel):
+    """How well the model predicts."""
+
+    name, title = "compare", "2 Compare"
+    purpose = "How well does the model predict what was measured?"
+
+    def show_buttons(self) -> None:
+        """The comparison."""
+        self.compare = action("Compare", lambda: self.bench.run(("compare", *self.bench.files)), main=True)
+
+    def update_buttons(self) -> None:
+        """It needs a log and a model."""
+        set_enabled(self.compare, self.bench.can_judge)
+
+    def show(self) -> None:
+        """The fit of each channel, and the error against the horizon; first what it amounts to, in words."""
+        found = self.bench.current("compare")
+        if found is None:
+            paragraph("Not compared yet, since the model or the logs changed." if "compare" in self.bench.found else "")
+            return
+        for sentence in sentences(found.text):
+            paragraph(sentence)
+        fit, off = found.result.get("fit_percent") or {}, found.result.get("rmse") or {}
+        rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
+        table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
+        chart(_horizon_figure(found.result), "Error against horizon, in standard deviations of the sensors")
+
+
+def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:
+    known = [h for h in result.get("horizons") or [] if h.get("error") is not None]
+    seconds, errors = [h["seconds"] for h in known], [h["error"] for h in known]
+    figure = go.Figure(go.Scatter(x=seconds, y=errors, mode="lines+markers", name="error"))
+    figure.add_hline(y=result.get("noise_floor") or 1.0, line_dash="dash", annotation_text="noise floor")
+    figure.update_xaxes(type="log", title_text="horizon [s]")
+    figure.update_yaxes(type="log", title_text="error [σ]")
+    return figure
