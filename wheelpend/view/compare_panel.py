@@ -8,7 +8,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from wheelpend.reports.numbers import number_text
-from wheelpend.view.panel import Panel, action, chart, paragraph, set_enabled, table
+from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
 from wheelpend.view.words import sentences
 
 
@@ -32,11 +32,14 @@ class ComparePanel(Panel):
         if found is None:
             paragraph("Not compared yet, since the model or the logs changed." if "compare" in self.bench.found else "")
             return
-        for sentence in sentences(found.text):
-            paragraph(sentence)
+        first, *rest = sentences(found.text) or [""]
+        paragraph(first, "lead")
         fit, off = found.result.get("fit_percent") or {}, found.result.get("rmse") or {}
         rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
         table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
+        with folded("Closed loop, what is left to chance, tests of the residuals"):
+            for sentence in rest:
+                paragraph(sentence)
         chart(_horizon_figure(found.result), "Error against horizon, in standard deviations of the sensors")
 
 
@@ -44,7 +47,12 @@ def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:
     known = [h for h in result.get("horizons") or [] if h.get("error") is not None]
     seconds, errors = [h["seconds"] for h in known], [h["error"] for h in known]
     figure = go.Figure(go.Scatter(x=seconds, y=errors, mode="lines+markers", name="error"))
-    figure.add_hline(y=result.get("noise_floor") or 1.0, line_dash="dash", annotation_text="noise floor")
+    figure.add_hline(
+        y=result.get("noise_floor") or 1.0,
+        line_dash="dash",
+        annotation_text="noise floor",
+        annotation_position="top left",
+    )
     figure.update_xaxes(type="log", title_text="horizon [s]")
     figure.update_yaxes(type="log", title_text="error [σ]")
     return figure

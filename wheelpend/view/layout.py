@@ -42,7 +42,8 @@ def show_workbench(bench: Bench) -> None:
         now = next_step(bench).panel
         for panel in panels:
             panel.update()
-            links[panel.name].classes(**{"add" if panel.name == now else "remove": "now"})
+            for part in (links[panel.name], panel.section):
+                part.classes(**{"add" if panel.name == now else "remove": "now"})
 
     refresh()
     ui.timer(REFRESH_S, refresh)

@@ -31,7 +31,8 @@ class Panel:
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
         self._shown: Hashable = None
-        with ui.element("section").classes("panel").props(f'id="{self.name}" aria-labelledby="{self.name}-title"'):
+        self.section = ui.element("section").classes("panel")
+        with self.section.props(f'id="{self.name}" aria-labelledby="{self.name}-title"'):
             with ui.element("h2").props(f'id="{self.name}-title"'):
                 text(self.title)
             paragraph(self.purpose, "soft")

@@ -17,7 +17,11 @@ class SeePanel(Panel):
         found = self.bench.current("diagnose") or self.bench.current("compare")
         places = found.result.get("where") if found else None
         if not places:
-            paragraph("The missing force shows in no place." if found else "A comparison tells.")
+            paragraph(
+                "No place stands out: the missing force, if any, depends on no state."
+                if found
+                else "A comparison tells, and so does a diagnosis."
+            )
             return
         rows = [
             [w["row"], w["state"], number_text(w["from"]), number_text(w["to"]), percent_text(w["share"])]

@@ -17,8 +17,13 @@ NORMAL_QUANTILE = 1.96  # standard errors to either side of an interval of 95 %
 
 
 def sentences(lines: Sequence[str]) -> list[str]:
-    """The lines of a result that are sentences, not rows of a table."""
-    return [line.strip() for line in lines if line.strip() and line.strip()[0] not in TABLE_CHARACTERS]
+    """The lines of a result that are sentences, neither rows nor titles of tables."""
+    followed = zip(lines, [*lines[1:], ""], strict=True)
+    return [line.strip() for line, after in followed if line.strip() and not (_is_row(line) or _is_row(after))]
+
+
+def _is_row(line: str) -> bool:
+    return line.strip().startswith(tuple(TABLE_CHARACTERS))
 
 
 def sizes(candidate: Mapping[str, Any], model: Model | None) -> str:
