@@ -18,8 +18,12 @@ HOST_NAMES = (LOOPBACK_HOST, "localhost")
 TOKEN_BYTES = 32
 TOKEN_PARAMETER = "token"
 OWN_FETCH_SITES = ("same-origin", "none")  # of Sec-Fetch-Site: from its own page, or typed by the user
-FIRST_PAGE = b"<!doctype html><title>wheelpend</title><link rel='icon' href='data:,'><meta http-equiv='refresh' content='0;url=/'>"  # of its own
-# site, so that the cookie comes along, and without the token, which the browser need not remember
+# The first answer sends the browser on from the workbench's own site, so that the cookie comes along, to an address
+# without the token, which it need not remember.
+FIRST_PAGE = (
+    b"<!doctype html><title>wheelpend</title><link rel='icon' href='data:,'>"
+    b"<meta http-equiv='refresh' content='0;url=/'>"
+)
 HTML_TYPE, TEXT_TYPE = "text/html; charset=utf-8", "text/plain; charset=utf-8"
 POLICY_REFUSAL = 1008  # the code with which a websocket is closed
 

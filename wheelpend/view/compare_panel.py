@@ -11,6 +11,8 @@ from wheelpend.reports.numbers import number_text
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
 from wheelpend.view.words import sentences
 
+ERROR_COLOUR, FLOOR_COLOUR = "#2f86d6", "#d98a1f"  # told apart by everybody, on light and on dark
+
 
 class ComparePanel(Panel):
     """How well the model predicts."""
@@ -46,12 +48,11 @@ class ComparePanel(Panel):
 def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:
     known = [h for h in result.get("horizons") or [] if h.get("error") is not None]
     seconds, errors = [h["seconds"] for h in known], [h["error"] for h in known]
-    figure = go.Figure(go.Scatter(x=seconds, y=errors, mode="lines+markers", name="error"))
-    figure.add_hline(
-        y=result.get("noise_floor") or 1.0,
-        line_dash="dash",
-        annotation_text="noise floor",
-        annotation_position="top left",
+    line = {"color": ERROR_COLOUR, "width": 2}
+    figure = go.Figure(go.Scatter(x=seconds, y=errors, mode="lines+markers", name="error", line=line))
+    floor = [result.get("noise_floor") or 1.0] * len(seconds)
+    figure.add_scatter(
+        x=seconds, y=floor, mode="lines", line={"dash": "dash", "color": FLOOR_COLOUR}, name="noise floor"
     )
     figure.update_xaxes(type="log", title_text="horizon [s]")
     figure.update_yaxes(type="log", title_text="error [σ]")

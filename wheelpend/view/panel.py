@@ -5,6 +5,7 @@ Buttons are made once, so that the keyboard stays where it is; what came of a st
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
 
@@ -18,9 +19,11 @@ CHART_LAYOUT = {
     "plot_bgcolor": "rgba(0,0,0,0)",
     "margin": {"l": 60, "r": 16, "t": 16, "b": 48},
     "height": 280,
-    "showlegend": False,
+    "legend": {"orientation": "h", "y": 1.12},
     "template": "none",
 }
+
+CHART_CONFIG = {"displayModeBar": False, "responsive": True}
 
 
 class Panel:
@@ -123,7 +126,7 @@ def chart(figure: go.Figure, describes: str) -> None:
     """A chart that follows the page's colours, with words for those who do not see it."""
     figure.update_layout(CHART_LAYOUT)
     with ui.element("figure"):
-        shown = ui.plotly(figure).classes("chart")
+        shown = ui.plotly({**json.loads(figure.to_json()), "config": CHART_CONFIG}).classes("chart")
         shown.props["role"], shown.props["aria-label"] = "img", describes
         with ui.element("figcaption"):
             text(describes)

@@ -6,7 +6,7 @@ from nicegui import ui
 
 from wheelpend.durations import clock_text
 from wheelpend.view.bench import Bench
-from wheelpend.view.hints import hint_text
+from wheelpend.view.hints import hint_text, next_step
 from wheelpend.view.panel import action
 
 
@@ -17,6 +17,7 @@ class StatusLine:
         self.bench = bench
         with ui.element("div").classes("status").props('role="status" aria-live="polite"'):
             self.hint = ui.label().classes("plain hint")
+            self.link = ui.link("Go there", "#open").classes("there")
             self.failure = ui.label().classes("plain failure").props('role="alert"')
         with ui.element("div").classes("running"):
             self.bar = ui.linear_progress(show_value=False).props('indeterminate aria-label="A command runs"')
@@ -32,6 +33,8 @@ class StatusLine:
         if job is not None:
             self.progress.set_text(f"{clock_text(job.elapsed_s)} {job.words[0]} {job.progress()}")
         self.hint.set_text(self._hint(job is not None))
+        self.link.props(f'href="#{next_step(self.bench).panel}"')
+        self.link.set_visibility(job is None)
         self.failure.set_text(self.bench.failure)
         self.failure.set_visibility(bool(self.bench.failure))
 
