@@ -9,7 +9,12 @@ access     who may ask: the token of the address, the hosts and origins that are
 server     the address, the process that serves it, and its end by Ctrl-C
 jobs       one command line as a process: its progress, its result, its end
 bench      what all windows share: workspace, logs, jobs in turn and their latest results
-layout     the page: the steps of the work from top to bottom
-panel      a step of the work as a part of the page; text, tables and buttons
 workspace_watch    what shows that a workspace changed, by whichever command
+hints      what to do next: the way of working, a click at a time
+layout     the page: the steps of the work from top to bottom
+status_line    what runs and how to end it, or what comes next
+panel      a step of the work as a part of the page; text, tables, charts and buttons
+open_panel, compare_panel, see_panel, learn_panel, add_panel, go_on_panel    the six steps
+words      results of commands as words and cells
+uploads    logs that were dropped on the page
 """

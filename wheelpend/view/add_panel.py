@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Any
 
 from nicegui import ui
@@ -40,6 +40,10 @@ class AddPanel(Panel):
     def _change(self, command: str, effect: str) -> None:
         if effect:
             self.bench.run(*chain(self.bench, (command, effect, *self.bench.files)))
+
+    def state(self) -> Hashable:
+        """The workspace, and its equations."""
+        return self.bench.watch.digest(), *self.bench.numbers("equations")
 
     def show(self) -> None:
         """The ladder, the parameters and the equations."""

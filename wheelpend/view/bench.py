@@ -28,6 +28,7 @@ class Found(NamedTuple):
     model_digest: str
     result: dict[str, Any]  # as --json gives it
     text: list[str]  # as a terminal shows it
+    number: int = 0  # of all that were found, in their order
 
 
 class Bench:
@@ -114,6 +115,14 @@ class Bench:
             return None
         return found
 
+    def numbers(self, *commands: str) -> tuple[int, ...]:
+        """Which results of these commands hold; -1 for one that held once, -2 for none: what a panel shows follows."""
+        return tuple(self._number(name) for name in commands)
+
+    def _number(self, command: str) -> int:
+        found = self.current(command)
+        return found.number if found else -1 if command in self.found else -2
+
     def _is_current(self, found: Found) -> bool:
         return found.model_digest == self.watch.model_digest() and found.words[1:] == self.files
 
@@ -176,7 +185,7 @@ class Bench:
 
     def _finish(self, job: Job) -> None:
         if job.code == 0:
-            self.found[job.words[0]] = Found(job.words, self._started_with, job.result(), job.text())
+            self.found[job.words[0]] = Found(job.words, self._started_with, job.result(), job.text(), len(self.done))
             self.said = next(iter(job.text()), "")
         else:
             self.waiting.clear()

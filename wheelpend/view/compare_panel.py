@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import plotly.graph_objects as go
@@ -27,6 +27,10 @@ class ComparePanel(Panel):
     def update_buttons(self) -> None:
         """It needs a log and a model."""
         set_enabled(self.compare, self.bench.can_judge)
+
+    def state(self) -> Hashable:
+        """The comparison."""
+        return self.bench.numbers("compare")
 
     def show(self) -> None:
         """The fit of each channel, and the error against the horizon; first what it amounts to, in words."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from pathlib import Path
 
 from nicegui import ui
@@ -9,6 +10,7 @@ from nicegui import ui
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled
 from wheelpend.view.words import sentences
 
+SHOWN_COMMANDS = ("identify", "report", "design", "export")
 REPORT_FILE = "report.html"
 EXPORT_TARGETS = {"c": "C library", "js": "JavaScript", "fmu": "FMU", "mujoco": "MuJoCo", "json": "numbers"}
 
@@ -43,9 +45,13 @@ class GoOnPanel(Panel):
         if path.is_file():
             ui.download.content(path.read_bytes(), REPORT_FILE)
 
+    def state(self) -> Hashable:
+        """What was done."""
+        return len(self.bench.done), *self.bench.numbers(*SHOWN_COMMANDS)
+
     def show(self) -> None:
         """What the last of these said, and every command line so far."""
-        for name in ("identify", "report", "design", "export"):
+        for name in SHOWN_COMMANDS:
             if found := self.bench.current(name):
                 with folded(f"What {name} said"):
                     for sentence in sentences(found.text):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from typing import Any
 
 from nicegui import ui
@@ -34,6 +35,10 @@ class LearnPanel(Panel):
         found = self.bench.current("diagnose")
         self.law.set_visibility(bool(found and found.result.get("verdict") == "unexplained"))
         set_enabled(self.law, self.bench.can_judge)
+
+    def state(self) -> Hashable:
+        """The diagnosis."""
+        return self.bench.numbers("diagnose")
 
     def show(self) -> None:
         """The verdict in words, the candidates, and each in detail."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,16 @@ class OpenPanel(Panel):
     def show_buttons(self) -> None:
         """A place to drop logs, a field to name one, and the inspection."""
         upload = ui.upload(
-            label="Drop a log here (CSV or Parquet), or pick one",
+            label="Drop a log here (CSV or Parquet)",
             auto_upload=True,
             max_file_size=MAX_UPLOAD_BYTES,
             on_upload=self._take,
         )
-        upload.classes("drop").props('flat accept=".csv,.parquet" aria-label="Drop a log here, or pick one"')
+        upload.classes("drop").props('flat accept=".csv,.parquet" aria-label="Drop a log here"')
+        pick = action(
+            "Pick a log", lambda: None, describes="Pick a log of this machine, which is copied to the workspace"
+        )
+        pick.on("click", js_handler=f"() => getElement({upload.id}).pickFiles()")
         self.path = ui.input("Or its path on this machine").props("outlined dense").classes("path")
         self.path.on("keydown.enter", self._open_named)
         action("Open", self._open_named, describes="Open the log whose path is in the field")
@@ -41,6 +46,10 @@ class OpenPanel(Panel):
         set_enabled(self.inspect, ready)
         set_enabled(self.new, ready and not (self.bench.folder / self.bench.model_name).exists())
         self.new.set_visibility(not (self.bench.folder / self.bench.model_name).exists())
+
+    def state(self) -> Hashable:
+        """The logs, and their inspection."""
+        return *self.bench.logs, None, *self.bench.holdout, *self.bench.numbers("inspect")
 
     def show(self) -> None:
         """The logs, and what inspection found."""

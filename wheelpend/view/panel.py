@@ -23,7 +23,7 @@ CHART_LAYOUT = {
     "template": "none",
 }
 
-CHART_CONFIG = {"displayModeBar": False, "responsive": True}
+CHART_CONFIG = {"displayModeBar": False}
 
 
 class Panel:
@@ -51,7 +51,7 @@ class Panel:
         """Say of each button whether it can be pressed now."""
 
     def state(self) -> Hashable:
-        """What the body depends on."""
+        """What the body depends on: it is shown anew where that changed, and stays where it did not."""
         return self.bench.version
 
     def show(self) -> None:

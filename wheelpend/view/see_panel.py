@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 from wheelpend.reports.numbers import number_text, percent_text
 from wheelpend.view.panel import Panel, paragraph, table
 
@@ -11,6 +13,10 @@ class SeePanel(Panel):
 
     name, title = "see", "3 See where"
     purpose = "When does the model fail, and on what does that depend?"
+
+    def state(self) -> Hashable:
+        """What tells the places."""
+        return self.bench.numbers("diagnose", "compare")
 
     def show(self) -> None:
         """The places of the missing force, from the latest result that tells them."""

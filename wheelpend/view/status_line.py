@@ -15,15 +15,19 @@ class StatusLine:
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench
-        with ui.element("div").classes("status").props('role="status" aria-live="polite"'):
+        with ui.element("div").classes("status"):
+            self._show()
+        self.update()
+
+    def _show(self) -> None:
+        with ui.element("div").props('role="status" aria-live="polite"'):
             self.hint = ui.label().classes("plain hint")
             self.link = ui.link("Go there", "#open").classes("there")
             self.failure = ui.label().classes("plain failure").props('role="alert"')
         with ui.element("div").classes("running"):
             self.bar = ui.linear_progress(show_value=False).props('indeterminate aria-label="A command runs"')
             self.progress = ui.label().classes("plain soft").props('aria-live="off"')
-            self.cancel = action("Cancel", bench.cancel, describes="Cancel the command that runs")
-        self.update()
+            self.cancel = action("Cancel", self.bench.cancel, describes="Cancel the command that runs")
 
     def update(self) -> None:
         """Show what changed since the last time."""
