@@ -89,7 +89,7 @@ def test_after_a_change_everything_is_looked_at_anew(bench, tmp_path):
     bench.open_log(tmp_path / "log.csv")
     log = str(tmp_path / "log.csv")
     assert chain(bench, ("add", "slope", log)) == [
-        ("add", "slope", log), ("equations",), ("compare", log), ("diagnose", log)
+        ("add", "slope", log), ("equations",), ("compare", log), ("predictions", log), ("diagnose", log)
     ]  # fmt: skip
 
 

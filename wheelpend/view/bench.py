@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from wheelpend.errors import Failure
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
@@ -18,7 +20,7 @@ from wheelpend.view.jobs import Job, command_line
 from wheelpend.view.workspace_watch import WorkspaceWatch
 
 Words = tuple[str, ...]
-JUDGING_COMMANDS = ("compare", "diagnose")  # whose results hold for one model on some logs
+JUDGING_COMMANDS = ("compare", "diagnose", "predictions")  # whose results hold for one model on some logs
 
 
 class Found(NamedTuple):
@@ -29,6 +31,7 @@ class Found(NamedTuple):
     result: dict[str, Any]  # as --json gives it
     text: list[str]  # as a terminal shows it
     number: int = 0  # of all that were found, in their order
+    series: tuple[np.ndarray, ...] = ()  # of each log: time, then measured and predicted of every channel
 
 
 class Bench:
@@ -47,6 +50,7 @@ class Bench:
         self.done: list[str] = []  # command lines, as they were started
         self.failure, self.said = "", ""
         self.version = 0  # grows with every change that a window shows
+        self._started = 0
         self._started_with = self._seen = ""
 
     @property
@@ -180,12 +184,21 @@ class Bench:
         words = self.waiting.pop(0)
         self._started_with = self.watch.model_digest()
         self.job = Job(words, self.folder)
-        self.done.append(command_line(words))
+        self._started += 1
+        if not self.job.is_own:
+            self.done.append(command_line(words))
         self.version += 1
 
     def _finish(self, job: Job) -> None:
         if job.code == 0:
-            self.found[job.words[0]] = Found(job.words, self._started_with, job.result(), job.text(), len(self.done))
+            self.found[job.words[0]] = Found(
+                job.words,
+                self._started_with,
+                job.result(),
+                job.text(),
+                self._started,
+                tuple(job.series() if job.is_own else ()),
+            )
             self.said = next(iter(job.text()), "")
         else:
             self.waiting.clear()

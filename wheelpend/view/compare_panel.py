@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 
 from wheelpend.reports.numbers import number_text
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
+from wheelpend.view.prediction_chart import PredictionChart
 from wheelpend.view.words import sentences
 
 ERROR_COLOUR, FLOOR_COLOUR = "#2f86d6", "#d98a1f"  # told apart by everybody, on light and on dark
@@ -22,7 +23,10 @@ class ComparePanel(Panel):
 
     def show_buttons(self) -> None:
         """The comparison."""
-        self.compare = action("Compare", lambda: self.bench.run(("compare", *self.bench.files)), main=True)
+        self.compare = action("Compare", self._compare, main=True)
+
+    def _compare(self) -> None:
+        self.bench.run(("compare", *self.bench.files), ("predictions", *self.bench.files))
 
     def update_buttons(self) -> None:
         """It needs a log and a model."""
@@ -30,7 +34,7 @@ class ComparePanel(Panel):
 
     def state(self) -> Hashable:
         """The comparison."""
-        return self.bench.numbers("compare")
+        return self.bench.numbers("compare", "predictions")
 
     def show(self) -> None:
         """The fit of each channel, and the error against the horizon; first what it amounts to, in words."""
@@ -43,10 +47,19 @@ class ComparePanel(Panel):
         fit, off = found.result.get("fit_percent") or {}, found.result.get("rmse") or {}
         rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
         table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
+        self._show_predictions()
         with folded("Closed loop, what is left to chance, tests of the residuals"):
             for sentence in rest:
                 paragraph(sentence)
         chart(_horizon_figure(found.result), "Error against horizon, in standard deviations of the sensors")
+
+    def _show_predictions(self) -> None:
+        """Measured and predicted of the log that judges, others behind a line."""
+        found = self.bench.current("predictions")
+        pairs = list(zip(found.result["logs"], found.series, strict=True)) if found else []
+        for number, (log, series) in enumerate(pairs):
+            with folded(f"{log['name']}{', held out' if log['held_out'] else ''}", is_open=number == 0):
+                PredictionChart(series, log["channels"], held_out=log["held_out"])
 
 
 def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:

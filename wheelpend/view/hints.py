@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from wheelpend.view.bench import Bench
 
-ASKED_AFTERWARDS = ("equations", "compare", "diagnose")  # what is shown anew once the model has changed
-CLICKS = {"compare": "Click 1 of 3", "learn": "Click 2 of 3", "add": "Click 3 of 3"}
+ASKED_AFTERWARDS = ("equations", "compare", "predictions", "diagnose")  # what is shown anew once the model has changed
+CLICK_NUMBERS = {"compare": "Click 1 of 3", "learn": "Click 2 of 3", "add": "Click 3 of 3"}
 
 
 class NextStep(NamedTuple):
@@ -47,8 +47,8 @@ def _after_diagnosis(result: dict) -> NextStep:
 def hint_text(bench: Bench) -> str:
     """The next step in words; on a first run with the number of its click."""
     step = next_step(bench)
-    number = CLICKS.get(step.panel, "") if bench.first_run else ""
-    label = number or ("Next" if step.panel in CLICKS else "")
+    number = CLICK_NUMBERS.get(step.panel, "") if bench.first_run else ""
+    label = number or ("Next" if step.panel in CLICK_NUMBERS else "")
     return f"{label}: {step.sentence}" if label else step.sentence
 
 

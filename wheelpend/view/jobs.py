@@ -18,12 +18,15 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
+import numpy as np
+
 from wheelpend.isolation import python_command, python_environment
 from wheelpend.reports.console import PROGRESS_INTERVAL_VARIABLE
 
 GRACE_S = 4.0  # s that a cancelled command has to end by itself: it clears up what it began
 PROGRESS_INTERVAL_S = 0.5  # s between two lines of progress
-WITH_JSON = ("compare", "residuals", "diagnose", "add", "remove", "explain", "identify", "inspect")
+WITH_JSON = ("compare", "residuals", "diagnose", "add", "remove", "explain", "identify", "inspect", "predictions")
+OWN_MODULES = {"predictions": "wheelpend.view.predictions"}  # what only the workbench asks for, to draw it
 RESULT_FILE, OUTPUT_FILE, ERROR_FILE = "result.json", "output.txt", "progress.txt"
 
 
@@ -77,6 +80,11 @@ class Job:
             return found if isinstance(found, dict) else {}
         return {}
 
+    def series(self) -> list[np.ndarray]:
+        """The arrays that its result names, as they lie on the disk; they stay readable once its files are removed."""
+        names = [log["file"] for log in self.result().get("logs", []) if isinstance(log, dict)]
+        return [np.load(self.place / name, mmap_mode="r") for name in names]
+
     def failure(self) -> str:
         """Why it failed, in the command's own words; empty where it did not, or runs."""
         if not self.code or self.was_cancelled:
@@ -99,12 +107,20 @@ class Job:
         """Remove its files, once what they say was read."""
         shutil.rmtree(self.place, ignore_errors=True)
 
+    @property
+    def is_own(self) -> bool:
+        """True for what is no command of wheelpend's."""
+        return self.words[0] in OWN_MODULES
+
     def _started(self) -> subprocess.Popen[bytes]:
-        words = [*self.words, *(["--json", str(self.place / RESULT_FILE)] if self.words[0] in WITH_JSON else [])]
+        words = [
+            *self.words[self.is_own :],
+            *(["--json", str(self.place / RESULT_FILE)] if self.words[0] in WITH_JSON else []),
+        ]
         environment = python_environment() | {PROGRESS_INTERVAL_VARIABLE: str(PROGRESS_INTERVAL_S)}
         with open(self.place / OUTPUT_FILE, "wb") as output, open(self.place / ERROR_FILE, "wb") as errors:
             return subprocess.Popen(
-                python_command("-m", "wheelpend", *words),
+                python_command("-m", OWN_MODULES.get(self.words[0], "wheelpend"), *words),
                 cwd=self.folder,
                 env=environment,
                 stdin=subprocess.DEVNULL,

@@ -17,7 +17,7 @@ from wheelpend.view.panel import Panel
 from wheelpend.view.see_panel import SeePanel
 from wheelpend.view.status_line import StatusLine
 
-PANELS: tuple[type[Panel], ...] = (OpenPanel, ComparePanel, SeePanel, LearnPanel, AddPanel, GoOnPanel)
+PANEL_TYPES: tuple[type[Panel], ...] = (OpenPanel, ComparePanel, SeePanel, LearnPanel, AddPanel, GoOnPanel)
 STYLE_FILE = Path(__file__).parent / "view.css"
 REFRESH_S = 0.3  # s between two looks at what changed
 
@@ -35,7 +35,7 @@ def show_workbench(bench: Bench) -> None:
         links = _show_steps()
         status = StatusLine(bench)
         with ui.element("main"):
-            panels = [panel(bench) for panel in PANELS]
+            panels = [panel(bench) for panel in PANEL_TYPES]
 
     def refresh() -> None:
         status.update()
@@ -53,7 +53,7 @@ def _show_steps() -> dict[str, ui.element]:
     """The way of working, as links to its steps."""
     links = {}
     with ui.element("nav").props('aria-label="Steps of the work"'):
-        for panel in PANELS:
+        for panel in PANEL_TYPES:
             links[panel.name] = ui.link(panel.title, f"#{panel.name}").classes("step")
     return links
 

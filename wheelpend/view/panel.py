@@ -114,9 +114,9 @@ def _row(cells: Sequence[str]) -> None:
 
 
 @contextmanager
-def folded(words: str) -> Iterator[None]:
+def folded(words: str, *, is_open: bool = False) -> Iterator[None]:
     """What is read on demand, behind a line that opens it."""
-    with ui.element("details"):
+    with ui.element("details").props("open" if is_open else ""):
         with ui.element("summary"):
             text(words)
         yield
