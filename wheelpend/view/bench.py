@@ -20,7 +20,7 @@ from wheelpend.view.jobs import Job, command_line
 from wheelpend.view.workspace_watch import WorkspaceWatch
 
 Words = tuple[str, ...]
-JUDGING_COMMANDS = ("compare", "diagnose", "predictions")  # whose results hold for one model on some logs
+JUDGING_COMMANDS = ("compare", "diagnose", "predictions", "figures")  # whose results hold for one model on some logs
 
 
 class Found(NamedTuple):
@@ -128,7 +128,10 @@ class Bench:
         return found.number if found else -1 if command in self.found else -2
 
     def _is_current(self, found: Found) -> bool:
-        return found.model_digest == self.watch.model_digest() and found.words[1:] == self.files
+        return (
+            found.model_digest == self.watch.model_digest()
+            and found.words[len(found.words) - len(self.files) :] == self.files
+        )
 
     def open_log(self, path: Path) -> None:
         """Open a log, to be fitted to."""

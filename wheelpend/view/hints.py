@@ -6,7 +6,13 @@ from typing import NamedTuple
 
 from wheelpend.view.bench import Bench
 
-ASKED_AFTERWARDS = ("equations", "compare", "predictions", "diagnose")  # what is shown anew once the model has changed
+ASKED_AFTERWARDS = (
+    "equations",
+    "compare",
+    "predictions",
+    "diagnose",
+    "figures",
+)  # what is shown anew once the model has changed
 CLICK_NUMBERS = {"compare": "Click 1 of 3", "learn": "Click 2 of 3", "add": "Click 3 of 3"}
 
 

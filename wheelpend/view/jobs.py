@@ -25,8 +25,22 @@ from wheelpend.reports.console import PROGRESS_INTERVAL_VARIABLE
 
 GRACE_S = 4.0  # s that a cancelled command has to end by itself: it clears up what it began
 PROGRESS_INTERVAL_S = 0.5  # s between two lines of progress
-WITH_JSON = ("compare", "residuals", "diagnose", "add", "remove", "explain", "identify", "inspect", "predictions")
-OWN_MODULES = {"predictions": "wheelpend.view.predictions"}  # what only the workbench asks for, to draw it
+WITH_JSON = (
+    "compare",
+    "residuals",
+    "diagnose",
+    "add",
+    "remove",
+    "explain",
+    "identify",
+    "inspect",
+    "predictions",
+    "figures",
+)
+OWN_MODULES = {  # of what only the workbench asks for, to draw it
+    "predictions": "wheelpend.view.predictions",
+    "figures": "wheelpend.cli.view_figures",
+}
 RESULT_FILE, OUTPUT_FILE, ERROR_FILE = "result.json", "output.txt", "progress.txt"
 
 

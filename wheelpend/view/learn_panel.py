@@ -27,7 +27,8 @@ class LearnPanel(Panel):
         self.law = action("Seek a law for the rest", lambda: self._diagnose("--law"))
 
     def _diagnose(self, *options: str) -> None:
-        self.bench.run(("diagnose", *self.bench.files, *options))
+        drawn = [] if options else [("figures", *self.bench.files)]
+        self.bench.run(("diagnose", *options, *self.bench.files), *drawn)
 
     def update_buttons(self) -> None:
         """It needs a log and a model; a law is for what no effect explains."""

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
+from nicegui import ui
+
 from wheelpend.reports.numbers import number_text, percent_text
-from wheelpend.view.panel import Panel, paragraph, table
+from wheelpend.view.panel import CHART_CONFIG, Panel, folded, paragraph, table
+
+MAX_OPEN_FIGURES = 2  # the others are behind a line each
 
 
 class SeePanel(Panel):
@@ -16,7 +20,7 @@ class SeePanel(Panel):
 
     def state(self) -> Hashable:
         """What tells the places."""
-        return self.bench.numbers("diagnose", "compare")
+        return self.bench.numbers("diagnose", "compare", "figures")
 
     def show(self) -> None:
         """The places of the missing force, from the latest result that tells them."""
@@ -33,4 +37,10 @@ class SeePanel(Panel):
             [w["row"], w["state"], number_text(w["from"]), number_text(w["to"]), percent_text(w["share"])]
             for w in places
         ]
+        drawn = self.bench.current("figures")
+        for number, found in enumerate(drawn.result["figures"] if drawn else []):
+            with folded(found["title"], is_open=number < MAX_OPEN_FIGURES):
+                ui.plotly({**found["figure"], "config": CHART_CONFIG}).classes("force").props["aria-label"] = found[
+                    "title"
+                ]
         table(("row", "state", "from", "to", "share of the missing force"), rows, "Where the missing force is found")
