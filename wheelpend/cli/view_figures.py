@@ -25,7 +25,7 @@ from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.reports.page.force_figures import force_figure, state_figure
 
 MAX_FORCE_POINTS = 2000  # of a line
-QUESTION: dict[str, Any] = {"without": [], "law": False}  # as `wheelpend diagnose` asks without options
+DEFAULT_QUESTION: dict[str, Any] = {"without": [], "law": False}  # as `wheelpend diagnose` asks without options
 STATE_TITLE = "The missing force over the state on which it depends most, with the law of each candidate"
 
 
@@ -36,7 +36,7 @@ def main() -> None:
     with exit_on_failure(asked.json), progress("reading") as update:
         model = Model.open(Path(asked.model))
         files = [Path(p) for p in asked.logs], [Path(p) for p in asked.holdout]
-        found = searched("diagnosis", diagnose, model, files, QUESTION, update)
+        found = searched("diagnosis", diagnose, model, files, DEFAULT_QUESTION, update)
         drawn = [{"title": title, "figure": json.loads(figure.to_json())} for title, figure in _figures(found, model)]
         emit_json({"schema": 1, "figures": drawn}, asked.json)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from nicegui import ui
 
+from wheelpend.view.hints import chain
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled
 from wheelpend.view.words import sentences
 
@@ -25,7 +26,9 @@ class GoOnPanel(Panel):
         """Values, report, exports, design."""
         files = self.bench
         self.all = [
-            action("Keep the fitted values", lambda: files.run(("identify", *files.fitted_files, "--save"))),
+            action(
+                "Keep the fitted values", lambda: files.run(*chain(files, ("identify", *files.fitted_files, "--save")))
+            ),
             action("Write the report", lambda: files.run(("report", *files.files, "-o", REPORT_FILE))),
             action("Design the next log", lambda: files.run(("design", *files.fitted_files))),
         ]

@@ -26,6 +26,18 @@ class LearnPanel(Panel):
         self.learn = action("Learn what is missing", lambda: self._diagnose(), main=True)
         self.law = action("Seek a law for the rest", lambda: self._diagnose("--law"))
 
+        self.apart = action("Design what tells them apart", self._design)
+
+    def _design(self) -> None:
+        self.bench.run(("design", "--between", ",".join(self._pair()), *self.bench.fitted_files))
+
+    def _pair(self) -> list[str]:
+        """The first candidate and one that it cannot be told from, where there is one."""
+        found = self.bench.current("diagnose")
+        first = next(iter(found.result.get("candidates") or []), {}) if found else {}
+        others = first.get("equivalent_to") or []
+        return [first["effect"], others[0]] if others else []
+
     def _diagnose(self, *options: str) -> None:
         drawn = [] if options else [("figures", *self.bench.files)]
         self.bench.run(("diagnose", *options, *self.bench.files), *drawn)
@@ -35,7 +47,9 @@ class LearnPanel(Panel):
         set_enabled(self.learn, self.bench.can_judge)
         found = self.bench.current("diagnose")
         self.law.set_visibility(bool(found and found.result.get("verdict") == "unexplained"))
-        set_enabled(self.law, self.bench.can_judge)
+        self.apart.set_visibility(bool(self._pair()))
+        for button in (self.law, self.apart):
+            set_enabled(button, self.bench.can_judge)
 
     def state(self) -> Hashable:
         """The diagnosis."""

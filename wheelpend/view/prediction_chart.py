@@ -16,7 +16,7 @@ from wheelpend.view.reduction import reduced, window_of
 WINDOW_PIXELS = 600  # of a line, on a window of some 1200
 ROW_HEIGHT_PX, MARGIN_PX = 130, 90
 MEASURED_COLOUR, PREDICTED_COLOUR, RESIDUAL_COLOUR = "#8a919c", "#d98a1f", "#2f86d6"
-SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.12, "line_width": 0}
+HELD_OUT_SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.12, "line_width": 0}
 
 
 class PredictionChart:
@@ -64,7 +64,7 @@ class PredictionChart:
         figure.update_xaxes(range=[begin, end])
         figure.update_xaxes(title_text="t [s]", row=rows)
         if self.held_out:
-            figure.add_vrect(x0=float(self.t[0]), x1=float(self.t[-1]), **SHADE)
+            figure.add_vrect(x0=float(self.t[0]), x1=float(self.t[-1]), **HELD_OUT_SHADE)
         return {**json.loads(figure.to_json()), "config": CHART_CONFIG}
 
     def _add(self, figure: go.Figure, row: int, window: slice, values: np.ndarray, colour: str) -> None:

@@ -57,7 +57,8 @@ def meaning(effect: str) -> list[str]:
     if row is None:
         return []
     law = f"Law: {row.equation}" if row.equation else ""
-    return [words for words in (row.sentence, row.means, law, row.resembles) if words]
+    alike = f"Acts in a similar way: {row.resembles.replace('`', '')}" if row.resembles else ""
+    return [words for words in (row.sentence, row.means, law, alike) if words]
 
 
 def parameter_rows(model: Model) -> list[list[str]]:
