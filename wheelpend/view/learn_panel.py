@@ -34,7 +34,7 @@ class LearnPanel(Panel):
     def _pair(self) -> list[str]:
         """The first candidate and one that it cannot be told from, where there is one."""
         found = self.bench.current("diagnose")
-        first = next(iter(found.result.get("candidates") or []), {}) if found else {}
+        first: dict[str, Any] = next(iter(found.result.get("candidates") or []), {}) if found else {}
         others = first.get("equivalent_to") or []
         return [first["effect"], others[0]] if others else []
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from typing import Any
 
 from nicegui import ui
 
 from wheelpend.reports.numbers import number_text, percent_text
 from wheelpend.view.panel import CHART_CONFIG, Panel, folded, paragraph, table
 
+LEGEND_ABOVE = {"orientation": "h", "yanchor": "bottom", "y": 1.0}
 MAX_OPEN_FIGURES = 2  # the others are behind a line each
 
 
@@ -40,7 +42,11 @@ class SeePanel(Panel):
         drawn = self.bench.current("figures")
         for number, found in enumerate(drawn.result["figures"] if drawn else []):
             with folded(found["title"], is_open=number < MAX_OPEN_FIGURES):
-                ui.plotly({**found["figure"], "config": CHART_CONFIG}).classes("force").props["aria-label"] = found[
-                    "title"
-                ]
+                _show_figure(found["figure"], found["title"])
         table(("row", "state", "from", "to", "share of the missing force"), rows, "Where the missing force is found")
+
+
+def _show_figure(figure: dict[str, Any], title: str) -> None:
+    layout = {**figure["layout"], "legend": LEGEND_ABOVE}
+    shown = ui.plotly({"data": figure["data"], "layout": layout, "config": CHART_CONFIG}).classes("force")
+    shown.props["role"], shown.props["aria-label"] = "img", title
