@@ -97,6 +97,11 @@ def watch() -> None:
     threading.Thread(target=_end_soon, args=(seen,), name="interruption", daemon=True).start()
 
 
+def leave_to_main_thread() -> None:
+    """From here on Ctrl-C interrupts the main thread alone, which ends in its own time: nothing else ends it."""
+    signal.set_wakeup_fd(-1)
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
     if not _started.is_set():  # again and again would only get into the way of what cleans up
         _started.set()

@@ -45,7 +45,8 @@ def test_a_workspace_lives_from_new_to_history(workspace):
     run("generate", "--check")
     assert Model.open(workspace).effects == ("coulomb_drive",)
     assert "coulomb_drive.torque" in (workspace / "generated" / "wheel_pendulum.py").read_text()
-    run("remove", "coulomb_drive")
+    removed = json.loads(run("remove", "coulomb_drive", "--data", "log.csv", "--json", "-").stdout)
+    assert removed["error_before"] < 1.05 * removed["noise_floor"] < 10 < removed["error_after"], "refitted"
     assert [e["change"] for e in json.loads(run("history", "--json", "-").stdout)["history"]] == [
         "add coulomb_drive", "remove coulomb_drive"]  # fmt: skip
 

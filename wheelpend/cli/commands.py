@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from wheelpend.cli import export, logs, loop, paper, workspace
+from wheelpend.cli import export, logs, loop, paper, view, workspace
 from wheelpend.cli.app import app
 
-COMMAND_MODULES = (loop, logs, workspace, export, paper)  # which fill the application when they are imported
+COMMAND_MODULES = (loop, logs, workspace, export, view, paper)  # which fill the application when they are imported
 
 __all__ = ["COMMAND_MODULES", "app"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace, field
 from typing import Any, NamedTuple
 
 import derive
@@ -93,6 +93,8 @@ def add(
     problem = prepare(model, logs, holdout)
     progress("finding a start")
     problem, start = best_start(problem)
+    if remove:  # the values of the model hold what leaves it
+        problem, start = _without_values(problem, start, effect)
     old = model.effects
     new = tuple(e for e in old if e != effect) if remove else tuple(extended_effects(model, effect))
     fits = _fit_both(problem, new if remove else old, start, effect, progress)
@@ -108,6 +110,16 @@ def add(
     undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
     said = (*problem.warnings, *undetermined, *warnings, *remainder_warnings(left))
     return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)
+
+
+def _without_values(
+    problem: EstimationProblem, start: dict[str, float], effect: str
+) -> tuple[EstimationProblem, dict[str, float]]:
+    """The problem and its start with an effect absent, from which a model without it is fitted."""
+    known = dict(zip(problem.module.PARAMETERS, problem.module.ABSENT, strict=True))
+    absent = {name: known[name] for name in problem.effect(effect).full_names if name in known}
+    others = tuple({**values, **absent} for values in problem.fallback_starts)
+    return replace(problem, fallback_starts=others), {**start, **absent}
 
 
 class NestedFits(NamedTuple):

@@ -30,6 +30,8 @@ from wheelpend.reports.wrapping import column_blocks, folded_cells, wrapped
 LONG_WORK_S = 10.0  # from which on it is said how long work took
 
 TRACEBACK_VARIABLE = "WHEELPEND_TRACEBACK"  # set where errors that nobody foresaw are to be raised
+PROGRESS_INTERVAL_VARIABLE = "WHEELPEND_PROGRESS_S"  # s between plain lines of progress, for programs that show them
+MANY_SECONDS = 10.0  # s between them for people
 
 
 class PipedConsole(Console):
@@ -146,7 +148,8 @@ class _LiveLine:
         return Text(f"{clock_text(self.elapsed_s)} {visible(self.text)}", overflow="ellipsis", no_wrap=True)
 
 
-def _progress_lines(interval_s: float = 10.0) -> Callable[[str], None]:
+def _progress_lines() -> Callable[[str], None]:
+    interval_s = _progress_interval_s()
     last_s = monotonic()
 
     def update(text: str) -> None:
@@ -156,6 +159,14 @@ def _progress_lines(interval_s: float = 10.0) -> Callable[[str], None]:
             err.print(_without_markup(text))
 
     return update
+
+
+def _progress_interval_s() -> float:
+    """Time between two plain lines of progress [s]: as stated, where that is a number."""
+    try:
+        return float(os.environ.get(PROGRESS_INTERVAL_VARIABLE, MANY_SECONDS))
+    except ValueError:
+        return MANY_SECONDS
 
 
 def emit_json(data: dict, json_file: str) -> None:

@@ -1,0 +1,23 @@
+"""The workbench in the browser: the way of working as a page, on this machine alone.
+
+In: a workspace and logs. Out: a page, served to whoever has its address. Question: how is the work done by clicks?
+
+It is a view. Whatever a click does is a command line, run as a process in the workspace: the workbench estimates
+nothing and keeps nothing beside the workspace.
+
+access     who may ask: the token of the address, the hosts and origins that are this machine's own
+server     the address, the process that serves it, and its end by Ctrl-C
+jobs       one command line as a process: its progress, its result, its end
+bench      what all windows share: workspace, logs, jobs in turn and their latest results
+workspace_watch    what shows that a workspace changed, by whichever command
+hints      what to do next: the way of working, a click at a time
+layout     the page: the steps of the work from top to bottom
+status_line    what runs and how to end it, or what comes next
+panel      a step of the work as a part of the page; text, tables, charts and buttons
+open_panel, compare_panel, see_panel, learn_panel, add_panel, go_on_panel    the six steps
+predictions    a process that predicts logs, for the chart of them
+prediction_chart    measured and predicted of each channel, zoomed together
+reduction  many samples as what a window can show of them
+words      results of commands as words and cells
+uploads    logs that were dropped on the page
+"""
