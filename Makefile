@@ -26,7 +26,7 @@ $(DEV): $(STAMP)
 	touch $(DEV)
 
 $(EXTRAS): $(DEV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view,browser]'
 	touch $(EXTRAS)
 
 demo: install
@@ -40,7 +40,7 @@ test: $(DEV)
 test-all: $(EXTRAS)
 	$(BIN)/python -m pytest
 
-# What needs MuJoCo, FMPy, rosbags, pandas or python-control, quick or not.
+# What needs MuJoCo, FMPy, rosbags, pandas, python-control, NiceGUI or a browser, quick or not.
 test-extras: $(EXTRAS)
 	$(BIN)/python -m pytest -m extras
 

@@ -225,6 +225,6 @@ def _notes(exported: ExportedModel, target: str, files: Files) -> list[str]:
     if any(s.lags for s in exported.sources):
         notes.append("Observer and identifier take the error of a sensor behind a low-pass filter as a plain error.")
     if not exported.model.random_force and not exported.model.sensor_error:
-        notes.append("No random force stands in model.toml: either `identify --save` was not run, or it left nothing to "
-                     "chance. The observer expects a small one.")  # fmt: skip
+        notes.append("No random force stands in model.toml: either `identify --save` was not run, or it left nothing "
+                     "to chance. The observer expects a small one.")  # fmt: skip
     return notes

@@ -51,7 +51,7 @@ def show_workbench(bench: Bench) -> None:
 
 def _show_steps() -> dict[str, ui.element]:
     """The way of working, as links to its steps."""
-    links = {}
+    links: dict[str, ui.element] = {}
     with ui.element("nav").props('aria-label="Steps of the work"'):
         for panel in PANEL_TYPES:
             links[panel.name] = ui.link(panel.title, f"#{panel.name}").classes("step")
