@@ -26,7 +26,7 @@ $(DEV): $(STAMP)
 	touch $(DEV)
 
 $(EXTRAS): $(DEV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view]' selenium
 	touch $(EXTRAS)
 
 demo: install
