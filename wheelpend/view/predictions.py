@@ -48,7 +48,8 @@ def _written(
     for number, (path, held_out) in enumerate(files):
         found = predict(model, Path(path), progress=update)
         pairs = np.stack([found.measured, found.predicted], axis=-1).reshape(len(found.t), -1)
-        np.save(folder / f"{number}.npy", np.column_stack([found.t, np.where(np.isinf(pairs), np.nan, pairs)]))
+        series = np.column_stack([found.t, np.where(np.isinf(pairs), np.nan, pairs)])
+        np.save(folder / f"{number}.npy", np.asfortranarray(series))  # drawn column by column
         name = Path(path).name
         yield {"name": name, "held_out": held_out, "file": f"{number}.npy", "channels": list(found.channels)}
 
