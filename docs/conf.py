@@ -33,7 +33,9 @@ CONTENTS = """
 """
 CHAPTERS = {
     "Begin": ("/README", "glossary", "troubleshooting", "coming_from"),
-    "Tutorials": ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial"),
+    "Tutorials": (
+        "tutorial_workbench", "tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial",
+    ),
     "Use": (
         "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "kernels",
         "export", "export_c", "export_javascript", "export_fmu", "export_mujoco", "export_json",

@@ -12,6 +12,7 @@ ELSEWHERE = {
     "tutorial_robot.md": "runs in test_tutorials.py",
     "tutorial_control.md": "runs in test_tutorials.py",
     "tutorial_embedded.md": "runs in test_tutorials.py",
+    "tutorial_workbench.md": "runs in test_tutorials.py",
     "export_fmu.md": "runs in tests/export/test_fmu.py",
     "plants.md": "whole plants, which run in tests/model/test_user_plants.py and tests/plants/test_further_inputs.py",
     "reproduction.md": "all tables over 100 seeds; `wheelpend reproduce` has tests of its own",

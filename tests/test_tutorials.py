@@ -11,7 +11,7 @@ import pytest
 from tests.pages import NUMBER, as_pattern, blocks, plain, typed
 from tests.support import ROOT
 
-TUTORIALS = ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded")
+TUTORIALS = ("tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial_workbench")
 QUICK_UNTIL = {"tutorial_robot": "What is missing?"}  # headings from which on it takes longer than quick tests may
 TOLERANCE = 0.2  # of a number that is shown: the last digits depend on the machine
 LONGEST_S = 1200
