@@ -42,8 +42,11 @@ class ComparePanel(Panel):
         if found is None:
             paragraph("Not compared yet, since the model or the logs changed." if "compare" in self.bench.found else "")
             return
-        first, *rest = sentences(found.text) or [""]
-        paragraph(first, "lead")
+        said = sentences(found.text) or [""]
+        judged = number_text(found.result.get("error"))
+        lead = next((words for words in said if judged in words.split()), said[0])
+        rest = [words for words in said if words != lead]
+        paragraph(lead, "lead")
         fit, off = found.result.get("fit_percent") or {}, found.result.get("rmse") or {}
         rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
         table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
