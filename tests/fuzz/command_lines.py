@@ -35,6 +35,7 @@ LONG_COMMANDS = {
     "verify",
     "design",
     "export",
+    "view",
 }
 LONG_PATHS = {"log.csv", "generated/../log.csv"}
 
@@ -99,6 +100,8 @@ def tame(parts: list[str]) -> list[str]:
         return parts
     if parts[0] in ("demo", "warm", "reproduce", "verify"):
         return [parts[0], "--odd", *parts[1:]]
+    if parts[0] == "view":  # else it would serve until it is stopped
+        parts = [parts[0], "--no-browser", "missing.csv", *parts[1:]]
     if parts[0] == "campaign":
         parts = [part for part in parts if part != "--simulate"]
     return [parts[0], *("missing.csv" if part in LONG_PATHS else part for part in parts[1:])]
