@@ -7,7 +7,6 @@ takes the words of `wheelpend diagnose`, whose answer it takes up where that was
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,6 +22,7 @@ from wheelpend.model.record import Model
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.reports.page.force_figures import force_figure, state_figure
+from wheelpend.view.asked import asked_of_files
 
 MAX_FORCE_POINTS = 2000  # of a line
 DEFAULT_QUESTION: dict[str, Any] = {"without": [], "law": False}  # as `wheelpend diagnose` asks without options
@@ -32,22 +32,13 @@ STATE_TITLE = "The missing force over the state on which it depends most, with t
 def main() -> None:
     """Entry point of the process."""
     interruption.watch()
-    asked = _parsed()
+    asked = asked_of_files()
     with exit_on_failure(asked.json), progress("reading") as update:
         model = Model.open(Path(asked.model))
         files = [Path(p) for p in asked.logs], [Path(p) for p in asked.holdout]
         found = searched("diagnosis", diagnose, model, files, DEFAULT_QUESTION, update)
         drawn = [{"title": title, "figure": json.loads(figure.to_json())} for title, figure in _figures(found, model)]
         emit_json({"schema": 1, "figures": drawn}, asked.json)
-
-
-def _parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("logs", nargs="*")
-    parser.add_argument("--holdout", action="append", default=[])
-    parser.add_argument("--model", default="model.toml")
-    parser.add_argument("--json", required=True)
-    return parser.parse_args()
 
 
 def _figures(found: Diagnosis, model: Model) -> Iterator[tuple[str, go.Figure]]:

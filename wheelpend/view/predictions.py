@@ -19,25 +19,17 @@ from wheelpend import interruption
 from wheelpend.diagnosis.predict import predict
 from wheelpend.model.record import Model
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
+from wheelpend.view.asked import asked_of_files
 
 
 def main() -> None:
     """Entry point of the process."""
     interruption.watch()
-    asked = _parsed()
+    asked = asked_of_files()
     with exit_on_failure(asked.json), progress("reading") as update:
         model = Model.open(Path(asked.model))
         written = list(_written(model, asked, Path(asked.json).parent, update))
         emit_json({"schema": 1, "logs": written}, asked.json)
-
-
-def _parsed() -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("logs", nargs="*")
-    parser.add_argument("--holdout", action="append", default=[])
-    parser.add_argument("--model", default="model.toml")
-    parser.add_argument("--json", required=True)
-    return parser.parse_args()
 
 
 def _written(

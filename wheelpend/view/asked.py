@@ -1,0 +1,15 @@
+"""The words with which the workbench starts a process of its own: those of a command that judges, and --json."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def asked_of_files() -> argparse.Namespace:
+    """The logs, those held out, the model and the file for the answer, as this process was asked."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("logs", nargs="*")
+    parser.add_argument("--holdout", action="append", default=[])
+    parser.add_argument("--model", default="model.toml")
+    parser.add_argument("--json", required=True)
+    return parser.parse_args()
