@@ -6,7 +6,7 @@ from wheelpend.benchmarks.in_the_loop.compensate import FRICTION_SIZES_V, PITCH_
 from wheelpend.benchmarks.in_the_loop.compensate import Answer as DrawAnswer
 from wheelpend.benchmarks.in_the_loop.learn import Answer as RecordAnswer
 from wheelpend.benchmarks.in_the_loop.learn import Learnt
-from wheelpend.benchmarks.in_the_loop.page import BEGIN_MARK, END_MARK, section_text, write
+from wheelpend.benchmarks.in_the_loop.page import STUDY_MARKS, section_text, study_texts, write
 from wheelpend.benchmarks.in_the_loop.runner import plan, run
 from wheelpend.errors import Failure
 
@@ -46,14 +46,25 @@ def test_the_page_counts_draws_and_records_and_keeps_the_study_that_was_not_aske
     assert "| 0.3 | standing | 15 % | 20 % | 2.00 | 1.10 |" in text
     assert "| X1 | 20 % | 0.2 % | 2 | 0.50 |" in text
     page = tmp_path / "export_c.md"
-    page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n", encoding="utf-8")
+    places = "\n".join(f"{begin}\nold\n{end}" for begin, end in STUDY_MARKS.values())
+    page.write_text(f"before\n{places}\nafter\n", encoding="utf-8")
     write(page, answers)
     written = page.read_text(encoding="utf-8")
-    assert text in written and "old" not in written and written.endswith("after\n")
+    assert all(part in written for part in study_texts(answers).values())
+    assert "old" not in written and written.startswith("before") and written.endswith("after\n")
     assert (tmp_path / "friction_compensated.svg").stat().st_size > 1000
     page.write_text("no marks", encoding="utf-8")
     with pytest.raises(Failure, match="must have the lines"):
         write(page, answers)
+
+
+def test_writing_one_study_leaves_the_table_of_the_other_as_it_is(tmp_path):
+    page = tmp_path / "export_c.md"
+    page.write_text("".join(f"{a}\nold {name}\n{b}\n" for name, (a, b) in STUDY_MARKS.items()), encoding="utf-8")
+    write(page, run(tmp_path, plan(["learn"], 2), attempt=made_up, jobs=1, progress=quiet))
+    written = page.read_text(encoding="utf-8")
+    assert "old compensate" in written and "old learn" not in written and "2 records" in written
+    assert not (tmp_path / "friction_compensated.svg").exists()
 
 
 def test_what_could_not_be_used_is_said_and_not_counted(tmp_path):

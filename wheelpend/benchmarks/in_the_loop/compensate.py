@@ -75,12 +75,12 @@ def pitch_of(friction: float, known: Model | None, command: str, seed: int) -> n
 def drawn_model(friction: float, seed: int) -> Model:
     """The robot's model with errors drawn from the covariance of its identification, and standard errors to match.
 
-    All of it is widened until the friction's standard error is LEAST_ERROR_SHARE of its size.
+    The friction's own standard error is at least LEAST_ERROR_SHARE of its size; the others are as identified.
     """
     model, names, values, covariance = identified(friction)
     size = names.index(FRICTION_SIZE)
-    least = (LEAST_ERROR_SHARE * values[size]) ** 2
-    wide = covariance * max(1.0, least / covariance[size, size])
+    wide = covariance.copy()
+    wide[size, size] = max(wide[size, size], (LEAST_ERROR_SHARE * values[size]) ** 2)
     drawn = np.random.default_rng([seed, round(1000 * friction)]).multivariate_normal(values, wide)
     drawn[size] = max(drawn[size], 0.0)
     sigma = np.sqrt(np.diag(wide))

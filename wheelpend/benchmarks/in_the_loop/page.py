@@ -1,4 +1,4 @@
-"""Both studies as a section of docs/export_c.md, between its marks, and the curve of what is left of friction."""
+"""Each study as a section of docs/export_c.md, between its marks, and the curve of what is left of friction."""
 
 from __future__ import annotations
 
@@ -9,21 +9,30 @@ import numpy as np
 
 from wheelpend.benchmarks.in_the_loop.compensate import FRICTION_SIZES_V, LEAST_ERROR_SHARE, PITCH_COMMANDS, Pitch
 from wheelpend.benchmarks.in_the_loop.learn import Learnt
-from wheelpend.benchmarks.in_the_loop.runner import Answers, failures_of, pitches_of, records_of
+from wheelpend.benchmarks.in_the_loop.runner import STUDY_NAMES, Answers, failures_of, pitches_of, records_of
 from wheelpend.benchmarks.markdown import markdown_table, write_between
 from wheelpend.benchmarks.random_force.summary import rms
 
-BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.in_the_loop -->", "<!-- end of in the loop -->"
+STUDY_MARKS = {
+    name: (f"<!-- {name}: written by wheelpend.benchmarks.in_the_loop -->", f"<!-- end of {name} -->")
+    for name in STUDY_NAMES
+}
 COMMAND_LINE = "python -m wheelpend.benchmarks.in_the_loop"
 PICTURE_FILE = "friction_compensated.svg"
 COMMAND_WORDS = {"aggressive": "a fast command", "upright": "standing"}
 
 
 def section_text(answers: Answers) -> str:
-    """The two studies in Markdown; nothing of one that has no answers."""
+    """The studies in Markdown, and what failed; nothing of one that has no answers."""
     failed = [f"- {sentence}" for sentence in failures_of(answers)]
-    parts = [*compensator_part(pitches_of(answers)), *identifier_part(records_of(answers)), "\n".join(failed)]
-    return "\n\n".join(filter(None, parts))
+    return "\n\n".join(filter(None, [*study_texts(answers).values(), "\n".join(failed)]))
+
+
+def study_texts(answers: Answers) -> dict[str, str]:
+    """Each study that has answers, in Markdown."""
+    parts = {"compensate": compensator_part(pitches_of(answers)), "learn": identifier_part(records_of(answers))}
+    texts = {name: "\n\n".join(part) for name, part in parts.items()}
+    return {name: text for name, text in texts.items() if text}
 
 
 def compensator_part(found: Sequence[Pitch]) -> Iterator[str]:
@@ -33,7 +42,7 @@ def compensator_part(found: Sequence[Pitch]) -> Iterator[str]:
     draws = len(found) // max(len({(p.friction, p.command) for p in found}), 1)
     yield (
         f"`{COMMAND_LINE} --only compensate`: {draws} draws from the covariance of an identification in MuJoCo, "
-        f"widened until the friction is known to {100 * LEAST_ERROR_SHARE:g} %, each with its own noise of the sensors."
+        f"the friction known no better than to {100 * LEAST_ERROR_SHARE:g} %, each with its own noise of the sensors."
         " Friction's part of the pitch is the standard deviation of the run with "
         "friction less the run without; the table has what is left of it with compensation, median and worst draw, "
         "and over the last two seconds the pitch's standard deviation against that of a robot without friction."
@@ -101,8 +110,12 @@ def draw_curve(path: Path, found: Sequence[Pitch]) -> None:
 
 
 def write(path: Path, answers: Answers) -> None:
-    """Write the section between its marks in a page and the picture beside it; raises Failure where it has no place."""
-    page = path.read_text(encoding="utf-8") if path.exists() else ""
-    write_between(path, page, BEGIN_MARK, END_MARK, section_text(answers))
+    """Write what was tried between its marks in a page, and the picture beside it.
+
+    Raises Failure where the page has no place for it. What was not tried stays as it is.
+    """
+    for name, text in study_texts(answers).items():
+        page = path.read_text(encoding="utf-8") if path.exists() else ""
+        write_between(path, page, *STUDY_MARKS[name], text)
     if found := pitches_of(answers):
         draw_curve(path.with_name(PICTURE_FILE), found)
