@@ -1,6 +1,7 @@
 """What SciPy has too comes out as SciPy has it."""
 
 import numpy as np
+import pytest
 from scipy import linalg, ndimage, signal
 from scipy.stats import beta
 
@@ -20,6 +21,16 @@ def test_smoothing_and_thinning():
     np.testing.assert_allclose(smooth, ndimage.gaussian_filter1d(walk[:, 0], 5.3, mode="nearest"), atol=1e-10)
     thin, expected = numerics.decimated(walk, 4), signal.decimate(walk, 4, axis=0)
     assert thin.shape == expected.shape and np.abs(thin - expected)[20:-20].max() < 1e-3 * walk.std()
+
+
+@pytest.mark.parametrize("thin", [2, 7])
+def test_a_long_signal_is_thinned_piece_by_piece_as_the_whole_is(thin, monkeypatch):
+    walk = np.cumsum(np.random.default_rng(1).normal(size=(1800 * thin + 3, 2)), axis=0)
+    whole = numerics.decimated(walk, thin)
+    monkeypatch.setattr(numerics, "DECIMATED_PIECE", 400)
+    pieces = numerics.decimated(walk, thin)
+    assert pieces.shape == whole.shape == (1800 + -(-3 // thin), 2)
+    assert np.abs(pieces - whole).max() < 1e-11 * np.abs(walk).max()
 
 
 def test_a_constant_stays_a_constant():

@@ -111,6 +111,31 @@ def chunked_least_squares(
     return replace(found, sigma=sigma, covariance=covariance, rows=module.NQ * len(log))
 
 
+def filtered_residual(
+    module: KernelModule,
+    t: np.ndarray,
+    states: np.ndarray,
+    voltage: np.ndarray,
+    parameters: np.ndarray,
+    tau: tuple[float, float],
+    coefficients: np.ndarray,
+) -> np.ndarray:
+    """Left sides of the filtered equations less their regressors times coefficients (n,): (N, NQ).
+
+    In memory for the regressors of one chunk.
+    """
+    settings = (parameters, *tau, True)
+    sides, regressors = module.filter_regressor(t[:1], states[:1], voltage[:1], *settings, states[0])
+    found = [sides - regressors @ coefficients]
+    weights, memory = module.filter_weights(t[1] - t[0], *tau), module.filter_memory()
+    module.filter_start(t[0], states[0], voltage[0], parameters, weights, memory)
+    for a in range(1, len(t), CHUNK_SAMPLES):
+        chunk = slice(a - 1, min(a + CHUNK_SAMPLES, len(t)))
+        sides, regressors = module.filter_onward(t[chunk], states[chunk], voltage[chunk], *settings, memory)
+        found.append(sides - regressors @ coefficients)
+    return np.concatenate(found)
+
+
 def _decay_samples(log: Log, tau: tuple[float, float]) -> int:
     """Samples until nothing is left of the filters' start."""
     end = int(np.searchsorted(log.t, log.t[0] + FILTER_DECAY_TIME_CONSTANTS * max(tau)))

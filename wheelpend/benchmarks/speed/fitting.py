@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from derive.parameter_name import MISSING_FORCE, effect_of
-from wheelpend.api import diagnose
+from wheelpend.api import diagnose, explain
 from wheelpend.benchmarks.speed.environment import peer
 from wheelpend.benchmarks.speed.record import Times
 from wheelpend.benchmarks.speed.regression import FILTER_TIME_CONSTANTS_S
@@ -32,6 +32,7 @@ SEGMENT_DURATION_S = 0.25  # s, short enough to start from nominal values at onc
 FOLD_COUNT = 10  # of the cross-validation
 REFITTED_CANDIDATE_COUNT = 4  # candidates that are refitted from the data; all would take minutes
 HIDDEN_EFFECTS = {"coulomb_drive": 0.3}  # V, what the diagnosis is to find
+EXPLAINED_EFFECTS = HIDDEN_EFFECTS | {"actuator_delay": 0.004}  # V and s, what is to be explained
 
 
 def fit_against_simulation(s: Setting) -> Times:
@@ -123,6 +124,19 @@ def library_columns(s: Setting) -> Columns:
     others = [k for k, name in enumerate(module.LINEAR) if effect_of(name) not in ("", MISSING_FORCE)]
     further = (*combinations(others, 1), *combinations(others, 2))
     return Columns(phi.reshape(-1, phi.shape[2]), tau.ravel(), own, further)
+
+
+def explanation_against_diagnosis(s: Setting) -> Times:
+    """Explaining a 20 s log by two effects, against the diagnosis of one with the first of them."""
+    log, simpler = s.log(**EXPLAINED_EFFECTS), s.log(**HIDDEN_EFFECTS)
+    run = partial(explain, s.model, [log])
+    if (found := {step.effect for step in run().steps}) != set(EXPLAINED_EFFECTS):
+        raise Failure(f"Both hidden effects must be added, but {', '.join(sorted(found)) or 'nothing'} was.")
+    return Times(
+        *best_in_turn(
+            timed(run, perf_counter), timed(partial(diagnose, s.model, [simpler]), perf_counter), min_rounds=2
+        )
+    )
 
 
 def diagnosis_against_pysindy(s: Setting) -> Times:

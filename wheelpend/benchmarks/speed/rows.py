@@ -63,12 +63,14 @@ def fitting_rows() -> tuple[Row, ...]:
     sensitivities, simulation_in_c = "sensitivities of 20 s to every effect", "one C simulation"
     search, diagnosis = "all single effects and pairs after one pass", "whole diagnosis of a 20 s log"
     searching, diagnosing = fitting.search_against_refits, fitting.diagnosis_against_pysindy
+    explaining = fitting.explanation_against_diagnosis
     differentiating = fitting.sensitivities_against_simulation
     return (
         Row("fit", "shooting fit to 60 s", simulation_in_c, MAX_TIME_RATIO(40), fitting.fit_against_simulation),
         Row("sensitivities", sensitivities, simulation_in_c, MAX_TIME_RATIO(40), differentiating),
         Row("search", search, "refits from the data", MIN_SPEEDUP(2000), searching),
-        Row("diagnosis", diagnosis, "one pysindy fit", MIN_SPEEDUP(10), diagnosing),
+        Row("diagnosis", diagnosis, "one pysindy fit", MIN_SPEEDUP(8), diagnosing),
+        Row("explanation", "`explain` of 20 s by two effects", "one diagnosis", MAX_TIME_RATIO(3), explaining),
     )
 
 

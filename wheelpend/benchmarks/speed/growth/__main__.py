@@ -18,7 +18,7 @@ from wheelpend.benchmarks.speed.growth.work import write_log
 from wheelpend.reports.console import exit_on_failure, print_line
 
 LOG_SAMPLE_COUNTS = (1_000, 10_000, 100_000, 1_000_000, 10_000_000)
-DIAGNOSIS_SAMPLE_COUNTS = (10_000, 30_000, 100_000)
+DIAGNOSIS_SAMPLE_COUNTS = (10_000, 100_000, 300_000, 1_000_000)
 EFFECT_COUNTS = (5, 10, 20, 30, 50)  # the library's that last and release nothing, then up to twenty of a user's own
 BATCH_SIZES = (1, 10, 100, 1_000, 10_000)
 
