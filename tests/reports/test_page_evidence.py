@@ -3,7 +3,6 @@
 import hashlib
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 
@@ -105,7 +104,7 @@ def test_a_log_that_is_read_knows_its_file_and_one_in_memory_has_none(tmp_path, 
 
 
 def test_a_parameter_of_a_free_pendulum_has_no_back_emf():
-    free, driven = (SimpleNamespace(model=Model.default(plant), effects=()) for plant in ("pendulum", "cart_pole"))
+    free, driven = (Model.default(plant) for plant in ("pendulum", "cart_pole"))
     assert {said.partition(":")[0] for _, said in parameter_meanings(free).values()} == {"inertia"}
     said = {name: (unit, text.partition(":")[0]) for name, (unit, text) in parameter_meanings(driven).items()}
     assert said["X4"] == ("V·m", "weight") and said["X5"] == ("V·s/m", "damping and back-EMF")

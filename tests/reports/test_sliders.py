@@ -12,12 +12,12 @@ from wheelpend.errors import Failure
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.page import carried_log, sliders
 from wheelpend.reports.page.page import page_html
-from wheelpend.reports.page.sliders import slider_section
+from wheelpend.reports.page.sliders import Adjustable, slider_section
 from wheelpend.reports.page.whole_numbers import held_series, smooth_series, whole_numbers_text
 
 
 def section_of(ladder):
-    section, why = slider_section(ladder, plant_units_of(ladder.model), {})
+    section, why = slider_section(Adjustable.of_ladder(ladder), plant_units_of(ladder.model), {})
     assert section and not why
     return section
 
@@ -95,7 +95,7 @@ def test_a_prediction_that_runs_away_has_no_sliders(explanation, monkeypatch):  
     monkeypatch.setattr(
         sliders, "replayed_log", lambda *given: replace(found := replayed(*given), judged=~found.judged)
     )
-    section, why = slider_section(explanation, plant_units_of(explanation.model), {})
+    section, why = slider_section(Adjustable.of_ladder(explanation), plant_units_of(explanation.model), {})
     assert section is None and "runs away" in why
 
 

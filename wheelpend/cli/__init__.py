@@ -13,6 +13,7 @@ workspace    new, equations, generate, history, effects, warm
 export       export
 view         view
 view_figures    a process that draws what a diagnosis found, for the workbench
+view_sliders    a process that writes sliders for the model as it stands, for the workbench
 paper        verify, reproduce
 kept_searches    what was searched for before is not searched for again
 change, design, campaign, demo    what these commands do around a result: files, history, interruptions

@@ -15,6 +15,7 @@ layout     the page: the steps of the work from top to bottom
 status_line    what runs and how to end it, or what comes next
 panel      a step of the work as a part of the page; text, tables, charts and buttons
 open_panel, compare_panel, see_panel, learn_panel, add_panel, go_on_panel    the six steps
+what_if_panel    sliders, between seeing and learning
 asked      the words of a process that only the workbench starts
 predictions    a process that predicts logs, for the chart of them
 prediction_chart    measured and predicted of each channel, zoomed together

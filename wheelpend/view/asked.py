@@ -7,9 +7,14 @@ import argparse
 
 def asked_of_files() -> argparse.Namespace:
     """The logs, those held out, the model and the file for the answer, as this process was asked."""
+    return question_parser().parse_args()
+
+
+def question_parser() -> argparse.ArgumentParser:
+    """What reads these words."""
     parser = argparse.ArgumentParser()
     parser.add_argument("logs", nargs="*")
     parser.add_argument("--holdout", action="append", default=[])
     parser.add_argument("--model", default="model.toml")
     parser.add_argument("--json", required=True)
-    return parser.parse_args()
+    return parser

@@ -20,7 +20,7 @@ from wheelpend.view.jobs import Job, command_line
 from wheelpend.view.workspace_watch import WorkspaceWatch
 
 Words = tuple[str, ...]
-JUDGING_COMMANDS = ("compare", "diagnose", "predictions", "figures")  # whose results hold for one model on some logs
+JUDGING_COMMANDS = ("compare", "diagnose", "predictions", "figures", "sliders")  # results hold for one model and logs
 
 
 class Found(NamedTuple):

@@ -36,10 +36,12 @@ WITH_JSON = (
     "inspect",
     "predictions",
     "figures",
+    "sliders",
 )
 OWN_MODULES = {  # of what only the workbench asks for, to draw it
     "predictions": "wheelpend.view.predictions",
     "figures": "wheelpend.cli.view_figures",
+    "sliders": "wheelpend.cli.view_sliders",
 }
 RESULT_FILE, OUTPUT_FILE, ERROR_FILE = "result.json", "output.txt", "progress.txt"
 

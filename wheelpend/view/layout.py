@@ -16,8 +16,17 @@ from wheelpend.view.open_panel import OpenPanel
 from wheelpend.view.panel import Panel
 from wheelpend.view.see_panel import SeePanel
 from wheelpend.view.status_line import StatusLine
+from wheelpend.view.what_if_panel import WhatIfPanel
 
-PANEL_TYPES: tuple[type[Panel], ...] = (OpenPanel, ComparePanel, SeePanel, LearnPanel, AddPanel, GoOnPanel)
+PANEL_TYPES: tuple[type[Panel], ...] = (
+    OpenPanel,
+    ComparePanel,
+    SeePanel,
+    WhatIfPanel,
+    LearnPanel,
+    AddPanel,
+    GoOnPanel,
+)
 STYLE_FILE = Path(__file__).parent / "view.css"
 REFRESH_S = 0.3  # s between two looks at what changed
 

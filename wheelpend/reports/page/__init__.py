@@ -10,6 +10,7 @@ innovations        tests of the final model's residuals
 correlations       how parameters depend on each other
 charts             its charts as markup
 sliders            parameters that a reader moves, and the model that the page then simulates (sliders.js)
+sliders_page       the sliders of a model as it stands, as a page of their own
 carried_log        the log with which it does so
 whole_numbers      series as text, as exact as a simulation needs them
 packing            figures as text, and the script that reads it

@@ -25,7 +25,7 @@ from wheelpend.reports.page.equations import equation_rows
 from wheelpend.reports.page.figures import labelled_rungs
 from wheelpend.reports.page.innovations import residual_section, residual_tests_of
 from wheelpend.reports.page.rows import candidate_row, law_table, log_rows, parameter_meanings, parameter_rows
-from wheelpend.reports.page.sliders import carried_markup, slider_section
+from wheelpend.reports.page.sliders import Adjustable, carried_markup, slider_section
 from wheelpend.reports.page.story import earlier_changes, earlier_rungs, story_sentences
 from wheelpend.reports.text.effect_sizes import typeset_detectable_rows
 from wheelpend.reports.text.force_ranges import typeset_force_ranges
@@ -71,8 +71,8 @@ def page_html(
     quantities = plant_units_of(explanation.model)
     first = explanation.first
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
-    meanings = {n: meaning for n, (_, meaning) in parameter_meanings(explanation).items()}
-    sliders, no_sliders = slider_section(explanation, quantities, meanings)
+    meanings = {n: meaning for n, (_, meaning) in parameter_meanings(explanation.model).items()}
+    sliders, no_sliders = slider_section(Adjustable.of_ladder(explanation), quantities, meanings)
     scripts = (plotly, DRAWING_SCRIPT, *([sliders.script] if sliders else []))
     changes, remarks = earlier_changes(explanation)
     earlier = earlier_rungs(changes)

@@ -14,6 +14,7 @@ from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.model.record import Model
 from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.reports.numbers import small_estimate_text, typeset_estimate_text, typeset_number_text, unit_text
 from wheelpend.reports.page.equations import term_text
@@ -70,7 +71,7 @@ class ParameterRow(NamedTuple):
 
 def parameter_rows(explanation: Ladder) -> list[ParameterRow]:
     """Values of each base parameter: nominal, of the first fit, after every step, final."""
-    rows, meanings = [], parameter_meanings(explanation)
+    rows, meanings = [], parameter_meanings(explanation.model)
     for name in explanation.problem.base:
         given, first = explanation.model.parameters.get(name), explanation.first.fit.values[name]
         values = [s.parameters[name] for s in explanation.steps if name in s.parameters]
@@ -83,10 +84,9 @@ def parameter_rows(explanation: Ladder) -> list[ParameterRow]:
     return rows
 
 
-def parameter_meanings(explanation: Ladder) -> dict[str, tuple[str, str]]:
-    """Unit and meaning of each base parameter: what kind it is, and what it is made of."""
-    plant, assumptions = explanation.model.plant, explanation.model.assumptions
-    model = derive.compose(plant, assumptions, explanation.effects)
+def parameter_meanings(given: Model) -> dict[str, tuple[str, str]]:
+    """Unit and meaning of each of a model's base parameters: what kind it is, and what it is made of."""
+    model = derive.compose(given.plant, given.assumptions, given.effects)
     found = base_parameters(model.plant, model.grouping)
     definitions = [term_text(str(sp.together(d))) for d in model.grouping.definitions]
     signature = model.plant.plant_signature

@@ -1,10 +1,10 @@
-"""Sliders for the final model's parameters: the page simulates a held-out log anew with what its reader chooses."""
+"""Sliders for a model's parameters: the page simulates a log anew with what its reader chooses."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,10 +15,11 @@ from markupsafe import Markup
 from plotly.subplots import make_subplots
 
 from derive.parameter_name import effect_of
+from wheelpend.diagnosis.compare import ComparedModel
 from wheelpend.diagnosis.explain import Ladder
 from wheelpend.errors import Failure
 from wheelpend.estimation.continuation import kernels_for
-from wheelpend.estimation.free_parameters import effect_parameter, free_parameters
+from wheelpend.estimation.free_parameters import effect_parameter, free_names, free_parameters
 from wheelpend.estimation.parameters import FreeParameter
 from wheelpend.estimation.prediction import with_lead_in
 from wheelpend.estimation.problem import EstimationProblem
@@ -28,6 +29,7 @@ from wheelpend.estimation.validation import LEAD_IN_SEGMENTS, validation_values
 from wheelpend.export.exported_model import ExportedModel, exported_model
 from wheelpend.export.javascript_target import javascript_page_module
 from wheelpend.export.replay import replayed_log
+from wheelpend.model.record import Model
 from wheelpend.model.units import PlantUnits
 from wheelpend.reports.names import display_text
 from wheelpend.reports.numbers import unit_text
@@ -55,6 +57,35 @@ class Slider(NamedTuple):
     last: int
 
 
+class Adjustable(NamedTuple):
+    """A model at its values, and the segments of a log on which others are to be tried."""
+
+    model: Model
+    problem: EstimationProblem
+    part: Segments
+    values: Mapping[str, float]  # of that log
+    estimates: Mapping[str, tuple[float, float | None]]  # value and standard error of each parameter that may be moved
+    whole: bool  # there is no further log that an error is taken on
+
+    @classmethod
+    def of_ladder(cls, explanation: Ladder) -> Adjustable:
+        """The final model of a ladder on the first held-out log, or where none is on the first log."""
+        problem, fitted, validation = explanation.problem, explanation.fit, explanation.problem.data.validation
+        part = validation[0].part if validation else problem.data.estimation[0]
+        values = validation_values(problem, fitted, validation[0]) if validation else fitted.of_log(0)
+        estimates = {n: (e.value, e.sigma) for n, e in explanation.parameters.items()}
+        return cls(explanation.model, problem, part, values, estimates, len(validation) <= 1)
+
+    @classmethod
+    def of_comparison(cls, compared: ComparedModel) -> Adjustable:
+        """A model as it stands on the first log that it is compared with."""
+        problem, values = compared.problem, compared.log_values[0]
+        given = problem.model.parameters | problem.model.effect_values
+        known = {n: given.get(n) for n in free_names(problem, problem.model.effects)}
+        estimates = {n: (values[n], k.sigma if k else None) for n, k in known.items()}
+        return cls(problem.model, problem, compared.log_segments[0], values, estimates, len(compared.log_segments) == 1)
+
+
 class SliderGroup(NamedTuple):
     """Sliders of an effect, or of the plant itself."""
 
@@ -69,6 +100,7 @@ class SliderSection:
 
     groups: tuple[SliderGroup, ...]
     log_name: str
+    horizon_s: float
     error: float  # of the identified model on what is carried [σ]
     seconds: float
     whole: bool  # everything on which the report's error is taken is carried
@@ -78,34 +110,32 @@ class SliderSection:
 
 
 def slider_section(
-    explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]
+    adjustable: Adjustable, quantities: PlantUnits, meanings: dict[str, str]
 ) -> tuple[SliderSection | None, str]:
-    """The section of a ladder's final model, or in a sentence why there is none."""
+    """The section of a model, or in a sentence why there is none."""
     try:
-        return _section(explanation, quantities, meanings), ""
+        return _section(adjustable, quantities, meanings), ""
     except Failure as failure:
         return None, str(failure)
     except NotImplementedError:
         return None, "Its equations have a part that cannot be translated into the language of a page."
 
 
-def _section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection:
-    problem, fitted = explanation.problem, explanation.fit
-    validation = problem.data.validation
-    part = validation[0].part if validation else problem.data.estimation[0]
-    values = validation_values(problem, fitted, validation[0]) if validation else fitted.of_log(0)
-    known = {n: (float(values.get(n, e.value)), e.sigma) for n, e in explanation.parameters.items()}
-    exported = exported_model(explanation.model.with_fit(known), period=part.log.dt)
+def _section(adjustable: Adjustable, quantities: PlantUnits, meanings: dict[str, str]) -> SliderSection:
+    problem, part, values = adjustable.problem, adjustable.part, adjustable.values
+    known = {n: (float(values.get(n, value)), sigma) for n, (value, sigma) in adjustable.estimates.items()}
+    exported = exported_model(adjustable.model.with_fit(known), period=part.log.dt)
     exported = replace(exported, max_step=min(exported.period, problem.max_step))
     carried = _carried_log(problem, exported, part, values)
-    groups = _groups(explanation, exported, values, meanings)
+    groups = _groups(adjustable, exported, meanings)
     script = javascript_page_module(exported) + SLIDER_SCRIPT.read_text(encoding="utf-8")
     return SliderSection(
         groups=groups,
         log_name=part.log.name,
+        horizon_s=problem.horizon,
         error=carried.error,
         seconds=sum(float(s.intervals.sum()) for s in carried.replay.segments),
-        whole=len(validation) <= 1 and len(carried.replay.segments) - carried.lead == len(part.bounds),
+        whole=adjustable.whole and len(carried.replay.segments) - carried.lead == len(part.bounds),
         data=_json(carried.numbers() | {"groups": [[_moved(s) for s in g.sliders] for g in groups]}),
         figure=_figure(part, quantities),
         script=script.replace("</", "<\\/").replace("<!--", "<\\!--"),  # nothing in it may end the script
@@ -113,7 +143,7 @@ def _section(explanation: Ladder, quantities: PlantUnits, meanings: dict[str, st
 
 
 def _carried_log(
-    problem: EstimationProblem, exported: ExportedModel, part: Segments, values: dict[str, float]
+    problem: EstimationProblem, exported: ExportedModel, part: Segments, values: Mapping[str, float]
 ) -> CarriedLog:
     """The first segments of a log, after those through which a coupled model must be simulated before."""
     segments, lead = with_lead_in(part, LEAD_IN_SEGMENTS if problem.carries else 0)
@@ -125,18 +155,15 @@ def _carried_log(
     return CarriedLog.cut_to_size(replayed_log(exported, simulator, first, values), lead)
 
 
-def _groups(
-    explanation: Ladder, exported: ExportedModel, values: dict[str, float], meanings: dict[str, str]
-) -> tuple[SliderGroup, ...]:
+def _groups(adjustable: Adjustable, exported: ExportedModel, meanings: dict[str, str]) -> tuple[SliderGroup, ...]:
     """Sliders of each effect, then those of the plant."""
-    problem, places = explanation.problem, list(exported.module.PARAMETERS)
-    by_effect: dict[str, list[Slider]] = {effect: [] for effect in (*explanation.effects, "")}
-    for p in free_parameters(problem, [n for n in explanation.parameters if n in places and effect_of(n) in by_effect]):
-        sigma = explanation.parameters[p.name].sigma
+    problem, places, estimates = adjustable.problem, list(exported.module.PARAMETERS), adjustable.estimates
+    by_effect: dict[str, list[Slider]] = {effect: [] for effect in (*adjustable.model.effects, "")}
+    for p in free_parameters(problem, [n for n in estimates if n in places and effect_of(n) in by_effect]):
         place = places.index(p.name)
         late = place in (exported.module.DELAY, exported.module.SENSOR_DELAY)
-        value = float(values[p.name])
-        if moves := _moves(problem, p, value, sigma, late):
+        value = float(adjustable.values[p.name])
+        if moves := _moves(problem, p, value, estimates[p.name][1], late):
             absent = float(exported.module.ABSENT[place])
             meaning = "" if p.effect else meanings.get(p.name, "")
             by_effect[p.effect].append(Slider(place, p.name, unit_text(p.unit), meaning, value, absent, *moves))
