@@ -131,8 +131,6 @@ CHAINS = (
         step("generate", "generate", "generated/*.py"),
         step("check_again", "generate --check"),
         step("turning", "generate", "generated/*.py", edit=Edit("model.toml", "planar = true", "planar = false")),
-        step("set", "set assumptions.planar=true columns.theta_p.unit=deg columns.theta_p.sign=-1",
-             "model.toml", "generated/*.py"),
     )),
     Chain("effects", (
         step("library", "effects", json=True),

@@ -1,4 +1,4 @@
-"""Commands of a workspace: new, set, equations, generate, history, effects, warm."""
+"""Commands of a workspace: new, equations, generate, history, effects, warm."""
 
 from __future__ import annotations
 
@@ -101,32 +101,6 @@ def generate(
             raise Failure(f"{opened.workspace / 'generated'} must be what {opened.path} derives to, but it is stale. "
                           "Run `wheelpend generate`.")  # fmt: skip
         print_line(f"{opened.workspace / 'generated'} is up to date.")
-
-
-@app.command("set")
-def set_(
-    settings: Annotated[
-        list[str],
-        typer.Argument(metavar="KEY=VALUE...", help="As columns.theta_p.unit=deg; an empty VALUE takes KEY away."),
-    ],
-    model: ModelFile = DEFAULT_MODEL_PATH,
-    plant: PlantFile = None,
-) -> None:
-    """Change entries of model.toml: columns, sensors, constants, nominal parameters, controller, assumptions.
-
-    All of them or none; comments stay, and generated/ follows.
-    """
-    from wheelpend.model import workspace
-    from wheelpend.model.settings import Setting, with_settings
-
-    with exit_on_failure(), progress("deriving the model"), opened_to_change(model, plant) as opened:
-        changed = with_settings(opened, [Setting.parse(text) for text in settings])
-        if changed.text == opened.text:
-            print_line(f"{opened.path} says so already.")
-            return
-        workspace.save(changed, opened=opened)
-        print_line(f"Changed {opened.path}: {', '.join(text.partition('=')[0] for text in settings)}.")
-        Asked((), (), model, plant).say_next("whether a log is read as it should be now", "inspect", "LOG")
 
 
 @app.command()

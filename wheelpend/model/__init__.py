@@ -8,7 +8,6 @@ this machine?
 - toml_file: text of a model.toml to those records
 - toml_checks: checks of keys and values in any TOML file
 - name_checks: names resolved against plant and library
-- settings: entries of a model.toml changed by name
 - toml_edits: the fewest edits of a model.toml's text
 - template: the first model.toml of a plant
 - user_effects: effects.toml, read and added to

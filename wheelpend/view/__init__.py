@@ -21,10 +21,5 @@ predictions    a process that predicts logs, for the chart of them
 prediction_chart    measured and predicted of each channel, zoomed together
 reduction  many samples as what a window can show of them
 words      results of commands as words and cells
-time_chart    signals over time, zoomed together
-signal_chart    a log's signals as they are read
-signals    a process that writes them
-corrections    how a log is read, as settings of the model file
-column_form    how each quantity is read, to be corrected
 uploads    logs that were dropped on the page
 """

@@ -37,11 +37,9 @@ WITH_JSON = (
     "predictions",
     "figures",
     "sliders",
-    "signals",
 )
 OWN_MODULES = {  # of what only the workbench asks for, to draw it
     "predictions": "wheelpend.view.predictions",
-    "signals": "wheelpend.view.signals",
     "figures": "wheelpend.cli.view_figures",
     "sliders": "wheelpend.cli.view_sliders",
 }
