@@ -1,4 +1,4 @@
-"""Commands of a workspace: new, equations, generate, history, effects, warm."""
+"""Commands of a workspace: new, set, equations, generate, history, effects, warm."""
 
 from __future__ import annotations
 
@@ -60,6 +60,30 @@ def proposed_text(log: Path, plant: str) -> str:
     for name, reason in look.guesses.items():
         print_line(f"- {name} is guessed, and marked so in model.toml: {reason}.")
     return look.model
+
+
+@app.command(name="set")
+def set_(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Such as columns.theta_p.sign=-1; KEY= takes it out.")
+    ],
+    model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
+) -> None:
+    """Correct model.toml: columns, sensors, controller, input, constants, assumptions, nominal values."""
+    # imported late, as in every command
+    from wheelpend.model import workspace
+    from wheelpend.model.settings import changes_equations, parse_settings, with_settings
+    from wheelpend.reports.text.settings import change_lines
+
+    with exit_on_failure(), opened_to_change(model, plant) as opened:
+        wanted, changed = with_settings(opened, parse_settings(settings))
+        if changes_equations(opened, wanted):
+            with progress("deriving the model"):
+                workspace.save(wanted, opened=opened)
+        elif changed:
+            workspace.save_values(opened, wanted)
+        print_text(change_lines(changed, opened.path, regenerated=changes_equations(opened, wanted)))
 
 
 @app.command()
