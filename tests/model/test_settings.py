@@ -42,6 +42,14 @@ def test_nothing_behind_the_sign_takes_the_entry_out(here):
     assert "theta_p" not in Model.open(here).columns
 
 
+def test_a_whole_entry_is_set_as_a_table_and_keeps_its_comment(here):
+    run("set", 'columns.theta_p={ column = "r", sign = -1 }', 'columns.theta_w={ column = "w" }')
+    text = (here / "model.toml").read_text()
+    assert 'theta_p = { column = "r", sign = -1 }  # pitch\ntheta_w = { column = "w" }\n' in text
+    run("set", "sensors.noise={ theta_w = 0.1 }")
+    assert Model.open(here).sensors.noise == {"theta_w": 0.1}
+
+
 def test_generated_code_follows_where_the_equations_change_and_is_left_alone_where_not(here):
     stamps = [p.stat().st_mtime_ns for p in sorted((here / "generated").iterdir())]
     run("set", "columns.theta_p.sign=-1")
@@ -60,9 +68,12 @@ def test_generated_code_follows_where_the_equations_change_and_is_left_alone_whe
         ("columns.thetap.sign=1", "Did you mean 'theta_p'?"),
         ("columns.theta_p.column=", "columns.theta_p.column is missing"),
         ("columns.theta_p=3", "Name one of them: columns.theta_p.column=VALUE"),
+        ("columns.theta_p.unit={ a = 1 }", "No unit named"),
+        ("sensors.noise.theta_p={ a = 1 }", "must be one value, not a table"),
         ("sensors.encoder.kind=3", "Set sensors.encoder itself"),
         ("sensors.encoder=turned", "must be 'absolute' or 'relative', not 'turned'"),
         ("sensors.pitch_noise=nan", "sensors.pitch_noise: must be a finite number"),
+        ("sensors.noise.theta_w=", "must be there to be taken away, but model.toml has no sensors.noise.theta_w"),
         ("effects=slope", "wheelpend add EFFECT"),
         ("effect.coulomb_drive.torque=0.3", "wheelpend identify LOG --save"),
         ("plant=slide", "wheelpend new FOLDER --plant NAME"),

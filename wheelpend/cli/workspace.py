@@ -73,17 +73,18 @@ def set_(
     """Correct model.toml: columns, sensors, controller, input, constants, assumptions, nominal values."""
     # imported late, as in every command
     from wheelpend.model import workspace
-    from wheelpend.model.settings import changes_equations, parse_settings, with_settings
+    from wheelpend.model.settings import Setting, changes, changes_equations, with_settings
     from wheelpend.reports.text.settings import change_lines
 
     with exit_on_failure(), opened_to_change(model, plant) as opened:
-        wanted, changed = with_settings(opened, parse_settings(settings))
-        if changes_equations(opened, wanted):
+        wanted = [Setting.parse(text) for text in settings]
+        changed = with_settings(opened, wanted)
+        if is_other := changes_equations(opened, changed):
             with progress("deriving the model"):
-                workspace.save(wanted, opened=opened)
-        elif changed:
-            workspace.save_values(opened, wanted)
-        print_text(change_lines(changed, opened.path, regenerated=changes_equations(opened, wanted)))
+                workspace.save(changed, opened=opened)
+        elif changed.text != opened.text:
+            workspace.save_values(opened, changed)
+        print_text(change_lines(changes(opened, changed, wanted), opened.path, regenerated=is_other))
 
 
 @app.command()

@@ -44,44 +44,49 @@ class Setting(NamedTuple):
         """The place as one types it."""
         return ".".join(self.place)
 
+    @classmethod
+    def parse(cls, text: str) -> Setting:
+        """A setting from KEY=VALUE; raises Failure for other forms, and for what other commands change.
+
+        VALUE is TOML, or a word without quotes; nothing takes the entry out.
+        """
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise Failure(f"A setting must be KEY=VALUE, such as columns.theta_p.sign=-1, not '{text:.60}'.")
+        place = _checked_place(key.strip())
+        return cls(place, _value(place[-1], value))
+
 
 class Changed(NamedTuple):
-    """A setting that was made, with what the file had; None where it had nothing."""
+    """An entry that was changed, with what the file had and has; None where that is nothing."""
 
     key: str
     before: Any
     after: Any
 
 
-def parse_settings(texts: Sequence[str]) -> list[Setting]:
-    """The settings of KEY=VALUE; raises Failure for other forms, and for what other commands change."""
-    found: dict[tuple[str, ...], Setting] = {}
-    for text in texts:
-        key, equals, value = text.partition("=")
-        key = key.strip()
-        if not equals:
-            raise Failure(f"A setting must be KEY=VALUE, such as columns.theta_p.sign=-1, not '{text:.60}'.")
-        place = _checked_place(key)
-        if place in found:
-            raise Failure(f"Each setting must be there once, but {key} is there twice. Leave one out.")
-        found[place] = Setting(place, _value(place[-1], value))
-    return list(found.values())
-
-
-def with_settings(model: Model, settings: Sequence[Setting]) -> tuple[Model, list[Changed]]:
-    """The model with these settings, and those of them that changed it; raises Failure where one cannot be."""
+def with_settings(model: Model, settings: Sequence[Setting]) -> Model:
+    """The model with these settings; raises Failure where one cannot be."""
     from wheelpend.model.toml_edits import with_entry  # imported late: tomlkit is slow to load
 
-    text, changed = model.text, []
-    for setting in _with_columns_named(model, settings):
-        before = _entry(parse_toml(text), setting)
-        if before != setting.value or isinstance(before, bool) != isinstance(setting.value, bool):
+    text = model.text
+    for setting in _complete(model, settings):
+        if setting.value is None and _entry(parse_toml(text), setting) is None:
+            raise Failure(f"An entry must be there to be taken away, but model.toml has no {setting.key}.")
+        if not _holds_already(parse_toml(text), setting):
             text = with_entry(text, setting.place, setting.value)
-            changed.append(Changed(setting.key, before, setting.value))
     wanted = Model.parse(text, model.path)
     for name in {s.place[1] for s in settings if s.place[0] == "columns"} & set(wanted.columns):
         unit_factor(name, wanted.columns[name].unit, wanted.table.units[name], wanted.table.inputs)
-    return wanted, changed
+    return wanted
+
+
+def changes(before: Model, after: Model, settings: Sequence[Setting]) -> list[Changed]:
+    """The entries that settings changed from one model to another."""
+    texts = parse_toml(before.text), parse_toml(after.text)
+    complete = (Setting(s.place, None) for s in _complete(before, settings))
+    found = (Changed(s.key, *(_entry(text, s) for text in texts)) for s in complete)
+    return [c for c in found if c.before != c.after]
 
 
 def changes_equations(before: Model, after: Model) -> bool:
@@ -116,12 +121,34 @@ def _value(key: str, text: str) -> Any:
     return found["value"] if len(found) == 1 else text.strip()
 
 
-def _with_columns_named(model: Model, settings: Sequence[Setting]) -> list[Setting]:
-    """The settings, with a first one for each entry of [columns] that is begun: the column's name, if none says it."""
-    begun = [s.place[1] for s in settings if s.place[0] == "columns" and len(s.place) == 3 and s.value is not None]
-    said = [s.place[1] for s in settings if s.place[0] == "columns" and s.place[-1] == "column"]
-    names = [n for n in dict.fromkeys(begun) if n not in (*model.columns, *said)]
-    return [*(Setting(("columns", name, "column"), name) for name in names), *settings]
+def _complete(model: Model, settings: Sequence[Setting]) -> list[Setting]:
+    """The settings entry by entry, those of a table in it too, and the column's name of one that nobody says."""
+    tables, found = parse_toml(model.text), dict[tuple[str, ...], Setting]()
+    for setting in (inner for outer in settings for inner in _entries(tables, outer)):
+        if setting.place in found:
+            raise Failure(f"Each setting must be there once, but {setting.key} is there twice. Leave one out.")
+        found[setting.place] = setting
+    begun = [
+        s.place[1] for s in found.values() if s.place[0] == "columns" and len(s.place) == 3 and s.value is not None
+    ]
+    names = [n for n in dict.fromkeys(begun) if n not in model.columns and ("columns", n, "column") not in found]
+    return [*(Setting(("columns", name, "column"), name) for name in names), *found.values()]
+
+
+def _entries(tables: Mapping[str, Any], setting: Setting) -> list[Setting]:
+    """A setting; of a table that of each entry, with those that it takes out."""
+    if not isinstance(setting.value, dict):
+        return [setting]
+    if len(setting.place) > 2:
+        raise Failure(f"{setting.key} must be one value, not a table. Set {'.'.join(setting.place[:2])} to a table.")
+    present = _entry(tables, setting) or {}
+    values = {**dict.fromkeys(present if isinstance(present, dict) else ()), **setting.value}
+    return [Setting((*setting.place, key), value) for key, value in values.items()]
+
+
+def _holds_already(tables: Mapping[str, Any], setting: Setting) -> bool:
+    before = _entry(tables, setting)
+    return before == setting.value and isinstance(before, bool) == isinstance(setting.value, bool)
 
 
 def _entry(tables: Mapping[str, Any], setting: Setting) -> Any:
@@ -134,7 +161,7 @@ def _entry(tables: Mapping[str, Any], setting: Setting) -> Any:
         if key not in found:
             return None
         found = found[key]
-    if isinstance(found, dict) and setting.value is not None:
+    if isinstance(found, dict) and not (setting.value is None or isinstance(setting.value, dict)):
         raise Failure(f"{setting.key} must name one entry, but it is a table with {', '.join(found)}. Name one of "
                       f"them: {setting.key}.{next(iter(found), 'NAME')}=VALUE.")  # fmt: skip
     return found
