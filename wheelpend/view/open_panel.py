@@ -10,7 +10,7 @@ from nicegui import events, ui
 
 from wheelpend.reports.numbers import number_text
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table, text
-from wheelpend.view.uploads import keep_upload
+from wheelpend.view.uploads import LOG_SUFFIXES, keep_upload
 
 MAX_UPLOAD_BYTES = 2 * 1024**3  # hours of a log at 1 kHz
 
@@ -24,12 +24,12 @@ class OpenPanel(Panel):
     def show_buttons(self) -> None:
         """A place to drop logs, a field to name one, and the inspection."""
         upload = ui.upload(
-            label="Drop a log here (CSV or Parquet)",
+            label="Drop a log here (CSV, Parquet, MATLAB, MCAP)",
             auto_upload=True,
             max_file_size=MAX_UPLOAD_BYTES,
             on_upload=self._take,
         )
-        upload.classes("drop").props('flat accept=".csv,.parquet" aria-label="Drop a log here"')
+        upload.classes("drop").props(f'flat accept="{",".join(LOG_SUFFIXES)}" aria-label="Drop a log here"')
         pick = action(
             "Pick a log", lambda: None, describes="Pick a log of this machine, which is copied to the workspace"
         )
