@@ -36,9 +36,11 @@ WITH_JSON = (
     "inspect",
     "predictions",
     "figures",
+    "readings",
 )
 OWN_MODULES = {  # of what only the workbench asks for, to draw it
     "predictions": "wheelpend.view.predictions",
+    "readings": "wheelpend.view.readings",
     "figures": "wheelpend.cli.view_figures",
 }
 RESULT_FILE, OUTPUT_FILE, ERROR_FILE = "result.json", "output.txt", "progress.txt"
