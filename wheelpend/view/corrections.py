@@ -20,7 +20,10 @@ def settings_of(sections: str) -> dict[str, Any]:
 
 def cures(findings: Sequence[Mapping[str, Any]], proposal: str) -> dict[str, Any]:
     """All that the model file can do about findings and guessed columns."""
-    return settings_of(proposal) | {k: v for found in findings for k, v in (found.get("settings") or {}).items()}
+    proposed = {
+        k: v for k, v in settings_of(proposal).items() if k != f"columns.{v}.column"
+    }  # which goes without saying
+    return proposed | {k: v for found in findings for k, v in (found.get("settings") or {}).items()}
 
 
 def changed(fields: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:

@@ -110,20 +110,21 @@ class OpenPanel(Panel):
             with ui.element("div").classes("note"):
                 text(f"{finding.get('sentence', '')} {finding.get('cure', '')}".strip())
                 if finding.get("settings") and self.has_model:
-                    self._offer("Set", finding["settings"], path)
+                    self._offer(f"Set {' '.join(setting_words(finding['settings']))}", finding["settings"], path)
         if not findings:
             paragraph("Nothing is wrong with the log.")
         if not self.has_model:
             return
         together = cures(findings, proposal)
         if together and setting_words(together) not in [setting_words(f.get("settings") or {}) for f in findings]:
-            self._offer("Set all that is proposed:", together, path)
+            self._offer("Set all that is proposed", together, path)
         elif not together and (sensors := settings_of(result.get("sensors") or "")):
-            self._offer("State the noise as this log shows it:", sensors, path)
+            self._offer("State noise and steps as this log shows them", sensors, path)
 
     def _offer(self, words: str, settings: Mapping[str, Any], path: str) -> None:
-        """A button that makes settings, which it names."""
-        self.sets.append(action(f"{words} {' '.join(setting_words(settings))}", lambda: self._set(settings, path)))
+        """A button that makes settings."""
+        describes = f"Set {' '.join(setting_words(settings))}"
+        self.sets.append(action(words, lambda: self._set(settings, path), describes=describes))
 
     def _show_readings(self, log: dict[str, Any], series: np.ndarray, path: str) -> None:
         """The signals beside how each is read, which is open where the model cannot read the log."""

@@ -53,7 +53,8 @@ class ReadingForm:
             remark = ", optional"
         with self._group(f"{name} [{quantity['own_unit']}]", remark):
             options = list(dict.fromkeys([*columns, quantity["column"]]))
-            units = {OWN_UNIT: f"{quantity['own_unit']} (own)"} | {u: u for u in quantity["units"]}
+            own = quantity["own_unit"]
+            units = {OWN_UNIT: own} | {u: u for u in quantity["units"] if u != own or u == quantity["unit"]}
             self._choose(name, "column", options, quantity)
             self._choose(name, "unit", units, quantity)
             self._choose(name, "sign", SIGN_CHOICES, quantity)
@@ -66,11 +67,15 @@ class ReadingForm:
     def _show_sensor(self, sensor: Mapping[str, Any]) -> None:
         value, choices = sensor["value"], sensor.get("choices")
         if choices:
-            self._keep(sensor["key"], value, ui.select(choices, value=value, label=sensor["label"]), "sensors")
+            self._keep(sensor["key"], value, ui.select(choices, value=value, label=sensor["label"]), sensor["label"])
         else:
-            self._keep(sensor["key"], value, ui.input(sensor["label"], value=str(value)), "sensors")
+            self._keep(sensor["key"], value, ui.input(sensor["label"], value=str(value)), sensor["label"])
 
-    def _keep(self, key: str, before: Any, field: Any, group: str) -> None:
+    def _keep(self, key: str, before: Any, field: Any, name: str) -> None:
         self.fields[key], self.before[key] = field, None if before == "" else before
-        field.props("outlined dense").classes("reading-field")
-        field.props["aria-label"] = f"{key.rpartition('.')[2]} of {group}"
+        ending = key.rpartition(".")[2]
+        is_sensor = key.startswith("sensors.")
+        field.props("outlined dense").classes(
+            "reading-field long" if is_sensor or ending == "column" else "reading-field"
+        )
+        field.props["aria-label"] = name if is_sensor else f"{ending} of {name}"
