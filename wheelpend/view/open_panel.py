@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from derive import plants
 from wheelpend.reports.numbers import number_text
-from wheelpend.view.corrections import cures, setting_words, settings_of
+from wheelpend.view.corrections import changed, cures, setting_words, settings_of
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table, text
 from wheelpend.view.reading_form import ReadingForm
 from wheelpend.view.readings_chart import ReadingsChart
@@ -98,12 +98,12 @@ class OpenPanel(Panel):
         name, (log,) = readings.words[1], readings.result["logs"]
         is_inspected = found is not None and found.words[1] == name and found.number > readings.number
         if found is not None and is_inspected:
-            self._show_faults(found.result, name)
+            self._show_faults(found.result, log, name)
         self._show_readings(log, readings.series[0], name)
         if found is not None and is_inspected:
             _show_rest(found.result)
 
-    def _show_faults(self, result: dict[str, Any], path: str) -> None:
+    def _show_faults(self, result: dict[str, Any], log: dict[str, Any], path: str) -> None:
         """What is wrong, each with the button that cures it; noise is stated once the units are right."""
         findings, proposal = result.get("findings") or [], result.get("proposal") or ""
         for finding in findings:
@@ -118,7 +118,8 @@ class OpenPanel(Panel):
         together = cures(findings, proposal)
         if together and setting_words(together) not in [setting_words(f.get("settings") or {}) for f in findings]:
             self._offer("Set all that is proposed", together, path)
-        elif not together and (sensors := settings_of(result.get("sensors") or "")):
+        stated = {sensor["key"]: sensor["value"] for sensor in log.get("sensors", ())}
+        if not together and (sensors := changed(settings_of(result.get("sensors") or ""), stated)):
             self._offer("State noise and steps as this log shows them", sensors, path)
 
     def _offer(self, words: str, settings: Mapping[str, Any], path: str) -> None:
@@ -134,7 +135,7 @@ class OpenPanel(Panel):
         if log["left_out"]:
             paragraph(f"Not drawn: {', '.join(log['left_out'])}.", "soft")
         units = {q["name"]: q["own_unit"] for q in log.get("quantities", ())} if not log["refusal"] else {}
-        with ui.element("div").classes("readings"):
+        with ui.element("div").classes("readings" if "quantities" in log else ""):
             with ui.element("div"), folded(f"Signals of {log['name']}", is_open=True):
                 ReadingsChart(series, [f"{n} [{units[n]}]" if n in units else n for n in log["channels"]])
             if "quantities" in log:
