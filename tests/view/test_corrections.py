@@ -51,6 +51,16 @@ def test_a_stretch_that_stands_still_has_no_setting(tmp_path):
     assert [(f.kind, f.settings) for f in findings] == [("gap", {})]
 
 
+def test_a_column_that_was_guessed_is_not_stated_yet(here):
+    table = pl.read_csv(ROOT / "data" / "demo.csv").rename({"theta_p": "pitch_deg"})
+    table.with_columns(pl.col("pitch_deg").degrees()).write_csv(here / "log.csv")
+    told = {q["name"]: q for q in readings(here, here / "log.csv")[0]["quantities"]}
+    guessed = told["theta_p"]
+    assert guessed["is_guessed"] and (guessed["column"], guessed["unit"]) == ("pitch_deg", "deg")
+    assert (guessed["stated"]["column"], guessed["stated"]["unit"]) == ("theta_p", "")
+    assert not told["theta_w"]["is_guessed"]
+
+
 def test_settings_are_words_and_only_what_was_changed_is_set():
     assert setting_words({"a.b": None, "a.c": -1, "a.d": 0.5, "a.e": "x y"}) == ("a.b=", "a.c=-1", "a.d=0.5", "a.e=x y")
     assert changed({"a.b": "1.0", "a.c": None, "a.d": 2}, {"a.b": 1.0, "a.c": "deg", "a.d": 2}) == {"a.c": None}
@@ -111,7 +121,7 @@ def test_a_click_cures_a_fault_and_only_then_noise_can_be_stated(here):
         window.until(lambda: "State noise" not in window.panel("open"), "that the noise is stated")
         assert "wheelpend set columns.dtheta_p.sign=-1" in window.text_of("commands")
         window.press("Read it so")
-        window.until(lambda: "No field was changed" in window.driver.page_source, "that nothing is to be done")
+        window.until(lambda: "states this already" in window.driver.page_source, "that nothing is to be done")
         assert max(window.shot(here / f"{width}.png", width) for width in (1280, 420)) <= 0, "nothing sticks out"
         assert window.complaints() == []
     assert Model.open(here).sensors.of_plant["pitch_noise"] == pytest.approx(0.0087, rel=0.1)

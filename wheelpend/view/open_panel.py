@@ -154,7 +154,7 @@ class OpenPanel(Panel):
             words = ("set", *setting_words(settings), *self.bench.model_words)
             self.bench.run(words, *again, *self._looks(path))
         else:
-            ui.notify("No field was changed: the log is read so already.")
+            ui.notify("The model file states this already: the log is read so.")
 
     def _looks(self, path: str) -> list[tuple[str, ...]]:
         """The commands that look at a log; its signals first, which are drawn also where it cannot be inspected."""

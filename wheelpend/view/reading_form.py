@@ -28,7 +28,7 @@ class ReadingForm:
                 self._show_sensor(sensor)
 
     def settings(self) -> dict[str, Any]:
-        """What `wheelpend set` makes of the fields that were changed; an empty one takes its entry out."""
+        """What `wheelpend set` makes of the fields, where the model file states something else; empty takes out."""
         return changed({key: self._value(key) for key in self.fields}, self.before)
 
     def _value(self, key: str) -> Any:
@@ -59,10 +59,14 @@ class ReadingForm:
             self._choose(name, "unit", units, quantity)
             self._choose(name, "sign", SIGN_CHOICES, quantity)
             for key in NUMBER_FIELDS:
-                self._keep(f"columns.{name}.{key}", quantity[key], ui.input(key, value=str(quantity[key])), name)
+                self._keep(
+                    f"columns.{name}.{key}", quantity["stated"][key], ui.input(key, value=str(quantity[key])), name
+                )
 
     def _choose(self, name: str, key: str, options: Any, quantity: Mapping[str, Any]) -> None:
-        self._keep(f"columns.{name}.{key}", quantity[key], ui.select(options, value=quantity[key], label=key), name)
+        self._keep(
+            f"columns.{name}.{key}", quantity["stated"][key], ui.select(options, value=quantity[key], label=key), name
+        )
 
     def _show_sensor(self, sensor: Mapping[str, Any]) -> None:
         value, choices = sensor["value"], sensor.get("choices")

@@ -75,7 +75,7 @@ def _as_they_are(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def _quantities(model: Model, path: Path) -> list[dict[str, Any]]:
-    """How each quantity of the plant is read: its entry of [columns], or what was guessed for it."""
+    """How each quantity of the plant is read: by its entry of [columns], or as guessed, beside what is stated."""
     guessed = guess_column_maps(path, model.columns, model.table)
     return [
         {
@@ -84,6 +84,7 @@ def _quantities(model: Model, path: Path) -> list[dict[str, Any]]:
             "units": [unit for unit, (base, _) in UNIT_CONVERSIONS.items() if base == own],
             "is_guessed": name in guessed,
             "is_required": name in model.table.required,
+            "stated": vars(model.columns.get(name) or ColumnMap(name)),
             **vars(model.columns.get(name) or guessed.get(name) or ColumnMap(name)),
         }
         for name in model.table.names
