@@ -91,6 +91,7 @@ def keep_module(path, text):
 WRITERS = {
     "new": command("new", "robot"),
     "generate": command("generate", after=edit_by_hand),
+    "set": command("set", "sensors.encoder=relative", "columns.theta_p.unit=deg"),
     "add": command("add", "slope"),
     "add --json": command("add", "slope", "--json", "result.json"),
     "remove": command("remove", "slope", after=lambda folder: run("add", "slope")),

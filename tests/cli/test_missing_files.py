@@ -34,6 +34,7 @@ MODELS = [
     "inspect log.csv", "identify log.csv", "residuals log.csv", "compare log.csv", "diagnose log.csv", "add slope",
     "remove slope", "explain log.csv", "report log.csv", "history", "design log.csv", "simulate -o x.csv",
     "campaign log.csv", "campaign --simulate", "effects", "equations", "generate", "warm", "export json",
+    "set sensors.encoder=relative",
 ]  # fmt: skip
 LINES = [(line, f"{kind}.csv") for lines in LOGS.values() for line in lines for kind in ("nowhere", "folder", "empty")]
 
@@ -96,7 +97,7 @@ def test_so_is_another_plant_and_another_model(here, line):
     "line",
     [
         *(f"{line} --json nowhere/x.json" for line in MODELS if line.split()[0] not in
-          ("add", "remove", "simulate", "equations", "generate", "warm")),
+          ("add", "remove", "simulate", "equations", "generate", "warm", "set")),
         "add slope log.csv --json nowhere/x.json", "verify --json nowhere/x.json", "verify --page nowhere/x.md",
         "reproduce --json nowhere/x.json", "reproduce --out log.csv", "simulate -o nowhere/x.csv",
         "report log.csv -o nowhere/x.html", "design log.csv -o nowhere/x.csv", "campaign log.csv -o nowhere/x.csv",

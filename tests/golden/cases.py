@@ -130,6 +130,9 @@ CHAINS = (
         step("stale", "generate --check", edit=SWITCH),
         step("generate", "generate", "generated/*.py"),
         step("check_again", "generate --check"),
+        step("set", "set columns.theta_p.sign=-1 columns.theta_p.unit=deg sensors.encoder=relative", "model.toml",
+             "generated/*.py"),
+        step("set_wrong", "set columns.theta_p.sign=2", "model.toml"),
         step("turning", "generate", "generated/*.py", edit=Edit("model.toml", "planar = true", "planar = false")),
     )),
     Chain("effects", (

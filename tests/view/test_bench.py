@@ -1,9 +1,11 @@
 """What all windows share: commands in turn, results that hold for one model, changes from elsewhere."""
 
 import time
+from pathlib import Path
 
 import pytest
 
+import derive
 from tests.support import run
 from wheelpend import Model
 from wheelpend.view.bench import Bench, Found
@@ -103,3 +105,19 @@ def test_another_model_file_is_named_to_every_command(tmp_path):
     bench = Bench(tmp_path / "other.toml", [tmp_path / "a.csv"])
     assert bench.files[-2:] == ("--model", "other.toml") and bench.folder == tmp_path
     assert bench.view_words[-2:] == ("--model", str(tmp_path / "other.toml"))
+
+
+OWN_PLANT = Path(derive.plants.slide.__file__).read_text(encoding="utf-8").replace('"slide"', '"my_slide"')
+
+
+def test_a_plant_of_ones_own_goes_with_every_command_and_is_known_here(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(OWN_PLANT, encoding="utf-8")
+    run("new", tmp_path / "axis", "--plant", file)
+    bench = Bench(tmp_path / "axis", plant_file=file)
+    assert bench.model().plant == "my_slide"
+    assert bench.files == bench.model_words == ("--plant", str(file))
+    assert bench.view_words[-2:] == ("--plant", str(file))
+    bench.run(("equations", *bench.model_words))
+    worked_off(bench)
+    assert not bench.failure and bench.current("equations")

@@ -12,6 +12,7 @@ from wheelpend.view.uploads import free_path, safe_name
         ("drive 1.csv", "drive_1.csv"),
         ("../../etc/cron.d/x.csv", "x.csv"),
         ("C:\\logs\\a.parquet", "a.parquet"),
+        ("DATA.MAT", "DATA.MAT"),
         ("<img src=x>.csv", "img_src_x_.csv"),
         ("--save.csv", "save.csv"),
         ("..csv.csv", "csv.csv"),

@@ -9,7 +9,7 @@ next_step    what to do after a command
 options      arguments and options that several commands share, or that make one long
 loop         identify, compare, diagnose, add, remove, explain, report, demo
 logs         simulate, inspect, design, campaign
-workspace    new, equations, generate, history, effects, warm
+workspace    new, set, equations, generate, history, effects, warm
 export       export
 view         view
 view_figures    a process that draws what a diagnosis found, for the workbench

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from wheelpend.cli.app import app
-from wheelpend.cli.options import DEFAULT_MODEL_PATH, Holdout, ModelFile
+from wheelpend.cli.options import DEFAULT_MODEL_PATH, Holdout, ModelFile, PlantFile
 from wheelpend.errors import Failure, require
 from wheelpend.reports.console import exit_on_failure, print_command_hint, print_line, progress
 
@@ -24,15 +24,16 @@ def view(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Say the address alone.")] = False,
     demo: Annotated[bool, typer.Option("--demo", help=f"On the shipped log, in a new ./{DEMO_FOLDER}.")] = False,
     model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
 ) -> None:
     """The workbench in the browser, on this machine alone: the same commands by clicks. Ctrl-C ends it."""
     with exit_on_failure():
-        if demo and (logs or holdout or model != DEFAULT_MODEL_PATH):
+        if demo and (logs or holdout or plant or model != DEFAULT_MODEL_PATH):
             raise Failure("--demo brings its own logs and model, but others are named. Leave it or them out.")
         require("nicegui", "view", "The workbench")
         from wheelpend.view.bench import Bench  # imported late, as in every command
 
-        bench = _demo_bench() if demo else Bench(model, logs or [], holdout or [])
+        bench = _demo_bench() if demo else Bench(model, logs or [], holdout or [], plant_file=plant)
         _serve(bench, port, no_browser)
 
 

@@ -22,7 +22,7 @@ from wheelpend.model.record import Model
 from wheelpend.model.units import plant_units_of
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.reports.page.force_figures import force_figure, state_figure
-from wheelpend.view.asked import asked_of_files
+from wheelpend.view.asked import asked_of_files, opened_model
 
 MAX_FORCE_POINTS = 2000  # of a line
 DEFAULT_QUESTION: dict[str, Any] = {"without": [], "law": False}  # as `wheelpend diagnose` asks without options
@@ -34,7 +34,7 @@ def main() -> None:
     interruption.watch()
     asked = asked_of_files()
     with exit_on_failure(asked.json), progress("reading") as update:
-        model = Model.open(Path(asked.model))
+        model = opened_model(asked)
         files = [Path(p) for p in asked.logs], [Path(p) for p in asked.holdout]
         found = searched("diagnosis", diagnose, model, files, DEFAULT_QUESTION, update)
         drawn = [{"title": title, "figure": json.loads(figure.to_json())} for title, figure in _figures(found, model)]

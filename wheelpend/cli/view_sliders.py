@@ -11,10 +11,9 @@ from pathlib import Path
 
 from wheelpend import interruption
 from wheelpend.diagnosis.compare import model_to_compare
-from wheelpend.model.record import Model
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.reports.page.sliders_page import sliders_page, with_absent_effect
-from wheelpend.view.asked import question_parser
+from wheelpend.view.asked import opened_model, question_parser
 
 
 def main() -> None:
@@ -24,7 +23,7 @@ def main() -> None:
     parser.add_argument("--with", dest="effect", default="")
     asked = parser.parse_args()
     with exit_on_failure(asked.json), progress("reading") as update:
-        model = Model.open(Path(asked.model))
+        model = opened_model(asked)
         tried = with_absent_effect(model, asked.effect) if asked.effect else model
         logs, holdout = [Path(p) for p in asked.logs], [Path(p) for p in asked.holdout]
         compared = model_to_compare(tried, logs, holdout, update)

@@ -1,4 +1,4 @@
-"""Commands of a workspace: new, equations, generate, history, effects, warm."""
+"""Commands of a workspace: new, set, equations, generate, history, effects, warm."""
 
 from __future__ import annotations
 
@@ -60,6 +60,31 @@ def proposed_text(log: Path, plant: str) -> str:
     for name, reason in look.guesses.items():
         print_line(f"- {name} is guessed, and marked so in model.toml: {reason}.")
     return look.model
+
+
+@app.command(name="set")
+def set_(
+    settings: Annotated[
+        list[str], typer.Argument(metavar="KEY=VALUE...", help="Such as columns.theta_p.sign=-1; KEY= takes it out.")
+    ],
+    model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
+) -> None:
+    """Correct model.toml: columns, sensors, controller, input, constants, assumptions, nominal values."""
+    # imported late, as in every command
+    from wheelpend.model import workspace
+    from wheelpend.model.settings import Setting, changes, changes_equations, with_settings
+    from wheelpend.reports.text.settings import change_lines
+
+    with exit_on_failure(), opened_to_change(model, plant) as opened:
+        wanted = [Setting.parse(text) for text in settings]
+        changed = with_settings(opened, wanted)
+        if is_other := changes_equations(opened, changed):
+            with progress("deriving the model"):
+                workspace.save(changed, opened=opened)
+        elif changed.text != opened.text:
+            workspace.save_values(opened, changed)
+        print_text(change_lines(changes(opened, changed, wanted), opened.path, regenerated=is_other))
 
 
 @app.command()

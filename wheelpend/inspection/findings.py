@@ -5,11 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from wheelpend.logs.columns import DEFAULT_TABLE, ColumnMap, ColumnTable, guess_input_unit, unit_ending
 from wheelpend.logs.finding import Finding
 
-__all__ = ["Finding", "LogCorrections", "with_consistent_signs"]
+__all__ = ["Finding", "LogCorrections", "with_consistent_signs", "with_settings"]
+
+COLUMN_KEYS = ("column", "unit", "sign", "scale", "offset", "times")  # of an entry of [columns]
+CURING_KEYS = {  # of an entry of [columns], by the kind of finding that they cure
+    "flipped_sign": ("sign", "offset"),
+    "wrong_unit": ("unit", "scale"),
+    "counts": ("scale",),
+    "swapped_channels": COLUMN_KEYS,
+}
+ENCODER_KINDS = {"relative_encoder": "relative", "absolute_encoder": "absolute"}
 
 
 @dataclass
@@ -52,24 +62,45 @@ class LogCorrections:
 
     def column(self, name: str) -> str:
         """Entry of [columns] for a quantity, on top of how it was read."""
+        wanted = self.column_map(name)
+        parts = [
+            f"column = {json.dumps(wanted.column, ensure_ascii=False)}",
+            *([f'unit = "{wanted.unit}"'] if wanted.unit else []),
+            *([f"scale = {wanted.scale!r}"] if wanted.scale != 1.0 else []),
+            *(["sign = -1"] if wanted.sign < 0 else []),
+            *([f"offset = {wanted.offset:.9g}"] if wanted.offset else []),
+            *([f"times = {json.dumps(wanted.times, ensure_ascii=False)}"] if wanted.times else []),
+        ]
+        return "{ " + ", ".join(parts) + " }"
+
+    def column_map(self, name: str) -> ColumnMap:
+        """How a quantity should be read, on top of how it was."""
         source = self.source.get(name, name)
         known = self.known.get(source, ColumnMap(source))
         unit = self.unit.get(name, known.unit if source == name else "")
         if name == self.table.input and self.other_input_unit:
             ending = unit_ending(self.other_input_unit, known.column)
             unit = ending if ending != self.other_input_unit else ""
-        sign = known.sign * self.sign.get(name, 1)
-        scale = known.scale * self.scale[name] if name in self.scale else known.scale
-        offset = known.offset * self.sign.get(name, 1)
-        parts = [
-            f"column = {json.dumps(known.column, ensure_ascii=False)}",
-            *([f'unit = "{unit}"'] if unit else []),
-            *([f"scale = {scale!r}"] if scale != 1.0 else []),
-            *(["sign = -1"] if sign < 0 else []),
-            *([f"offset = {offset:.9g}"] if offset else []),
-            *([f"times = {json.dumps(known.times, ensure_ascii=False)}"] if known.times else []),
-        ]
-        return "{ " + ", ".join(parts) + " }"
+        turn = self.sign.get(name, 1)
+        scale = known.scale * self.scale.get(name, 1.0)
+        return ColumnMap(known.column, unit, known.sign * turn, scale, known.offset * turn, known.times)
+
+    def column_settings(self, name: str, keys: Collection[str] = COLUMN_KEYS) -> dict[str, Any]:
+        """What `wheelpend set` would change of how a quantity is read: these keys, and a column that was guessed."""
+        stated = self.known.get(name) if name not in self.guessed else None
+        before = vars(stated or ColumnMap(name))
+        wanted = {k: v for k, v in vars(self.column_map(name)).items() if v != before[k]}
+        return {f"columns.{name}.{k}": v for k, v in wanted.items() if k in keys or k == "column"}
+
+    def settings_for(self, finding: Finding) -> dict[str, Any]:
+        """What cures a finding; empty where that is not for the model file to say."""
+        if finding.kind in ENCODER_KINDS:
+            return {"sensors.encoder": ENCODER_KINDS[finding.kind]} if self.encoder else {}
+        keys = CURING_KEYS.get(finding.kind, ())
+        names = [n for n in finding.channel.split(" and ") if n in self.table.names]
+        found = [self.column_settings(n, keys) for n in names] if keys else []
+        curing = [s for s in found if any(key.rpartition(".")[2] in keys for key in s)]
+        return {key: value for settings in curing for key, value in settings.items()}
 
     def sign_cure(self, name: str) -> str:
         """What to do about a quantity that counts the other way than it was read."""
@@ -89,3 +120,8 @@ def with_consistent_signs(findings: list[Finding], corrections: LogCorrections) 
         sentence = known[name].sentence if name in known else unsure
         kept.append(Finding("flipped_sign", name, sentence, corrections.sign_cure(name), None))
     return kept
+
+
+def with_settings(findings: list[Finding], corrections: LogCorrections) -> tuple[Finding, ...]:
+    """The findings, each with what `wheelpend set` takes to cure it."""
+    return tuple(f._replace(settings=corrections.settings_for(f)) for f in findings)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from wheelpend.estimation.data import noise_of
-from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs
+from wheelpend.inspection.findings import Finding, LogCorrections, with_consistent_signs, with_settings
 from wheelpend.inspection.raw_units import find_counts, find_duty, find_rectified, in_counts
 from wheelpend.inspection.sampling import find_sampling_faults
 from wheelpend.inspection.signals import channel_values
@@ -109,7 +109,7 @@ def inspect_log(
         jitter=float(np.std(interval[interval <= GAP_INTERVAL_RATIO * log.dt]) / log.dt),
         gaps={"count": len(gaps), "longest": float(gaps.max(initial=0.0))},
         channels=channel_statistics(raw, noise, table),
-        findings=tuple(findings),
+        findings=with_settings(findings, corrections),
         proposal=corrections.text(),
         sensors=sensors_section_text(log, noise, table, corrections),
         stand_still=standstills(log, noise, table),

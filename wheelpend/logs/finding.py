@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 
@@ -22,6 +23,7 @@ class Finding(NamedTuple):
     sentence: str  # what was seen
     cure: str  # what to do
     size: float | None
+    settings: Mapping[str, Any] = {}  # what `wheelpend set` takes to cure it, where the model file does
 
     def to_json(self) -> dict[str, Any]:
         """The finding under the keys of JSON."""
@@ -31,4 +33,5 @@ class Finding(NamedTuple):
             "sentence": self.sentence,
             "cure": self.cure,
             "size": self.size,
+            "settings": self.settings,
         }

@@ -9,6 +9,7 @@ this machine?
 - toml_checks: checks of keys and values in any TOML file
 - name_checks: names resolved against plant and library
 - toml_edits: the fewest edits of a model.toml's text
+- settings: KEY=VALUE checked and written into that text
 - template: the first model.toml of a plant
 - user_effects: effects.toml, read and added to
 - user_plants: plants from a user's Python file

@@ -41,6 +41,51 @@ def with_value(text: str, name: str, value: float, sigma: float | None) -> str:
     return tomlkit.dumps(document)
 
 
+def with_entry(text: str, place: tuple[str, ...], value: Any) -> str:
+    """Text whose entry at a place such as (columns, theta_p, sign) has a value, or is gone where that is None."""
+    *header, key = place
+    document = parsed(text)
+    table: Any = document
+    for depth, name in enumerate(header):
+        if name not in table:  # the rest of the place goes in braces into the last table that is there, or a new one
+            if value is None:
+                return text
+            depth = max(depth, 1)
+            for inner in reversed(place[depth + 1 :]):
+                value = {inner: value}
+            header, key = header[:depth], place[depth]
+            break
+        table = table[name]
+    item = _nested_inline(value) if isinstance(value, dict) else value
+    if isinstance(table, tomlkit.items.InlineTable):
+        entries = {k: v for k, v in table.items() if k != key or value is not None}
+        return _with_item(document, header, inline_table(entries if value is None else {**entries, key: item}))
+    if value is None:
+        if key in table:
+            del table[key]
+        return tomlkit.dumps(document)
+    if key not in table and (table is document or find_table(text.splitlines(), tuple(header))):
+        return insert_line(text, tuple(header), f"{key} = {tomlkit.item(item).as_string()}")
+    table[key] = item
+    return tomlkit.dumps(document)
+
+
+def _nested_inline(entries: Mapping[str, Any]) -> tomlkit.items.Item:
+    """Entries as an inline table, those in it too."""
+    return inline_table({k: _nested_inline(v) if isinstance(v, dict) else v for k, v in entries.items()})
+
+
+def _with_item(document: tomlkit.TOMLDocument, place: list[str], item: tomlkit.items.Item) -> str:
+    """Text of a document in which an entry is another; the comment behind it stays."""
+    table: Any = document
+    for name in place[:-1]:
+        table = table[name]
+    if isinstance(table, tomlkit.items.InlineTable):
+        return _with_item(document, place[:-1], inline_table({**table, place[-1]: item}))
+    table[place[-1]] = item
+    return tomlkit.dumps(document)
+
+
 def parsed(text: str) -> tomlkit.TOMLDocument:
     """A text as it can be edited; raises Failure where tomlkit, stricter than Python's own reader, does not take it."""
     try:

@@ -19,6 +19,10 @@ what_if_panel    sliders, between seeing and learning
 asked      the words of a process that only the workbench starts
 predictions    a process that predicts logs, for the chart of them
 prediction_chart    measured and predicted of each channel, zoomed together
+readings   a process that writes the signals of logs as they are read, and how the model file says to read them
+readings_chart    those signals, zoomed together
+reading_form    how each quantity and each sensor is read, to be corrected
+corrections    what is wrong or chosen otherwise as settings of a command line
 reduction  many samples as what a window can show of them
 words      results of commands as words and cells
 uploads    logs that were dropped on the page

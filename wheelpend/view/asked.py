@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
+
+from wheelpend.model.record import Model
+from wheelpend.model.user_plants import load_plant
 
 
 def asked_of_files() -> argparse.Namespace:
@@ -16,5 +20,13 @@ def question_parser() -> argparse.ArgumentParser:
     parser.add_argument("logs", nargs="*")
     parser.add_argument("--holdout", action="append", default=[])
     parser.add_argument("--model", default="model.toml")
+    parser.add_argument("--plant")
     parser.add_argument("--json", required=True)
     return parser
+
+
+def opened_model(asked: argparse.Namespace) -> Model:
+    """The model that was named; its plant may be that of a file, named too."""
+    if asked.plant:
+        load_plant(Path(asked.plant))
+    return Model.open(Path(asked.model))

@@ -15,6 +15,7 @@ import numpy as np
 from wheelpend.errors import Failure
 from wheelpend.model.record import Model
 from wheelpend.model.toml_file import MODEL_FILE
+from wheelpend.model.user_plants import load_plant
 from wheelpend.model.workspace import history
 from wheelpend.view.jobs import Job, command_line
 from wheelpend.view.workspace_watch import WorkspaceWatch
@@ -37,12 +38,20 @@ class Found(NamedTuple):
 class Bench:
     """A workspace, logs, and commands that run one after another."""
 
-    def __init__(self, model: Path, logs: Sequence[Path] = (), holdout: Sequence[Path] = (), first_run: bool = False):
+    def __init__(
+        self,
+        model: Path,
+        logs: Sequence[Path] = (),
+        holdout: Sequence[Path] = (),
+        first_run: bool = False,
+        plant_file: Path | None = None,
+    ):
         is_file = model.suffix == ".toml"
         self.folder, self.model_name = (model.parent, model.name) if is_file else (model, MODEL_FILE)
         self.folder = self.folder.absolute()
         self.logs, self.holdout = [p.absolute() for p in logs], [p.absolute() for p in holdout]
         self.first_run = first_run  # every click is named
+        self.plant_file = plant_file.absolute() if plant_file else None  # of a plant of the user's own
         self.watch = WorkspaceWatch(self.folder, self.model_name)
         self.job: Job | None = None
         self.waiting: list[Words] = []
@@ -86,12 +95,19 @@ class Bench:
             *self.files[: len(self.files) - len(self.model_words)],
             "--model",
             str(self.folder / self.model_name),
+            *self.plant_words,
         )
 
     @property
     def model_words(self) -> Words:
-        """The model, as a command takes it."""
-        return ("--model", self.model_name) if self.model_name != MODEL_FILE else ()
+        """The model, and the file of its plant, as a command takes them."""
+        model = ("--model", self.model_name) if self.model_name != MODEL_FILE else ()
+        return (*model, *self.plant_words)
+
+    @property
+    def plant_words(self) -> Words:
+        """The file of a plant of the user's own, as a command takes it."""
+        return ("--plant", str(self.plant_file)) if self.plant_file else ()
 
     @property
     def is_busy(self) -> bool:
@@ -101,6 +117,8 @@ class Bench:
     def model(self) -> Model | None:
         """The model as it stands, or None where there is none that can be read."""
         try:
+            if self.plant_file:
+                load_plant(self.plant_file)
             return Model.open(self.folder / self.model_name)
         except (Failure, OSError):
             return None

@@ -37,9 +37,11 @@ WITH_JSON = (
     "predictions",
     "figures",
     "sliders",
+    "readings",
 )
 OWN_MODULES = {  # of what only the workbench asks for, to draw it
     "predictions": "wheelpend.view.predictions",
+    "readings": "wheelpend.view.readings",
     "figures": "wheelpend.cli.view_figures",
     "sliders": "wheelpend.cli.view_sliders",
 }

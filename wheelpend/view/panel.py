@@ -59,12 +59,12 @@ class Panel:
 
     def update(self) -> None:
         """Show what changed since the last time."""
-        self.update_buttons()
         if (state := self.state()) != self._shown:
             self._shown = state
             self.body.clear()
             with self.body:
                 self.show()
+        self.update_buttons()  # those that were just shown too
 
 
 def text(words: str) -> None:

@@ -19,7 +19,7 @@ from wheelpend import interruption
 from wheelpend.diagnosis.predict import predict
 from wheelpend.model.record import Model
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
-from wheelpend.view.asked import asked_of_files
+from wheelpend.view.asked import asked_of_files, opened_model
 
 
 def main() -> None:
@@ -27,7 +27,7 @@ def main() -> None:
     interruption.watch()
     asked = asked_of_files()
     with exit_on_failure(asked.json), progress("reading") as update:
-        model = Model.open(Path(asked.model))
+        model = opened_model(asked)
         written = list(_written(model, asked, Path(asked.json).parent, update))
         emit_json({"schema": 1, "logs": written}, asked.json)
 

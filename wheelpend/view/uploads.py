@@ -9,7 +9,7 @@ from typing import Any
 from wheelpend.errors import Failure
 
 LOGS_FOLDER = "logs"  # of a workspace
-LOG_SUFFIXES = (".csv", ".parquet")
+LOG_SUFFIXES = (".csv", ".txt", ".parquet", ".mat", ".mcap")
 UNSAFE_CHARACTERS = re.compile(r"[^\w.+-]+")
 MAX_NAME_LENGTH = 100
 
@@ -19,7 +19,10 @@ def safe_name(name: str) -> str:
     last = re.split(r"[/\\]", name)[-1]
     cleaned = UNSAFE_CHARACTERS.sub("_", last).lstrip(".-_")[-MAX_NAME_LENGTH:]
     if Path(cleaned).suffix.lower() not in LOG_SUFFIXES or not Path(cleaned).stem:
-        raise Failure(f"A log's file must end in {' or '.join(LOG_SUFFIXES)}, but this one is '{last}'. Rename it.")
+        raise Failure(
+            f"A log's file must end in {', '.join(LOG_SUFFIXES[:-1])} or {LOG_SUFFIXES[-1]}, "
+            f"but this one is '{last}'. Rename it."
+        )
     return cleaned
 
 

@@ -8,6 +8,7 @@ title             the finding as the title of a page
 verdict           verdict and headline of a diagnosis or an explanation; evidence; equivalents
 force_ranges      ranges of the states in which the missing force is concentrated
 effects, history  the library, and the changes of a workspace
+settings          entries of the model file before and after
 structures        probabilities of what is missing
 remainder         what is left to chance, and the intervals that it widens
 unexplained       repeatability of the missing force, and a free-form law for it

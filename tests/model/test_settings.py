@@ -1,0 +1,127 @@
+"""`wheelpend set`: entries of model.toml changed from the command line, or not at all."""
+
+import pytest
+
+from tests.support import run
+from wheelpend import Model
+from wheelpend.model import workspace
+from wheelpend.model.toml_edits import with_entry
+from wheelpend.model.toml_file import parse_toml
+
+TEXT = """plant = "wheel_pendulum"  # mine
+[sensors]  # of the robot
+encoder = "absolute"   # what?
+
+[columns]
+# of the log
+theta_p = { column = "p q", unit = "deg" }  # pitch
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """A workspace, the current folder."""
+    monkeypatch.chdir(tmp_path)
+    workspace.create(tmp_path, text=TEXT)
+    return tmp_path
+
+
+def test_an_entry_is_set_and_every_comment_stays(here):
+    run("set", "columns.theta_p.sign=-1", "columns.theta_w.unit=deg")
+    text = (here / "model.toml").read_text()
+    assert 'theta_p = { column = "p q", unit = "deg", sign = -1 }  # pitch\n' in text
+    assert all(comment in text for comment in ("# mine", "# of the robot", "# what?", "# of the log"))
+    read = Model.open(here).columns
+    assert (read["theta_p"].sign, read["theta_w"].column, read["theta_w"].unit) == (-1, "theta_w", "deg")
+
+
+def test_nothing_behind_the_sign_takes_the_entry_out(here):
+    run("set", "columns.theta_p.unit=")
+    assert Model.open(here).columns["theta_p"].unit == ""
+    run("set", "columns.theta_p=")
+    assert "theta_p" not in Model.open(here).columns
+
+
+def test_a_whole_entry_is_set_as_a_table_and_keeps_its_comment(here):
+    run("set", 'columns.theta_p={ column = "r", sign = -1 }', 'columns.theta_w={ column = "w" }')
+    text = (here / "model.toml").read_text()
+    assert 'theta_p = { column = "r", sign = -1 }  # pitch\ntheta_w = { column = "w" }\n' in text
+    run("set", "sensors.noise={ theta_w = 0.1 }")
+    assert Model.open(here).sensors.noise == {"theta_w": 0.1}
+
+
+def test_generated_code_follows_where_the_equations_change_and_is_left_alone_where_not(here):
+    stamps = [p.stat().st_mtime_ns for p in sorted((here / "generated").iterdir())]
+    run("set", "columns.theta_p.sign=-1")
+    assert stamps == [p.stat().st_mtime_ns for p in sorted((here / "generated").iterdir())]
+    assert "regenerated" in run("set", "sensors.encoder=relative").output
+    run("generate", "--check")
+    assert Model.open(here).assumptions["encoder"] == "relative"
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("columns.theta_p.sign=2", "columns.theta_p.sign: must be 1 or -1, not 2"),
+        ("columns.theta_p.unit=degs", "Did you mean 'deg/s'?"),
+        ("columns.theta_p.unit=V", "must have a unit that turns into rad (rad, deg, rev), not 'V'"),
+        ("columns.thetap.sign=1", "Did you mean 'theta_p'?"),
+        ("columns.theta_p.column=", "columns.theta_p.column is missing"),
+        ("columns.theta_p=3", "Name one of them: columns.theta_p.column=VALUE"),
+        ("columns.theta_p.unit={ a = 1 }", "No unit named"),
+        ("sensors.noise.theta_p={ a = 1 }", "must be one value, not a table"),
+        ("sensors.encoder.kind=3", "Set sensors.encoder itself"),
+        ("sensors.encoder=turned", "must be 'absolute' or 'relative', not 'turned'"),
+        ("sensors.pitch_noise=nan", "sensors.pitch_noise: must be a finite number"),
+        ("sensors.noise.theta_w=", "must be there to be taken away, but model.toml has no sensors.noise.theta_w"),
+        ("effects=slope", "wheelpend add EFFECT"),
+        ("effect.coulomb_drive.torque=0.3", "wheelpend identify LOG --save"),
+        ("plant=slide", "wheelpend new FOLDER --plant NAME"),
+        ("column.theta_p.sign=1", "Did you mean 'columns'?"),
+        ("columns.theta_p.sign", "must be KEY=VALUE"),
+        ("columns.theta p.sign=1", "must be SECTION.NAME or SECTION.NAME.KEY"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_words_and_nothing_is_written(here, setting, said):
+    before = (here / "model.toml").read_bytes()
+    result = run("set", "columns.theta_w.sign=-1", setting, code=1)
+    assert said in " ".join(result.output.split())
+    assert (here / "model.toml").read_bytes() == before
+
+
+@pytest.mark.parametrize("column", ["1e5", "true", "[1]", 'a "b" = c', "<b>ü</b>", "a\nb\n[sensors]", "\x1b[31m"])
+def test_a_column_may_be_called_anything(here, column):
+    run("set", f"columns.theta_w.column={column}")
+    assert Model.open(here).columns["theta_w"].column == column
+
+
+def test_one_setting_twice_is_refused_and_one_that_holds_already_changes_nothing(here):
+    assert "is there twice" in run("set", "sensors.encoder=absolute", "sensors.encoder=relative", code=1).output
+    before = (here / "model.toml").stat().st_mtime_ns
+    assert "Nothing to change" in " ".join(run("set", "sensors.encoder=absolute").output.split())
+    assert (here / "model.toml").stat().st_mtime_ns == before
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "columns = { a = { column = 'x' } }  # c\n",
+        "[columns]  # c\na = { column = 'x' }",
+        "[columns]\r\na = { column = 'x' }  # c\r\n",
+        "[columns]\na.column = 'x'  # c\n",
+        "[columns.a]\ncolumn = 'x'  # c\n\n[sensors]\nk = 1\n",
+        "columns.a.column = 'x'  # c\n",
+    ],
+)
+@pytest.mark.parametrize("place", [("columns", "a", "sign"), ("columns", "b", "sign"), ("constants", "g")])
+def test_every_form_of_a_table_takes_an_entry_and_gives_it_back(text, place):
+    there = parse_toml(text)
+    written = with_entry(text, place, -1)
+    found = parse_toml(written)
+    for key in place:
+        found = found[key]
+    assert found == -1 and ("# c" in written or "# c" not in text)
+    back = parse_toml(with_entry(written, place, None))
+    assert back.get("columns", {}).get("a", {}) == there.get("columns", {}).get("a", {})
+    assert place[-1] not in back.get(place[0], {}).get(place[1], {}) if len(place) == 3 else back.get("constants") == {}
