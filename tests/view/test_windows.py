@@ -117,7 +117,7 @@ def test_whatever_is_pressed_or_filled_in_has_a_name_and_sections_have_titles(wo
         assert window.driver.execute_script(UNNAMED) == []
         titles = "return [...document.querySelectorAll('section')].map(e => document.getElementById(e.getAttribute("
         found = window.driver.execute_script(f"{titles}'aria-labelledby')).innerText)")
-        assert [title.split()[0] for title in found] == list("123456")
+        assert [title.split()[0] for title in found if title != "What if"] == list("123456")
 
 
 CONTRAST = """
