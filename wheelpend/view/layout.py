@@ -13,7 +13,7 @@ from wheelpend.view.go_on_panel import GoOnPanel
 from wheelpend.view.hints import next_step
 from wheelpend.view.learn_panel import LearnPanel
 from wheelpend.view.open_panel import OpenPanel
-from wheelpend.view.panel import Panel
+from wheelpend.view.panel import Panel, window_refreshes
 from wheelpend.view.see_panel import SeePanel
 from wheelpend.view.status_line import StatusLine
 from wheelpend.view.what_if_panel import WhatIfPanel
@@ -55,6 +55,7 @@ def show_workbench(bench: Bench) -> None:
                 part.classes(**{"add" if panel.name == now else "remove": "now"})
 
     refresh()
+    window_refreshes[ui.context.client] = refresh
     ui.timer(REFRESH_S, refresh)
 
 

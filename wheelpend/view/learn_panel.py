@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any
 
+import numpy as np
+import plotly.graph_objects as go
 from nicegui import ui
 
-from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table
+from wheelpend.view.force_charts import Force, over_time
+from wheelpend.view.panel import Panel, action, figure_of, folded, paragraph, set_enabled, table, text
 from wheelpend.view.words import candidate_cells, meaning, sentences
 
 CANDIDATE_HEAD = ("effect", "probability", "size", "error after", "p", "cannot be told from")
@@ -52,8 +55,8 @@ class LearnPanel(Panel):
             set_enabled(button, self.bench.can_judge)
 
     def state(self) -> Hashable:
-        """The diagnosis."""
-        return self.bench.numbers("diagnose")
+        """The diagnosis, and its drawings."""
+        return self.bench.numbers("diagnose", "figures")
 
     def show(self) -> None:
         """The verdict in words, the candidates, and each in detail."""
@@ -64,7 +67,8 @@ class LearnPanel(Panel):
             return
         first, *rest = sentences(found.text) or [""]
         paragraph(first, "lead")
-        _show_candidates(found.result.get("candidates") or [], self.bench.model())
+        drawn = self.bench.current("figures")
+        CandidateList(found.result.get("candidates") or [], self.bench.model(), drawn.result if drawn else {})
         if found.result.get("experiment"):
             paragraph(found.result["experiment"], "note")
         with folded("More about it"):
@@ -72,12 +76,58 @@ class LearnPanel(Panel):
                 paragraph(sentence)
 
 
-def _show_candidates(candidates: list[dict[str, Any]], model: Any) -> None:
-    if not candidates:
-        return
-    table(CANDIDATE_HEAD, [candidate_cells(c, model) for c in candidates], "Candidates, the likeliest first")
-    for candidate in candidates:
-        with ui.element("div").classes("candidate"), ui.element("h3"):
-            ui.label(candidate["effect"]).classes("plain")
-        for sentence in meaning(candidate["effect"]):
-            paragraph(sentence)
+class CandidateList:
+    """Candidates, each with what it means and its law over the data; what one would explain is drawn on demand."""
+
+    def __init__(self, candidates: list[dict[str, Any]], model: Any, drawn: dict[str, Any]) -> None:
+        if not candidates:
+            return
+        table(CANDIDATE_HEAD, [candidate_cells(c, model) for c in candidates], "Candidates, the likeliest first")
+        self.drawn = drawn
+        self.plot: ui.plotly | None = None
+        if drawn.get("explained") and drawn["forces"]:
+            self._show_explained(next(iter(drawn["explained"])))
+        for candidate in candidates:
+            self._show(candidate["effect"])
+
+    def _show_explained(self, effect: str) -> None:
+        with ui.element("figure"):
+            plot = self.plot = ui.plotly(figure_of(self._explained(effect))).classes("force force-time")
+            plot.props["role"] = "img"
+            plot.props["aria-label"] = "The missing force over time, and what a candidate would explain of it"
+            with ui.element("figcaption"):
+                text(
+                    "What a candidate would explain, smoothed over 0.05 s: point at one below, or move to it by the "
+                    "keyboard."
+                )
+
+    def _explained(self, effect: str) -> go.Figure:
+        """The missing force on the row of which the effect would explain most, and that."""
+        parts = np.array(self.drawn["explained"][effect], dtype=float)
+        row = int(np.argmax(np.nanmean(parts**2, axis=1)))
+        told = self.drawn["forces"][0]
+        force = Force.of(told, row, self.drawn["rows"][row]["unit"])
+        order = np.argsort(np.array(told["t"], dtype=float), kind="stable")
+        return over_time(force, np.zeros(len(order), dtype=bool), parts[row][order], effect)
+
+    def _show(self, effect: str) -> None:
+        """A candidate in words, and its law."""
+        box = ui.element("div").classes("candidate")
+        if effect in self.drawn.get("explained", {}):
+            box.props('tabindex="0"')
+            box.props["aria-label"] = f"{effect}: draws what it would explain"
+            for event in ("mouseenter", "focusin"):
+                box.on(event, lambda: self._point_at(effect))
+        with box:
+            with ui.element("h3"):
+                ui.label(effect).classes("plain")
+            for sentence in meaning(effect):
+                paragraph(sentence)
+            if effect in self.drawn.get("laws", {}):
+                with folded("Its law over the data, with a band of 95 %"):
+                    law = ui.plotly(figure_of(go.Figure(self.drawn["laws"][effect]))).classes("force force-state")
+                    law.props["role"], law.props["aria-label"] = "img", f"The law of {effect} over the data"
+
+    def _point_at(self, effect: str) -> None:
+        if self.plot is not None:
+            self.plot.update_figure(figure_of(self._explained(effect)))

@@ -8,9 +8,11 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import plotly.graph_objects as go
-from nicegui import ui
+from nicegui import Client, ui
 
 from wheelpend.view.bench import Bench
 
@@ -24,6 +26,8 @@ CHART_LAYOUT = {
 }
 
 CHART_CONFIG = {"displayModeBar": False}
+
+window_refreshes: WeakKeyDictionary[Client, Callable[[], object]] = WeakKeyDictionary()  # of every open window
 
 
 class Panel:
@@ -79,11 +83,19 @@ def paragraph(words: str, classes: str = "") -> None:
 
 def action(words: str, press: Callable[[], object], *, main: bool = False, describes: str = "") -> ui.button:
     """A button that says what it does."""
-    button = ui.button(words, on_click=press, color=None).props("no-caps unelevated")
+    button = ui.button(words, on_click=lambda: _pressed(press), color=None).props("no-caps unelevated")
     button.classes("action main" if main else "action")
     if describes:
         button.props["aria-label"] = describes
     return button
+
+
+def _pressed(press: Callable[[], object]) -> object:
+    """Do what a button says, and show at once what can be pressed now: a second click would be lost."""
+    found = press()
+    if (refresh := window_refreshes.get(ui.context.client)) is not None:
+        refresh()
+    return found  # which may be something to be awaited
 
 
 def set_enabled(button: ui.button, enabled: bool) -> None:
@@ -120,6 +132,13 @@ def folded(words: str, *, is_open: bool = False) -> Iterator[None]:
         with ui.element("summary"):
             text(words)
         yield
+
+
+def figure_of(figure: go.Figure) -> dict[str, Any]:
+    """A figure as the browser draws it, in the page's colours and as high as its place."""
+    drawn = json.loads(figure.to_json())
+    layout = {**CHART_LAYOUT, **drawn["layout"], "template": "none"}
+    return {"data": drawn["data"], "layout": {**layout, "height": None}, "config": CHART_CONFIG}
 
 
 def chart(figure: go.Figure, describes: str) -> None:
