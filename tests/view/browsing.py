@@ -14,6 +14,12 @@ needs_browser = pytest.mark.skipif(bool(MISSING), reason=f"{MISSING} is not inst
 OPTIONS = ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1280,1000",
            "--force-prefers-reduced-motion", "--no-first-run", "--disable-background-networking")  # fmt: skip
 TIME_LIMIT_S = 240
+PRESS = """
+const button = [...document.querySelectorAll('button')].find((e) => e.innerText.trim() == arguments[0]);
+if (!button || button.disabled || button.offsetParent === null) return false;
+button.click();
+return true;
+"""
 REPLACED_CHART = "Resize must be passed a displayed plot div element."
 
 
@@ -39,9 +45,8 @@ class Window:
         )
 
     def press(self, words):
-        """Press a button, once it can be pressed."""
-        self.until(lambda: (found := self.button(words)) and found.is_enabled(), f"the button {words}")
-        self.driver.execute_script("arguments[0].click()", self.button(words))  # a chart above may yet move it
+        """Press a button once it can be pressed: found and pressed in one go, since a chart above may yet move it."""
+        self.until(lambda: self.driver.execute_script(PRESS, words), f"the button {words}")
 
     def until(self, holds, what, seconds=TIME_LIMIT_S):
         """Wait for something."""

@@ -43,7 +43,7 @@ def show_workbench(bench: Bench) -> None:
             ui.button("Dark or light", on_click=lambda: _turn(dark), color=None).props("no-caps flat").classes("action")
         links = _show_steps()
         status = StatusLine(bench)
-        with ui.element("main"):
+        with ui.element("div").classes("panels"):
             panels = [panel(bench) for panel in PANEL_TYPES]
 
     def refresh() -> None:

@@ -106,7 +106,7 @@ def set_enabled(button: ui.button, enabled: bool) -> None:
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> None:
     """A table of text, its first column the name of the row."""
-    with ui.element("div").classes("wide"), ui.element("table"):
+    with _wide(caption), ui.element("table"):
         with ui.element("caption"):
             text(caption)
         with ui.element("thead"), ui.element("tr"):
@@ -116,6 +116,13 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> N
         with ui.element("tbody"):
             for row in rows:
                 _row(row)
+
+
+def _wide(describes: str) -> ui.element:
+    """A place that scrolls by itself, by the keyboard too, where what it holds is wider than the page."""
+    place = ui.element("div").classes("wide").props('tabindex="0" role="region"')
+    place.props["aria-label"] = describes
+    return place
 
 
 def _row(cells: Sequence[str]) -> None:
