@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from typing import Any
 
+import plotly.graph_objects as go
 from nicegui import ui
 
+from wheelpend.reports.numbers import number_text
 from wheelpend.view.bench import Bench
 from wheelpend.view.hints import chain, next_step
-from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table
+from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
 from wheelpend.view.words import ladder_rows, parameter_rows
 
+LADDER_COLOUR = "#2f86d6"
 LADDER_HEAD = ("change", "error before", "error after", "on", "when")
 
 
@@ -83,7 +86,25 @@ def _last(bench: Bench, change: str, present: bool) -> str:
     return names[-1] if names else ""
 
 
+def ladder_figure(entries: Sequence[dict[str, Any]]) -> go.Figure | None:
+    """The error after each change and before the first, as bars; None where no change was judged."""
+    judged = [e for e in entries if e.get("error_after") is not None]
+    if not judged:
+        return None
+    first = judged[0].get("error_before")
+    bars = [("before", first)] if first is not None else []
+    bars += [(f"{number}: {e['change']}", e["error_after"]) for number, e in enumerate(judged, 1)]
+    labels, errors = zip(*bars, strict=True)
+    figure = go.Figure(go.Bar(x=errors, y=labels, orientation="h", marker_color=LADDER_COLOUR,
+                              text=[number_text(e) for e in errors]))  # fmt: skip
+    figure.update_xaxes(type="log", title_text="error [σ]")
+    figure.update_yaxes(autorange="reversed", automargin=True)
+    return figure
+
+
 def _show_ladder(entries: Sequence[dict[str, Any]]) -> None:
+    if (figure := ladder_figure(entries)) is not None:
+        chart(figure, "The error after each change, and before the first: the shorter a bar, the better the prediction")
     table(LADDER_HEAD, ladder_rows(entries), "The ladder: every change of this workspace, and what it did to the error")
 
 
