@@ -19,6 +19,7 @@ what_if_panel    sliders, between seeing and learning
 asked      the words of a process that only the workbench starts
 predictions    a process that predicts logs, for the chart of them
 force_charts    the missing force over time, a state, a pair of them
+time_chart    signals over time in panes that are zoomed together, reduced to the window
 prediction_chart    measured and predicted of each channel, zoomed together
 readings   a process that writes the signals of logs as they are read, and how the model file says to read them
 readings_chart    those signals, zoomed together

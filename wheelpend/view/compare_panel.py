@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 
 from wheelpend.reports.numbers import number_text
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
-from wheelpend.view.prediction_chart import PredictionChart
+from wheelpend.view.prediction_chart import prediction_chart
 from wheelpend.view.words import sentences
 
 ERROR_COLOUR, FLOOR_COLOUR = "#2f86d6", "#d98a1f"  # told apart by everybody, on light and on dark
@@ -62,7 +62,7 @@ class ComparePanel(Panel):
         pairs = list(zip(found.result["logs"], found.series, strict=True)) if found else []
         for number, (log, series) in enumerate(pairs):
             with folded(f"{log['name']}{', held out' if log['held_out'] else ''}", is_open=number == 0):
-                PredictionChart(series, log["channels"], held_out=log["held_out"])
+                prediction_chart(series, log["channels"], held_out=log["held_out"])
 
 
 def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:

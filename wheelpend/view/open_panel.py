@@ -14,7 +14,7 @@ from wheelpend.reports.numbers import number_text
 from wheelpend.view.corrections import changed, cures, setting_words, settings_of
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table, text
 from wheelpend.view.reading_form import ReadingForm
-from wheelpend.view.readings_chart import ReadingsChart
+from wheelpend.view.readings_chart import readings_chart
 from wheelpend.view.uploads import LOG_SUFFIXES, keep_upload
 
 GUESSED_PLANT = "as the log suggests"
@@ -137,7 +137,7 @@ class OpenPanel(Panel):
         units = {q["name"]: q["own_unit"] for q in log.get("quantities", ())} if not log["refusal"] else {}
         with ui.element("div").classes("readings" if "quantities" in log else ""):
             with ui.element("div"), folded(f"Signals of {log['name']}", is_open=True):
-                ReadingsChart(series, [f"{n} [{units[n]}]" if n in units else n for n in log["channels"]])
+                readings_chart(series, [f"{n} [{units[n]}]" if n in units else n for n in log["channels"]])
             if "quantities" in log:
                 with ui.element("div"), folded("How it is read", is_open=True):
                     form = ReadingForm(log)

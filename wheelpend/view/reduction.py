@@ -14,17 +14,19 @@ def window_of(t: np.ndarray, begin: float, end: float) -> slice:
     return slice(max(int(first) - 1, 0), int(last) + 1)
 
 
-def reduced(t: np.ndarray, values: np.ndarray, pixels: int) -> tuple[np.ndarray, np.ndarray]:
+def reduced(
+    t: np.ndarray, values: np.ndarray, pixels: int, long: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Times and values of a line that looks as all samples do on so many pixels: at most three points per pixel.
 
     t (N,) increases, values (N,) may be NaN. A pixel has the least and the greatest value of its stretch of time, each
-    where it was measured, and the line a gap where it holds a NaN or where the stamps leave one.
+    where it was measured, and the line a gap where it holds a NaN or where the stamps leave one: after a ``long``
+    interval, as ``long_intervals`` finds them.
     """
+    broken = long_intervals(t) if long is None else long
     if len(t) > 2 * pixels:
         chosen = _extremes(t, values, pixels)
-        t, values, broken = t[chosen], values[chosen], _gaps_between(t, values, chosen)
-    else:
-        broken = _long_intervals(t)
+        t, values, broken = t[chosen], values[chosen], _gaps_between(values, broken, chosen)
     return np.insert(t, broken, t[broken - 1]), np.insert(values, broken, np.nan)
 
 
@@ -40,15 +42,19 @@ def _extremes(t: np.ndarray, values: np.ndarray, pixels: int) -> np.ndarray:
     return np.unique(found)
 
 
-def _gaps_between(t: np.ndarray, values: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+def _gaps_between(values: np.ndarray, long: np.ndarray, chosen: np.ndarray) -> np.ndarray:
     """Before which of the chosen samples the line has a gap: a NaN, or a long interval, is between two of them."""
-    gap = np.isnan(values)
-    gap[_long_intervals(t)] = True
-    return np.flatnonzero(np.diff(np.cumsum(gap)[chosen]) > 0) + 1
+    gaps = np.union1d(np.flatnonzero(np.isnan(values)), long)
+    return np.flatnonzero(np.diff(np.searchsorted(gaps, chosen, side="right")) > 0) + 1
 
 
-def _long_intervals(t: np.ndarray) -> np.ndarray:
+def long_intervals(t: np.ndarray) -> np.ndarray:
     """Before which samples there is an interval far longer than the usual one."""
     intervals = np.diff(t)
     usual = np.median(intervals[:: 1 + len(intervals) // MANY_INTERVALS]) if len(intervals) else 0.0
     return np.flatnonzero(intervals > LONG_INTERVALS * usual) + 1
+
+
+def within(long: np.ndarray, window: slice) -> np.ndarray:
+    """Those of all long intervals that lie in a window, counted from its first sample."""
+    return long[(long > window.start) & (long < window.stop)] - window.start
