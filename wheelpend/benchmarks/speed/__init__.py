@@ -14,6 +14,7 @@ simulation     rows: closed loop, one trajectory and many
 regression     rows: filtered regression, recursive least squares
 filtering      rows: passes of the filter, the filter-error fit
 fitting        rows: shooting fit, sensitivities, candidates, diagnosis
+workbench      rows: the workbench in a browser
 processes      rows: start of the command, derivation
 page           the table, as text and in Markdown
 growth         time and memory over the size of the work

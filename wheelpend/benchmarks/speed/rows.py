@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from wheelpend.benchmarks.speed import filtering, fitting, processes, regression, simulation
+from wheelpend.benchmarks.speed import filtering, fitting, processes, regression, simulation, workbench
 from wheelpend.benchmarks.speed.record import Goal, Measured, NotMeasurableError, Row
 from wheelpend.benchmarks.speed.setting import Setting
 from wheelpend.errors import Failure
@@ -16,7 +16,14 @@ MIN_SPEEDUP, MAX_TIME_RATIO, MAX_SECONDS = partial(Goal, "at least"), partial(Go
 
 def all_rows() -> tuple[Row, ...]:
     """Every row of the table."""
-    return (*simulation_rows(), *regression_rows(), *filtering_rows(), *fitting_rows(), *process_rows())
+    return (
+        *simulation_rows(),
+        *regression_rows(),
+        *filtering_rows(),
+        *fitting_rows(),
+        *process_rows(),
+        *browser_rows(),
+    )
 
 
 def simulation_rows() -> tuple[Row, ...]:
@@ -83,6 +90,15 @@ def process_rows() -> tuple[Row, ...]:
         Row("assumption", "first `identify`, another assumption", again, MAX_SECONDS(20), processes.other_assumption),
         Row("encoder", "first `identify`, relative encoder", again, MAX_SECONDS(20), processes.other_encoder),
         Row("derivation", "derivation with 15 effects", "importing sympy", MAX_SECONDS(1.0), processes.derivation),
+    )
+
+
+def browser_rows() -> tuple[Row, ...]:
+    """The workbench with an hour's log in a browser, in which its page takes at most MAX_PAGE_BYTES."""
+    picture, zoom, shorter = "workbench, first picture of an hour at 1 kHz", "workbench, zoom into it", "of 20 s"
+    return (
+        Row("picture", picture, shorter, MAX_SECONDS(3.0), workbench.first_picture),
+        Row("zoom", zoom, shorter, MAX_SECONDS(0.2), workbench.zoom),
     )
 
 
