@@ -44,6 +44,20 @@ def test_nothing_starts_while_something_runs(bench):
     assert bench.done == ["wheelpend add coulomb_drive"]
 
 
+def test_a_result_that_cannot_be_read_is_said_and_the_next_command_runs(bench, monkeypatch):
+    def unreadable(job):
+        raise ValueError("Cannot load file")
+
+    monkeypatch.setattr("wheelpend.view.jobs.Job.text", unreadable)
+    bench.run(("add", "coulomb_drive"), ("add", "slope"))
+    worked_off(bench)
+    assert "must leave a result that can be read" in bench.failure and len(bench.done) == 1
+    monkeypatch.undo()
+    bench.run(("add", "slope"))
+    worked_off(bench)
+    assert bench.model().effects == ("coulomb_drive", "slope") and not bench.failure
+
+
 def test_cancel_starts_nothing_that_waits(bench):
     bench.run(("add", "coulomb_drive"), ("add", "slope"))
     bench.cancel()

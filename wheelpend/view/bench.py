@@ -211,20 +211,20 @@ class Bench:
         self.version += 1
 
     def _finish(self, job: Job) -> None:
-        if job.code == 0:
-            self.found[job.words[0]] = Found(
-                job.words,
-                self._started_with,
-                job.result(),
-                job.text(),
-                self._started,
-                tuple(job.series() if job.is_own else ()),
-            )
-            self.said = next(iter(job.text()), "")
-        else:
-            self.waiting.clear()
-            self.failure = job.failure()
-            self.said = "Cancelled; nothing was changed." if job.was_cancelled else ""
-        job.forget()
+        """Take up what a command found, or why it did not; whatever it left, the next can run."""
         self.job = None
+        try:
+            if job.code == 0:
+                series = tuple(job.series() if job.is_own else ())
+                found = Found(job.words, self._started_with, job.result(), job.text(), self._started, series)
+                self.found[job.words[0]] = found
+                self.said = next(iter(job.text()), "")
+            else:
+                self.waiting.clear()
+                self.failure = job.failure()
+                self.said = "Cancelled; nothing was changed." if job.was_cancelled else ""
+        except (OSError, ValueError) as error:
+            self.waiting.clear()
+            self.failure = f"{job.line} must leave a result that can be read, but it did not: {error} Run it once more."
+        job.forget()
         self.version += 1

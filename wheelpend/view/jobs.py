@@ -100,7 +100,8 @@ class Job:
 
     def series(self) -> list[np.ndarray]:
         """The arrays that its result names, as they lie on the disk; they stay readable once its files are removed."""
-        names = [log["file"] for log in self.result().get("logs", []) if isinstance(log, dict)]
+        logs = [log for log in self.result().get("logs", []) if isinstance(log, dict)]
+        names = [log["file"] for log in logs if "file" in log]
         return [np.load(self.place / name, mmap_mode="r") for name in names]
 
     def failure(self) -> str:
