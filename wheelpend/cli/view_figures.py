@@ -23,7 +23,7 @@ from wheelpend.model.units import PlantUnits, plant_units_of
 from wheelpend.numerics import gaussian_smoothed
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.reports.page.effect_figures import effect_figure
-from wheelpend.reports.page.force_figures import missing_force_if_true
+from wheelpend.reports.page.force_figures import missing_force_if_true, state_figure
 from wheelpend.view.asked import asked_of_files, opened_model
 
 MAX_FORCE_SAMPLES = 3000  # of a log
@@ -49,7 +49,9 @@ def _drawn(found: Diagnosis, units: PlantUnits) -> dict[str, Any]:
     rows = list(found.problem.module.ROWS)
     candidates = found.candidates[:MAX_DRAWN_CANDIDATES]
     explained = {c.effect: missing_force_if_true(found, c) for c in candidates}
+    over_state = state_figure(found, units)
     return {
+        "over_state": json.loads(over_state.to_json()) if over_state is not None else None,
         "rows": [{"name": row, "unit": units.force_on(row)} for row in rows],
         "forces": [_told(m, units) for m in found.missing],
         "explained": {

@@ -13,6 +13,7 @@ from wheelpend.view.force_charts import Force, over_time
 from wheelpend.view.panel import Panel, action, figure_of, folded, paragraph, set_enabled, table, text
 from wheelpend.view.words import candidate_cells, meaning, sentences
 
+OVER_STATE_TITLE = "The missing force over the state on which it depends most, with the law of each candidate"
 CANDIDATE_HEAD = ("effect", "probability", "size", "error after", "p", "cannot be told from")
 
 
@@ -87,6 +88,10 @@ class CandidateList:
         self.plot: ui.plotly | None = None
         if drawn.get("explained") and drawn["forces"]:
             self._show_explained(next(iter(drawn["explained"])))
+        if drawn.get("over_state"):
+            with folded(OVER_STATE_TITLE, is_open=True):
+                plot = ui.plotly(figure_of(go.Figure(drawn["over_state"]))).classes("force force-map")
+                plot.props["role"], plot.props["aria-label"] = "img", OVER_STATE_TITLE
         for candidate in candidates:
             self._show(candidate["effect"])
 
