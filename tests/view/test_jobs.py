@@ -66,6 +66,19 @@ def test_a_cancelled_command_ends_with_all_it_started_and_changes_nothing(worksp
     assert not job.failure() and not is_alive(job.process.pid) and Model.open(workspace).effects == ()
 
 
+def test_a_workbench_that_ignores_interrupts_starts_commands_that_do_not(workspace, log):
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        job = jobs.Job(("diagnose", str(log)), workspace)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        time.sleep(1.0)
+        job.cancel()
+        begin = time.monotonic()
+        assert ended(job).was_cancelled and time.monotonic() < begin + jobs.GRACE_S
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_one_that_does_not_end_when_it_is_cancelled_is_killed(workspace, log, monkeypatch):
     monkeypatch.setattr(jobs, "GRACE_S", 0.3)
     job = Job(("diagnose", log), workspace)

@@ -12,9 +12,10 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import current_thread, main_thread
 from time import monotonic
 from typing import Any
 
@@ -137,7 +138,11 @@ class Job:
             *(["--json", str(self.place / RESULT_FILE)] if self.words[0] in WITH_JSON else []),
         ]
         environment = python_environment() | {PROGRESS_INTERVAL_VARIABLE: str(PROGRESS_INTERVAL_S)}
-        with open(self.place / OUTPUT_FILE, "wb") as output, open(self.place / ERROR_FILE, "wb") as errors:
+        with (
+            open(self.place / OUTPUT_FILE, "wb") as output,
+            open(self.place / ERROR_FILE, "wb") as errors,
+            heeded_interrupts(),
+        ):
             return subprocess.Popen(
                 python_command("-m", OWN_MODULES.get(self.words[0], "wheelpend"), *words),
                 cwd=self.folder,
@@ -156,6 +161,19 @@ class Job:
         with suppress(OSError):
             return (self.place / name).read_text(encoding="utf-8", errors="replace")
         return ""
+
+
+@contextmanager
+def heeded_interrupts() -> Iterator[None]:
+    """Processes that start inside end by an interrupt, also where this one was started to ignore it, as behind an &."""
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN or current_thread() is not main_thread():
+        yield
+        return
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def command_line(words: Sequence[str]) -> str:
