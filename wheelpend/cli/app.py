@@ -13,7 +13,7 @@ from wheelpend.reports.inputs import note_logs
 from wheelpend.reports.outputs import note_given
 
 COMMAND_GROUPS = {  # in the order of the way of working
-    "Begin": ("demo", "new", "inspect", "set", "view"),
+    "Begin": ("demo", "new", "inspect", "set", "split", "view"),
     "Compare, and see where it fails": ("identify", "compare", "residuals"),
     "Learn what is missing, and add it": ("diagnose", "add", "remove", "explain", "history", "report"),
     "More logs": ("design", "simulate", "campaign"),

@@ -181,6 +181,35 @@ def inspect_(
         Asked([log], (), model, plant, json).say_next("how well the model predicts it, and where it fails", "compare")
 
 
+@app.command()
+def split(
+    log: Annotated[Path, typer.Argument(help="Measurement file.")],
+    begin: Annotated[float, typer.Option("--from", metavar="S", help="Where it begins [s], from the first sample on.")],
+    end: Annotated[float, typer.Option("--to", metavar="S", help="Where it ends [s].")],
+    out: Annotated[
+        Path, typer.Option("-o", "--out", "--output", metavar="FOLDER", help="Where the two files are written.")
+    ] = Path("."),
+    model: ModelFile = DEFAULT_MODEL_PATH,
+    plant: PlantFile = None,
+    json: Json = None,
+) -> None:
+    """Hold a stretch of a log out: one file with it, that judges, and one with the rest, to be fitted to."""
+    # imported late: the list of commands needs neither logs nor NumPy
+    from wheelpend.inspection.split import split_log, split_paths
+    from wheelpend.reports.text.split import split_lines
+
+    with exit_on_failure(json):
+        for path in split_paths(log, begin, end, out):
+            check_output(path)
+        opened = open_model(model, plant) if model != DEFAULT_MODEL_PATH or model.exists() else None
+        clock = opened.columns.get("t") if opened else None
+        with progress("reading"):
+            found = split_log(log, begin, end, out, clock)
+        print_result(found, json, lambda: print_text(split_lines(found)))
+        asked = Asked([found.rest], [found.held_out], model, plant, json)
+        asked.say_next("how well the model predicts what was held out", "compare")
+
+
 def inspect_without_model(log: Path, plant: Path | None, json: str | None) -> None:
     """Look at a log where there is no model, for a plant of the user's own where one is named."""
     # imported late, as above

@@ -4,6 +4,7 @@ In: a log, and a model for its equations. Out: `Inspection` with findings and th
 Question: is something wrong with clock, units, signs, wiring or sensors?
 
 - inspect: the record `Inspection`, of a log, of a log under a model, of a file
+- split: a stretch of a log held out, as files of their own
 - first_look: a log where there is no model: `survey` says what its columns are, `plant_fit` which plants have them,
   `gravity` where an angle hangs, `angle_unit` whether it is in degrees, `guesses` of units that no name states,
   `proposal` writes the model.toml

@@ -9,6 +9,7 @@ verdict           verdict and headline of a diagnosis or an explanation; evidenc
 force_ranges      ranges of the states in which the missing force is concentrated
 effects, history  the library, and the changes of a workspace
 settings          entries of the model file before and after
+split             the two files of a log
 structures        probabilities of what is missing
 remainder         what is left to chance, and the intervals that it widens
 unexplained       repeatability of the missing force, and a free-form law for it
