@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 
 from derive import plants
+from tests.support import run
 from wheelpend import Failure, Model, explain, simulate
 from wheelpend.model.user_effects import effects_from_text
 
@@ -159,3 +160,18 @@ def test_a_parameter_may_have_any_name_that_the_law_does_not_know(name):
     (row,) = effects_from_text(broken("torque", name), PLANT)
     law = row.enters.law(*sp.symbols("angle speed", real=True), **row.symbols)
     assert row.symbols[name] in law.free_symbols
+
+
+def test_a_file_of_effects_becomes_the_workspaces_all_of_it_or_nothing(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Model.default().save(tmp_path)
+    (tmp_path / "mine.toml").write_text(BRUSHES + OTHERS, encoding="utf-8")
+    assert "worn_brushes" in run("effects", "--define", "mine.toml").output
+    assert set(Model.open(tmp_path).own) >= {"worn_brushes", "hot_driver", "bent_scale"}
+    before = (tmp_path / "effects.toml").read_bytes()
+    (tmp_path / "more.toml").write_text(BRUSHES.replace("worn_brushes", "new_brushes") + BRUSHES, encoding="utf-8")
+    assert "worn_brushes is in" in " ".join(run("effects", "--define", "more.toml", code=1).output.split())
+    for text, words in (("", "must name an effect"), ("[a]\nlaw = 1", "a.law"), ("[", "TOML")):
+        (tmp_path / "wrong.toml").write_text(text, encoding="utf-8")
+        assert words in " ".join(run("effects", "--define", "wrong.toml", code=1).output.split())
+    assert (tmp_path / "effects.toml").read_bytes() == before

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from wheelpend.cli.next_step import Asked
 from wheelpend.cli.options import DEFAULT_MODEL_PATH, Json, ModelFile, PlantFile, open_model, opened_to_change
 from wheelpend.errors import Failure
 from wheelpend.reports.console import exit_on_failure, print_line, print_result, print_text, progress
+
+if TYPE_CHECKING:
+    from derive.effects import Effect
 
 
 @app.command()
@@ -142,18 +145,39 @@ def history(model: ModelFile = DEFAULT_MODEL_PATH, plant: PlantFile = None, json
 @app.command()
 def effects(
     effect: Annotated[str | None, typer.Argument(help="One effect.", show_default=False)] = None,
+    define: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.toml", help="Effects of your own that become the workspace's, all or none of them."),
+    ] = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
 ) -> None:
     """The effects that the model's plant may have, and your own: name, family, sentence, unit, equation."""
-    from wheelpend.reports.text.effects import effect_json, effects_text, listed_effects  # imported late: the library
+    # imported late: the library
+    from wheelpend.reports.text.effects import effect_json, effects_text, listed_effects
 
     with exit_on_failure(json):
-        opened = open_model(model, plant) if model != DEFAULT_MODEL_PATH or model.exists() else None
-        rows = listed_effects(opened, effect)
+        if define is not None:
+            rows = defined_effects(define, model, plant)
+        else:
+            opened = open_model(model, plant) if model != DEFAULT_MODEL_PATH or model.exists() else None
+            rows = listed_effects(opened, effect)
         result = {"schema": 1, "effects": list(map(effect_json, rows))}
         print_result(result, json, lambda: print_text(effects_text(rows, in_detail=effect is not None)))
+
+
+def defined_effects(file: Path, path: Path, plant: Path | None) -> list[Effect]:
+    """The effects of a file, which are in a workspace's effects.toml from now on; raises Failure, and changes nothing,
+    where one of them is wrong or has a name that is taken.
+    """
+    from wheelpend.model.user_effects import define_user_effects  # imported late, as above
+    from wheelpend.reports.text.effects import listed_effects
+
+    with opened_to_change(path, plant) as opened:
+        names = define_user_effects(opened.workspace, file, opened.plant_signature)
+        changed = open_model(path, plant)
+    return [row for name in names for row in listed_effects(changed, name)]
 
 
 @app.command()

@@ -102,6 +102,24 @@ def write_user_effects(workspace: Path, tables: Mapping[str, Mapping[str, Any]],
     return path
 
 
+def define_user_effects(workspace: Path, file: Path, plant: PlantSignature) -> list[str]:
+    """Add the tables of a file to a workspace's effects.toml, all or none; returns their names.
+
+    Raises Failure where the file cannot be read, states no effect, or one that is wrong or whose name is taken.
+    """
+    try:
+        text = read_text(file)
+        effects = effects_from_text(text, plant)
+    except FileNotFoundError:
+        raise Failure(f"--define must name a file of effects; there is none at {file}.") from None
+    except Failure as failure:
+        raise Failure(f"{file}: {failure}") from None
+    if not effects:
+        raise Failure(f"{file}: a table in square brackets must name an effect, but there is none. Write one.")
+    write_user_effects(workspace, parse_toml(text), plant)
+    return [effect.name for effect in effects]
+
+
 def check_name_is_free(name: str, taken: Sequence[str], path: Path) -> None:
     """Raise Failure unless a name can be that of a new effect."""
     if not NAME_PATTERN.fullmatch(name) or name.startswith("missing"):
