@@ -86,8 +86,8 @@ KEYS = {
     "warnings missing law remainder structures",
     Step: "effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log "
     "blocks_agree held_out_gain force_before force_after probability",
-    HistoryEntry: "change error_before error_after logs",
-    Finding: "kind channel sentence cure size settings",
+    HistoryEntry: "change error_before error_after logs parameters",
+    Finding: "kind channel sentence cure size settings effect",
     Design: "between command duration_s sample_s limits separation gap parameters builtin peaks gains own_controller "
     "sentences",
     Limits: "pitch voltage",

@@ -183,6 +183,8 @@ CHAINS = (
         asked("faulty", "inspect logs/faulty.csv"),
         asked("absent", "inspect logs/nowhere.csv"),
         step("usage", "inspect"),
+        asked("split", "split logs/demo4.csv --from 1 --to 1.05", "demo4_1-1.05s.csv"),
+        asked("split_nothing", "split logs/demo4.csv --from 3 --to 2"),
     )),
     Chain("first_look", (
         asked("inspect", "inspect logs/demo8.csv"),

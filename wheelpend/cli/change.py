@@ -83,6 +83,7 @@ def history_entry(effect: str, remove: bool, changed: Change | None, logs: Seque
         error_before=step.error_before if step else None,
         error_after=step.error_after if step else None,
         logs=tuple(map(str, logs)),
+        parameters=changed.model.estimates() if changed else {},
     )
 
 
@@ -104,5 +105,7 @@ def save_explanation(result: Ladder, logs: Sequence[Path], holdout: Sequence[Pat
     model = result.model
     names = tuple(map(str, (*logs, *holdout)))
     entries = [HistoryEntry(f"add {s.effect}", s.error_before, s.error_after, names) for s in result.steps]
+    if entries:
+        entries[-1] = entries[-1]._replace(parameters=model.estimates())
     workspace.save(model, entries, opened=opened)
     return SAVED_SENTENCE.format(model.path)

@@ -44,7 +44,6 @@ class Change(NotebookResult):
     def to_json(self) -> dict[str, Any]:
         """The step, and the model's parameters after it, under the keys of JSON."""
         step, model = self.step, self.model
-        values = {**model.parameters, **model.effect_values}
         return {
             "effect": step.effect,
             "coefficients": step.coefficients,
@@ -57,7 +56,7 @@ class Change(NotebookResult):
             "effects": model.effects,
             "noise_floor": self.problem.floor,
             "horizon_s": self.problem.horizon,
-            "parameters": {n: {"value": v.identified, "sigma": v.sigma} for n, v in values.items()},
+            "parameters": model.estimates(),
             "remainder": self.remainder,
             "warnings": self.warnings,
         }

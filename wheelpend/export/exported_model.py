@@ -231,7 +231,7 @@ def exported_model(model: Model, log: Log | None = None, period: float | None = 
     channels = tuple(module.OUTPUTS)
     empty = log or Log("", np.zeros(1), np.zeros(1), np.zeros((1, len(channels))), channels)
     step = period or (log.dt if log else DEFAULT_PERIOD_S)
-    known = {**model.parameters, **model.effect_values}
+    known = model.all_parameters
     return ExportedModel(
         model,
         module,

@@ -25,7 +25,7 @@ def _content(exported: ExportedModel) -> dict[str, Any]:
     model, module = exported.model, exported.module
     hidden = set(module.MISSING_FORCES)
     derived = derived_model(model)
-    known = {**model.parameters, **model.effect_values}
+    known = model.all_parameters
     names = [n for n in module.PARAMETERS if n not in hidden and n in exported.sigma]
     return {
         "wheelpend": version(),

@@ -50,7 +50,7 @@ class Model:
     sensor_error: Mapping[str, SensorNoise] = field(default_factory=dict)  # by channel, likewise
 
     def __repr__(self) -> str:
-        known = sum(v.best is not None for v in (*self.parameters.values(), *self.effect_values.values()))
+        known = sum(v.best is not None for v in self.all_parameters.values())
         effects = ", ".join(self.effects) or "no effects"
         return f"<Model {str(self.path or 'not saved')!r}: {self.plant} with {effects}; {known} values>"
 
@@ -93,6 +93,15 @@ class Model:
     def workspace(self) -> Path:
         """Folder of the model and of the code generated from it."""
         return self.path.parent if self.path else Path()
+
+    @property
+    def all_parameters(self) -> dict[str, ParameterValue]:
+        """Parameters of the plant, then those of the effects in the model by effect.parameter."""
+        return {**self.parameters, **self.effect_values}
+
+    def estimates(self) -> dict[str, dict[str, float | None]]:
+        """Identified values and their standard errors under the keys of JSON; null where nothing was identified."""
+        return {n: {"value": v.identified, "sigma": v.sigma} for n, v in self.all_parameters.items()}
 
     def value(self, name: str) -> float | None:
         """Best known value of X1, or of coulomb_drive.torque; None where there is none."""

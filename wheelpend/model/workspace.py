@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import date
 from errno import ENOTDIR
 from pathlib import Path
@@ -23,7 +23,7 @@ HISTORY_FILE = "history.json"
 
 
 class HistoryEntry(NamedTuple):
-    """A change of the model, and the validation errors [σ] before and after it where it was refitted.
+    """A change of the model; where it was refitted the validation errors [σ] before and after it, and its parameters.
 
     In history.json it has the date on which it was saved, too.
     """
@@ -32,6 +32,7 @@ class HistoryEntry(NamedTuple):
     error_before: float | None
     error_after: float | None
     logs: tuple[str, ...]
+    parameters: Mapping[str, Mapping[str, float | None]] = {}  # as fitted with it: value and sigma by name
 
     def to_json(self) -> dict[str, Any]:
         """The entry under the keys of history.json."""
@@ -40,6 +41,7 @@ class HistoryEntry(NamedTuple):
             "error_before": self.error_before,
             "error_after": self.error_after,
             "logs": self.logs,
+            "parameters": self.parameters,
         }
 
 
