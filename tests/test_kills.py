@@ -19,7 +19,7 @@ from wheelpend.files import write_bytes, write_text
 from wheelpend.kernels import cache, generated_text
 from wheelpend.model import workspace
 from wheelpend.model.transaction import MADE_FOLDER, PREPARED_FOLDER
-from wheelpend.model.user_effects import write_user_effects
+from wheelpend.model.user_effects import effect_table_text, write_user_effects
 from wheelpend.reports.ladder import draw_ladder
 from wheelpend.reports.page import page
 from wheelpend.reproduction import files as reproduction_files
@@ -88,10 +88,16 @@ def keep_module(path, text):
     generated_text._code_of(path, text)
 
 
+def write_own_effect(folder):
+    (folder / "mine.toml").write_text(effect_table_text("own_drag", OWN_EFFECT["own_drag"]), encoding="utf-8")
+
+
 WRITERS = {
     "new": command("new", "robot"),
     "generate": command("generate", after=edit_by_hand),
     "set": command("set", "sensors.encoder=relative", "columns.theta_p.unit=deg"),
+    "split": command("split", "log.csv", "--from", "0.5", "--to", "1"),
+    "effects --define": command("effects", "--define", "mine.toml", after=write_own_effect),
     "add": command("add", "slope"),
     "add --json": command("add", "slope", "--json", "result.json"),
     "remove": command("remove", "slope", after=lambda folder: run("add", "slope")),

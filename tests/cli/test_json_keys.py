@@ -93,6 +93,7 @@ COMMANDS = {
     "inspect log.csv": """
         schema samples duration_s rate_hz jitter gaps(count longest) findings proposal sensors stand_still
         channels(minimum maximum noise quantum missing)""",
+    "split log.csv --from 1 --to 2": "schema log rest held_out from_s to_s samples(rest held_out) left_out",
     "add coulomb_drive --data log.csv": """
         schema effect coefficients(torque) sigma(torque) unit(torque) error_before error_after per_log blocks_agree
         effects noise_floor horizon_s parameters(value sigma)

@@ -14,6 +14,7 @@ NO_MODEL = {"view"}  # which starts a workspace where there is none
 NO_INPUT = {"demo", "verify", "reproduce"}  # commands that read no file
 LOGS = {  # a command line per measurement file that a command takes, with LOG in its place
     "inspect": ["inspect LOG"],
+    "split": ["split LOG --from 0 --to 1"],
     "new": ["new robot --from LOG"],
     "identify": ["identify LOG", "identify log.csv LOG", "identify LOG --save", "identify LOG --tau auto"],
     "residuals": ["residuals LOG"],
@@ -34,7 +35,7 @@ MODELS = [
     "inspect log.csv", "identify log.csv", "residuals log.csv", "compare log.csv", "diagnose log.csv", "add slope",
     "remove slope", "explain log.csv", "report log.csv", "history", "design log.csv", "simulate -o x.csv",
     "campaign log.csv", "campaign --simulate", "effects", "equations", "generate", "warm", "export json",
-    "set sensors.encoder=relative",
+    "set sensors.encoder=relative", "split log.csv --from 0 --to 1",
 ]  # fmt: skip
 LINES = [(line, f"{kind}.csv") for lines in LOGS.values() for line in lines for kind in ("nowhere", "folder", "empty")]
 
@@ -101,6 +102,7 @@ def test_so_is_another_plant_and_another_model(here, line):
         "add slope log.csv --json nowhere/x.json", "verify --json nowhere/x.json", "verify --page nowhere/x.md",
         "reproduce --json nowhere/x.json", "reproduce --out log.csv", "simulate -o nowhere/x.csv",
         "report log.csv -o nowhere/x.html", "design log.csv -o nowhere/x.csv", "campaign log.csv -o nowhere/x.csv",
+        "split log.csv --from 0 --to 1 -o nowhere",
         "identify log.csv --method filtered --tau auto --tau-map nowhere/x.png", "new log.csv/robot",
         "demo --out log.csv",
     ],

@@ -27,7 +27,8 @@ def input_shift_finding(name: str, samples: float, dt: float) -> Finding:
         sentence = (
             f"The input is logged {amount} after it acts: no machine does that, so it is a fault of clocks or logging."
         )
-    return Finding("time_shift", name, sentence, shift_cure(name, sentence), -samples * dt)
+    effect = "actuator_delay" if samples < 0 else ""
+    return Finding("time_shift", name, sentence, shift_cure(name, effect), -samples * dt, effect=effect)
 
 
 def sensor_shift_finding(name: str, samples: float, dt: float, lag: str = "") -> Finding:
@@ -40,7 +41,8 @@ def sensor_shift_finding(name: str, samples: float, dt: float, lag: str = "") ->
         )
     else:
         sentence = f"{name} is logged {amount} before the other signals: a fault of clocks or logging."
-    return Finding("time_shift", name, sentence, shift_cure(name, sentence), samples * dt)
+    effect = lag if samples > 0 else ""
+    return Finding("time_shift", name, sentence, shift_cure(name, effect), samples * dt, effect=effect)
 
 
 def shift_text(samples: float, dt: float) -> str:
@@ -48,7 +50,7 @@ def shift_text(samples: float, dt: float) -> str:
     return f"{1e3 * abs(samples) * dt:.3g} ms ({abs(samples):.1f} samples)"
 
 
-def shift_cure(name: str, sentence: str) -> str:
+def shift_cure(name: str, effect: str) -> str:
     """What to do about a time shift, which may be an effect."""
     cure = f"Shift {name} in time where the clock is at fault; add the effect where the delay is real."
-    return cure if "effect" in sentence else f"Shift {name} in time, or log everything by one clock."
+    return cure if effect else f"Shift {name} in time, or log everything by one clock."

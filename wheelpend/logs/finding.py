@@ -24,6 +24,7 @@ class Finding(NamedTuple):
     cure: str  # what to do
     size: float | None
     settings: Mapping[str, Any] = {}  # what `wheelpend set` takes to cure it, where the model file does
+    effect: str = ""  # that the finding is of where it is physics: to be added then
 
     def to_json(self) -> dict[str, Any]:
         """The finding under the keys of JSON."""
@@ -34,4 +35,5 @@ class Finding(NamedTuple):
             "cure": self.cure,
             "size": self.size,
             "settings": self.settings,
+            "effect": self.effect,
         }

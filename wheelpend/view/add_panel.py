@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from typing import Any
 
 import plotly.graph_objects as go
@@ -12,9 +12,11 @@ from wheelpend.reports.numbers import number_text
 from wheelpend.view.bench import Bench
 from wheelpend.view.hints import chain, next_step
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
-from wheelpend.view.words import ladder_rows, parameter_rows
+from wheelpend.view.words import NORMAL_QUANTILE, ladder_rows, parameter_rows
 
 LADDER_COLOUR = "#2f86d6"
+STEP_COLOURS = ("#8a919c", "#d98a1f", "#2f86d6", "#5b8c5a", "#a05195", "#7a5230")
+PARAMETERS_WORDS = "Each parameter after each change, over its last value, with its interval of 95 %"
 LADDER_HEAD = ("change", "error before", "error after", "on", "when")
 
 
@@ -102,9 +104,45 @@ def ladder_figure(entries: Sequence[dict[str, Any]]) -> go.Figure | None:
     return figure
 
 
+def parameter_figure(entries: Sequence[dict[str, Any]]) -> go.Figure | None:
+    """Each parameter after each change over its last value, with intervals of 95 %; None before the second fit."""
+    fitted = [(str(e.get("change", "")), found) for e in entries if (found := _estimates(e))]
+    last = {name: value for _, found in fitted for name, (value, _) in found.items()}
+    shown = [name for name, value in last.items() if value and sum(name in found for _, found in fitted) > 1]
+    if not shown:
+        return None
+    figure = go.Figure()
+    for number, (change, found) in enumerate(fitted, 1):
+        names = [name for name in shown if name in found]
+        relative = [(found[name][0] / last[name], found[name][1] / abs(last[name])) for name in names]
+        bars = {"type": "data", "array": [NORMAL_QUANTILE * sigma for _, sigma in relative], "thickness": 1.5}
+        marker = {"color": STEP_COLOURS[(number - 1) % len(STEP_COLOURS)], "size": 8, "symbol": number % 20}
+        figure.add_scatter(x=[value for value, _ in relative], y=names, mode="markers", error_x=bars, marker=marker,
+                           name=f"{number}: {change}")  # fmt: skip
+    figure.update_layout(scattermode="group", scattergap=0.6, height=120 + 44 * len(shown))
+    figure.update_xaxes(title_text="over the last value")
+    figure.update_yaxes(autorange="reversed", automargin=True, type="category")
+    return figure
+
+
+def _estimates(entry: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """The parameters of a change with their standard errors, as far as the history states numbers."""
+    found = entry.get("parameters")
+    stated = found.items() if isinstance(found, dict) else ()
+    pairs = {name: (e.get("value"), e.get("sigma")) for name, e in stated if isinstance(e, dict)}
+    return {
+        name: (float(value), float(sigma or 0.0))
+        for name, (value, sigma) in pairs.items()
+        if isinstance(value, (int, float)) and isinstance(sigma, (int, float, type(None)))
+    }
+
+
 def _show_ladder(entries: Sequence[dict[str, Any]]) -> None:
     if (figure := ladder_figure(entries)) is not None:
         chart(figure, "The error after each change, and before the first: the shorter a bar, the better the prediction")
+    if (figure := parameter_figure(entries)) is not None:
+        with folded("How the parameters moved"):
+            chart(figure, PARAMETERS_WORDS)
     table(LADDER_HEAD, ladder_rows(entries), "The ladder: every change of this workspace, and what it did to the error")
 
 

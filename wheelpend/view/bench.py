@@ -6,7 +6,7 @@ Nothing here outlives the workspace: model and history are its files, and what a
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from wheelpend.model.toml_file import MODEL_FILE
 from wheelpend.model.user_plants import load_plant
 from wheelpend.model.workspace import history
 from wheelpend.view.jobs import Job, command_line
+from wheelpend.view.uploads import LOGS_FOLDER
 from wheelpend.view.workspace_watch import WorkspaceWatch
 
 Words = tuple[str, ...]
@@ -33,6 +34,15 @@ class Found(NamedTuple):
     text: list[str]  # as a terminal shows it
     number: int = 0  # of all that were found, in their order
     series: tuple[np.ndarray, ...] = ()  # of each log: time, then measured and predicted of every channel
+
+
+class HeldStretch(NamedTuple):
+    """A stretch of a log that was held out, of which the rest is a log of its own."""
+
+    source: Path
+    held_out: Path
+    begin_s: float
+    end_s: float
 
 
 class Bench:
@@ -52,6 +62,7 @@ class Bench:
         self.logs, self.holdout = [p.absolute() for p in logs], [p.absolute() for p in holdout]
         self.first_run = first_run  # every click is named
         self.plant_file = plant_file.absolute() if plant_file else None  # of a plant of the user's own
+        self.splits: dict[Path, HeldStretch] = {}  # by the rest's file
         self.watch = WorkspaceWatch(self.folder, self.model_name)
         self.job: Job | None = None
         self.waiting: list[Words] = []
@@ -170,6 +181,32 @@ class Bench:
         there.append(path)
         self.version += 1
 
+    def hold_out_stretch(self, path: Path, begin_s: float, end_s: float) -> None:
+        """Split a log, of which a stretch [s] is to judge; one that was split before is split elsewhere."""
+        (self.folder / LOGS_FOLDER).mkdir(exist_ok=True)
+        source = self.splits[path].source if path in self.splits else path
+        stretch = ("--from", f"{begin_s:g}", "--to", f"{end_s:g}", "-o", LOGS_FOLDER)
+        self.run(("split", str(source), *stretch, *self.model_words))
+
+    def join(self, path: Path) -> None:
+        """Fit to the whole of a log again, of which a stretch was held out."""
+        split = self.splits.pop(path)
+        self.logs = [split.source if p == path else p for p in self.logs]
+        self.holdout = [p for p in self.holdout if p != split.held_out]
+        self.version += 1
+
+    def _take_split(self, found: Mapping[str, Any]) -> None:
+        """Open the two files that a split wrote in place of its log, and compare anew."""
+        source, rest, held_out = (self.folder / str(found[key]) for key in ("log", "rest", "held_out"))
+        for path in [p for p, split in self.splits.items() if split.source == source]:
+            self.join(path)
+        if source not in self.logs:
+            return  # it was closed meanwhile
+        self.logs = [rest if p == source else p for p in self.logs]
+        self.holdout = [*(p for p in self.holdout if p != held_out), held_out]
+        self.splits[rest] = HeldStretch(source, held_out, found["from_s"], found["to_s"])
+        self.waiting += [(name, *self.files) for name in ("compare", "predictions")]
+
     def run(self, *commands: Words) -> None:
         """Run commands one after another; each but the first only where the one before it succeeded."""
         if self.is_busy:
@@ -219,11 +256,13 @@ class Bench:
                 found = Found(job.words, self._started_with, job.result(), job.text(), self._started, series)
                 self.found[job.words[0]] = found
                 self.said = next(iter(job.text()), "")
+                if job.words[0] == "split":
+                    self._take_split(found.result)
             else:
                 self.waiting.clear()
                 self.failure = job.failure()
                 self.said = "Cancelled; nothing was changed." if job.was_cancelled else ""
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, KeyError, TypeError) as error:
             self.waiting.clear()
             self.failure = f"{job.line} must leave a result that can be read, but it did not: {error} Run it once more."
         job.forget()

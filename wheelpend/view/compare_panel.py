@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
+from pathlib import Path
 from typing import Any
 
 import plotly.graph_objects as go
@@ -10,6 +11,8 @@ import plotly.graph_objects as go
 from wheelpend.reports.numbers import number_text
 from wheelpend.view.panel import Panel, action, chart, folded, paragraph, set_enabled, table
 from wheelpend.view.prediction_chart import prediction_chart
+from wheelpend.view.residual_tests import show_residual_tests
+from wheelpend.view.stretch_control import StretchControl
 from wheelpend.view.words import sentences
 
 ERROR_COLOUR, FLOOR_COLOUR = "#2f86d6", "#d98a1f"  # told apart by everybody, on light and on dark
@@ -51,7 +54,8 @@ class ComparePanel(Panel):
         rows = [[name, number_text(fit[name]), number_text(off.get(name))] for name in fit]
         table(("channel", "fit [%]", "rms error"), rows, f"Fit over {number_text(found.result.get('horizon_s'))} s")
         self._show_predictions()
-        with folded("Closed loop, what is left to chance, tests of the residuals"):
+        show_residual_tests(found.result.get("residuals") or {})
+        with folded("Closed loop, what is left to chance, what the residuals mean"):
             for sentence in rest:
                 paragraph(sentence)
         chart(_horizon_figure(found.result), "Error against horizon, in standard deviations of the sensors")
@@ -62,7 +66,9 @@ class ComparePanel(Panel):
         pairs = list(zip(found.result["logs"], found.series, strict=True)) if found else []
         for number, (log, series) in enumerate(pairs):
             with folded(f"{log['name']}{', held out' if log['held_out'] else ''}", is_open=number == 0):
-                prediction_chart(series, log["channels"], held_out=log["held_out"])
+                drawn = prediction_chart(series, log["channels"], held_out=log["held_out"])
+                if not log["held_out"]:
+                    StretchControl(self.bench, Path(log["path"]), log["duration_s"], drawn)
 
 
 def _horizon_figure(result: Mapping[str, Any]) -> go.Figure:

@@ -7,7 +7,9 @@ from pathlib import Path
 
 from nicegui import ui
 
+from wheelpend.view.design_form import DesignForm, show_design
 from wheelpend.view.hints import chain
+from wheelpend.view.own_effect import OwnEffectForm
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled
 from wheelpend.view.words import sentences
 
@@ -23,25 +25,31 @@ class GoOnPanel(Panel):
     purpose = "Keep what was found, tell others, use the model elsewhere, or ask the machine for a log that tells more."
 
     def show_buttons(self) -> None:
-        """Values, report, exports, design."""
+        """Values, report, exports, the next log, an effect of one's own."""
         files = self.bench
         self.all = [
             action(
                 "Keep the fitted values", lambda: files.run(*chain(files, ("identify", *files.fitted_files, "--save")))
             ),
             action("Write the report", lambda: files.run(("report", *files.files, "-o", REPORT_FILE))),
-            action("Design the next log", lambda: files.run(("design", *files.fitted_files))),
         ]
         self.target = ui.select(EXPORT_TARGETS, value="c", label="Export as").props("outlined dense").classes("choice")
         export = action("Export", lambda: files.run(("export", str(self.target.value), *files.files)))
         self.all.append(export)
         self.download = action("Save the report", self._download, describes="Save the report from the browser")
+        with ui.element("div").classes("whole"):
+            with folded("Design the next log: limits, and what it is to tell apart"):
+                self.design = DesignForm(files)
+            with folded("Write an effect of your own"):
+                self.own_effect = OwnEffectForm(files)
 
     def update_buttons(self) -> None:
         """All of it needs a log and a model; the page of the report has to be there."""
         for button in self.all:
             set_enabled(button, self.bench.can_judge)
         self.download.set_visibility("report" in self.bench.found)
+        self.design.update()
+        self.own_effect.update()
 
     def _download(self) -> None:
         path: Path = self.bench.folder / REPORT_FILE
@@ -56,9 +64,11 @@ class GoOnPanel(Panel):
         """What the last of these said, and every command line so far."""
         for name in SHOWN_COMMANDS:
             if found := self.bench.current(name):
-                with folded(f"What {name} said"):
+                with folded(f"What {name} said", is_open=name == "design"):
                     for sentence in sentences(found.text):
                         paragraph(sentence)
+                    if name == "design":
+                        show_design(self.bench, found.result)
         if self.bench.done:
             paragraph("The same on the command line:", "soft")
             ui.label("\n".join([f"cd {self.bench.quoted_folder}", *self.bench.done])).classes("code commands")

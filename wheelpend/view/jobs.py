@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import current_thread, main_thread
-from time import monotonic
+from time import monotonic, time
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,8 @@ WITH_JSON = (
     "explain",
     "identify",
     "inspect",
+    "split",
+    "design",
     "predictions",
     "figures",
     "sliders",
@@ -46,6 +48,8 @@ OWN_MODULES = {  # of what only the workbench asks for, to draw it
     "figures": "wheelpend.cli.view_figures",
     "sliders": "wheelpend.cli.view_sliders",
 }
+PLACE_PREFIX = "wheelpend-job-"  # of a job's folder, then the number of the workbench's process
+STALE_AFTER_S = 24 * 3600.0  # s after which no command writes into the folder of a workbench that was killed
 RESULT_FILE, OUTPUT_FILE, ERROR_FILE = "result.json", "output.txt", "progress.txt"
 
 
@@ -54,7 +58,7 @@ class Job:
 
     def __init__(self, words: Sequence[str], folder: Path) -> None:
         self.words, self.folder = tuple(words), folder
-        self.place = Path(tempfile.mkdtemp(prefix="wheelpend-job-"))
+        self.place = Path(tempfile.mkdtemp(prefix=f"{PLACE_PREFIX}{os.getpid()}-"))
         self.begin_s, self.cancelled_s = monotonic(), 0.0
         self.process = self._started()
         self._code: int | None = None
@@ -161,6 +165,27 @@ class Job:
         with suppress(OSError):
             return (self.place / name).read_text(encoding="utf-8", errors="replace")
         return ""
+
+
+def clear_stale_places() -> None:
+    """Remove the folders of jobs that a killed workbench of this user left, once no command writes there any more."""
+    for place in Path(tempfile.gettempdir()).glob(f"{PLACE_PREFIX}*-*"):
+        number = place.name.removeprefix(PLACE_PREFIX).partition("-")[0]
+        with suppress(OSError, ValueError):
+            is_ours = place.stat().st_uid == os.getuid() and not place.is_symlink()
+            if is_ours and time() > place.stat().st_mtime + STALE_AFTER_S and not _runs(int(number)):
+                shutil.rmtree(place, ignore_errors=True)
+
+
+def _runs(process: int) -> bool:
+    """True where a process of that number runs, whoever's it is."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from nicegui import events, ui
 from derive import plants
 from wheelpend.reports.numbers import number_text
 from wheelpend.view.corrections import changed, cures, setting_words, settings_of
+from wheelpend.view.hints import chain
 from wheelpend.view.panel import Panel, action, folded, paragraph, set_enabled, table, text
 from wheelpend.view.reading_form import ReadingForm
 from wheelpend.view.readings_chart import readings_chart
@@ -111,6 +112,8 @@ class OpenPanel(Panel):
                 text(f"{finding.get('sentence', '')} {finding.get('cure', '')}".strip())
                 if finding.get("settings") and self.has_model:
                     self._offer(f"Set {' '.join(setting_words(finding['settings']))}", finding["settings"], path)
+                if (effect := finding.get("effect")) and self.has_model:
+                    self._offer_effect(effect)
         if not findings:
             paragraph("Nothing is wrong with the log.")
         if not self.has_model:
@@ -126,6 +129,13 @@ class OpenPanel(Panel):
         """A button that makes settings."""
         describes = f"Set {' '.join(setting_words(settings))}"
         self.sets.append(action(words, lambda: self._set(settings, path), describes=describes))
+
+    def _offer_effect(self, effect: str) -> None:
+        """A button that adds what a fault is of where it is physics and no fault."""
+        model = self.bench.model()
+        if model is not None and effect not in model.effects:
+            commands = chain(self.bench, ("add", effect, *self.bench.files))
+            self.sets.append(action(f"The delay is real: add {effect}", lambda: self.bench.run(*commands)))
 
     def _show_readings(self, log: dict[str, Any], series: np.ndarray, path: str) -> None:
         """The signals beside how each is read, which is open where the model cannot read the log."""

@@ -150,9 +150,11 @@ def figure_of(figure: go.Figure) -> dict[str, Any]:
 
 def chart(figure: go.Figure, describes: str) -> None:
     """A chart that follows the page's colours, with words for those who do not see it."""
-    figure.update_layout(CHART_LAYOUT)
+    height = figure.layout.height or CHART_LAYOUT["height"]
+    figure.update_layout({**CHART_LAYOUT, "height": height})
     with ui.element("figure"):
         shown = ui.plotly({**json.loads(figure.to_json()), "config": CHART_CONFIG}).classes("chart")
+        shown.style(f"height: {height}px")
         shown.props["role"], shown.props["aria-label"] = "img", describes
         with ui.element("figcaption"):
             text(describes)

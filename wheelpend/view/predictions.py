@@ -43,7 +43,8 @@ def _written(
         series = np.column_stack([found.t, np.where(np.isinf(pairs), np.nan, pairs)])
         np.save(folder / f"{number}.npy", np.asfortranarray(series))  # drawn column by column
         name = Path(path).name
-        yield {"name": name, "held_out": held_out, "file": f"{number}.npy", "channels": list(found.channels)}
+        told = {"name": name, "path": str(path), "held_out": held_out, "duration_s": float(found.t[-1] - found.t[0])}
+        yield {**told, "file": f"{number}.npy", "channels": list(found.channels)}
 
 
 if __name__ == "__main__":

@@ -5,9 +5,12 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import os
 import socket
+import tempfile
 import webbrowser
 from collections.abc import AsyncIterator, Callable
+from pathlib import Path
 
 import uvicorn
 from fastapi import FastAPI
@@ -17,8 +20,10 @@ from wheelpend import interruption
 from wheelpend.errors import Failure
 from wheelpend.view.access import LOOPBACK_HOST, Access, Guard
 from wheelpend.view.bench import Bench
+from wheelpend.view.jobs import clear_stale_places
 from wheelpend.view.layout import show_workbench
 
+PAGE_PREFIX = "open-workbench-"
 TICK_S = 0.2  # s between two looks at jobs and workspace
 SHUTDOWN_S = 1  # s that open connections have to end
 
@@ -38,15 +43,33 @@ def serve(bench: Bench, port: int, *, opens_browser: bool, say: Callable[[str], 
             timeout_graceful_shutdown=SHUTDOWN_S,
         )
         interruption.leave_to_main_thread()
+        clear_stale_places()
         say(access.address)
-        if opens_browser:
-            webbrowser.open(access.address)
+        page = opening_page(access.address, bench.folder) if opens_browser else None
+        if page is not None:
+            webbrowser.open(page.as_uri())
         try:
             uvicorn.Server(config).run(sockets=[listening])
         except KeyboardInterrupt:
             pass  # which is how it ends
         finally:
             bench.close()
+            if page is not None:
+                page.unlink(missing_ok=True)
+
+
+def opening_page(address: str, workspace: Path) -> Path:
+    """A page that only this user can read and that sends on to the address: a command line, everybody could see.
+
+    It lies in the workspace, since packaged browsers read no temporary folders; what a killed workbench left goes.
+    """
+    for left in workspace.glob(f"{PAGE_PREFIX}*.html"):
+        left.unlink(missing_ok=True)
+    folder = workspace if os.access(workspace, os.W_OK) else None
+    handle, name = tempfile.mkstemp(prefix=PAGE_PREFIX, suffix=".html", dir=folder)
+    with os.fdopen(handle, "w", encoding="utf-8") as file:
+        file.write(f"<!doctype html><title>wheelpend</title><meta http-equiv='refresh' content='0;url={address}'>\n")
+    return Path(name)
 
 
 def listening_socket(port: int) -> socket.socket:

@@ -16,6 +16,7 @@ from wheelpend.view.reduction import long_intervals, reduced, window_of, within
 WINDOW_PIXELS = 600  # of a line, on a window of some 1200
 PANE_HEIGHT_PX, MARGIN_PX = 130, 90
 HELD_OUT_SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.12, "line_width": 0}
+CHOSEN_SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.25}
 
 
 class Line(NamedTuple):
@@ -38,6 +39,7 @@ class TimeDrawing:
     def __init__(self, t: np.ndarray, panes: Sequence[Pane], *, is_shaded: bool = False) -> None:
         self.t, self.panes = t, panes
         self.long, self.layout = long_intervals(t), self._layout(is_shaded)
+        self.chosen: tuple[float, float] | None = None  # s, a stretch that stands out
 
     @property
     def height_px(self) -> int:
@@ -54,6 +56,8 @@ class TimeDrawing:
         ]
         shown = {"range": [begin, end]}
         layout = {key: {**value, **shown} if key.startswith("xaxis") else value for key, value in self.layout.items()}
+        if self.chosen is not None:
+            layout["shapes"] = [*layout.get("shapes", ()), _shade(*self.chosen)]
         return {"data": data, "layout": layout, "config": CHART_CONFIG}
 
     def _drawn(self, pane: int, window: slice, long: np.ndarray, line: Line) -> dict[str, Any]:
@@ -82,6 +86,13 @@ class TimeDrawing:
         return dict(json.loads(figure.to_json())["layout"])
 
 
+def _shade(begin: float, end: float) -> dict[str, Any]:
+    """The shade of a stretch [s] over all panes."""
+    line = {"width": 1, "dash": "dot"}
+    ends = {"x0": begin, "x1": end, "y0": 0, "y1": 1}
+    return {"type": "rect", "xref": "x", "yref": "paper", **ends, **CHOSEN_SHADE, "line": line}
+
+
 class TimeChart:
     """A drawing on the page, and how it is zoomed into."""
 
@@ -89,6 +100,7 @@ class TimeChart:
         self, t: np.ndarray, panes: Sequence[Pane], describes: str, caption: str, *, is_shaded: bool = False
     ) -> None:
         self.drawing = TimeDrawing(t, panes, is_shaded=is_shaded)
+        self.shown = -np.inf, np.inf  # s
         with ui.element("figure"):
             self.plot = ui.plotly(self.drawing.figure()).classes("tall")
             self.plot.props["role"], self.plot.props["aria-label"] = "img", describes
@@ -102,6 +114,15 @@ class TimeChart:
         said = event.args if isinstance(event.args, dict) else {}
         limits = sorted(float(value) for key, value in said.items() if key.partition(".")[2].startswith("range["))
         if limits:
-            self.plot.update_figure(self.drawing.figure(limits[0], limits[-1]))
+            self._draw(limits[0], limits[-1])
         elif any(key.endswith("autorange") for key in said):
-            self.plot.update_figure(self.drawing.figure())
+            self._draw()
+
+    def shade(self, begin: float, end: float) -> None:
+        """Let a stretch of time [s] stand out, in what is shown."""
+        self.drawing.chosen = begin, end
+        self._draw(*self.shown)
+
+    def _draw(self, begin: float = -np.inf, end: float = np.inf) -> None:
+        self.shown = begin, end
+        self.plot.update_figure(self.drawing.figure(begin, end))

@@ -63,7 +63,7 @@ def meaning(effect: str) -> list[str]:
 
 def parameter_rows(model: Model) -> list[list[str]]:
     """Each parameter of the model: its name, its value, the interval of 95 %, and where the value comes from."""
-    known = {**model.parameters, **model.effect_values}
+    known = model.all_parameters
     return [[name, number_text(found.best), *_interval_cells(found)] for name, found in known.items()]
 
 

@@ -6,6 +6,7 @@ import hashlib
 from contextlib import suppress
 from pathlib import Path
 
+from wheelpend.model.toml_file import USER_EFFECTS_FILE
 from wheelpend.model.workspace import HISTORY_FILE
 
 
@@ -17,8 +18,9 @@ class WorkspaceWatch:
         self._seen: dict[str, tuple[tuple[int, ...], str]] = {}
 
     def model_digest(self) -> str:
-        """Which model it is; empty where there is none."""
-        return self._digest(self.model_name)
+        """Which model it is, with the workspace's own effects; empty where there is none."""
+        model = self._digest(self.model_name)
+        return f"{model} {self._digest(USER_EFFECTS_FILE)}".strip() if model else ""
 
     def digest(self) -> str:
         """Which state model and history have."""

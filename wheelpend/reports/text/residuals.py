@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from wheelpend.model.record import Model
 
 MAX_RIGHT_RATIO = 1.1  # of σ found and assumed, within which they agree
+BELIEVED_INPUT_P = 0.01  # below which past inputs predict what is left
 HEAVY_KURTOSIS = 1.0  # excess, from which the tails are heavy
 RESIDUAL_COLUMNS = ("channel", "white", "p", "past inputs p", "σ found / assumed", "kurtosis")
 BASIS_WORDS = {
@@ -106,7 +107,7 @@ def _colour_cause(one: ChannelResidual) -> str:
 
 
 def _input_text(one: ChannelResidual) -> str:
-    if one.independent_of_input_p is None or one.independent_of_input_p >= 0.01:
+    if one.independent_of_input_p is None or one.independent_of_input_p >= BELIEVED_INPUT_P:
         return ""
     return (f" Past inputs predict it (p = {p_value_text(one.independent_of_input_p)}): what the input does is not "
             "quite what the model says; think of a delay, a lag, a gain or a dead zone.")  # fmt: skip
