@@ -1,5 +1,6 @@
 """The workbench in the Chromium of the system, without a window."""
 
+import json
 import shutil
 import time
 from contextlib import contextmanager
@@ -68,6 +69,22 @@ class Window:
         self.driver.save_screenshot(str(path))
         return self.driver.execute_script("return document.documentElement.scrollWidth") - width
 
+    def addresses(self):
+        """Every address that the page asked for since the last time."""
+        events = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
+        named = {"Network.requestWillBeSent": ("request", "url"), "Network.webSocketCreated": ("url",)}
+        found = set()
+        for event in events:
+            value = event["params"]
+            for key in named.get(event["method"], ()):
+                value = value[key]
+            found |= {value} if isinstance(value, str) else set()
+        return found
+
+    def unfold(self):
+        """Open whatever is folded."""
+        self.driver.execute_script("document.querySelectorAll('details').forEach((e) => { e.open = true; })")
+
     def complaints(self):
         """What the browser complains of, but for Plotly about a chart that is just being replaced."""
         said = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE"]
@@ -85,7 +102,7 @@ def browsing(*addresses):
         for address in addresses:
             options = webdriver.ChromeOptions()
             options.binary_location = CHROMIUM
-            options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+            options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
             for option in OPTIONS:
                 options.add_argument(option)
             drivers.append(webdriver.Chrome(options=options, service=Service(CHROMEDRIVER)))

@@ -65,7 +65,8 @@ class ComparePanel(Panel):
         found = self.bench.current("predictions")
         pairs = list(zip(found.result["logs"], found.series, strict=True)) if found else []
         for number, (log, series) in enumerate(pairs):
-            with folded(f"{log['name']}{', held out' if log['held_out'] else ''}", is_open=number == 0):
+            is_open = number == 0 or Path(log["path"]) in self.bench.splits
+            with folded(f"{log['name']}{', held out' if log['held_out'] else ''}", is_open=is_open):
                 drawn = prediction_chart(series, log["channels"], held_out=log["held_out"])
                 if not log["held_out"]:
                     StretchControl(self.bench, Path(log["path"]), log["duration_s"], drawn)

@@ -74,6 +74,9 @@ class OwnEffectForm:
         if model is not None and self.taken != (taken := list(model.own)):
             self.taken = taken
             background_tasks.create(self._check())
+        self._update_button()
+
+    def _update_button(self) -> None:
         set_enabled(self.keep, self.is_right and not self.bench.is_busy)
 
     async def _check(self) -> None:
@@ -87,6 +90,7 @@ class OwnEffectForm:
 
     def _show(self, found: Checked) -> None:
         self.is_right = found.is_right
+        self._update_button()
         self.said.set_text(found.sentence)
         self.place.clear()
         if found.law is not None:
