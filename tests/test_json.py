@@ -75,7 +75,7 @@ KEYS = {
     ClosedLoopReplay: "rmse rmse_input diverged",
     ForceConcentration: "row state from to share",
     Diagnosis: "verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged "
-    "warnings missing law remainder structures",
+    "warnings missing law remainder structures steps error_with_steps",
     CandidateFit: "effect family coefficients sigma unit p_value probability blocks_agree error_after "
     "equivalent_to physical "
     "beyond per_log p_discovery p_confirmation held_out_gain in_sample_gain",

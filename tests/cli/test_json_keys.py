@@ -129,7 +129,7 @@ def test_a_changes_parameters_are_those_that_were_fitted(folder, monkeypatch):
 RECORDS = {
     Diagnosis: """
         schema verdict horizon_s error noise_floor fit_percent candidates experiment detectable where not_judged
-        warnings missing law remainder structures""",
+        warnings missing law remainder structures steps error_with_steps""",
     CandidateFit: """
         schema effect family coefficients sigma unit p_value blocks_agree error_after equivalent_to physical beyond
         per_log p_discovery p_confirmation held_out_gain in_sample_gain probability""",

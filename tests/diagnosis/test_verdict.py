@@ -1,6 +1,6 @@
 """The verdict on refitted effects: what is named, what is equivalent, and what these data would have shown."""
 
-from dataclasses import replace
+from dataclasses import make_dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,7 +14,14 @@ from wheelpend.diagnosis.explain import overall_verdict
 from wheelpend.diagnosis.ranking import rank_candidates
 from wheelpend.diagnosis.score_test import ScoreTest, find_twins, score_test
 from wheelpend.diagnosis.stepwise import selection_done
-from wheelpend.diagnosis.verdict import conclude, detectable, revise_verdict, structurally_equivalent, verdict_on
+from wheelpend.diagnosis.verdict import (
+    conclude,
+    detectable,
+    revise_verdict,
+    structurally_equivalent,
+    verdict_on,
+    with_steps,
+)
 from wheelpend.estimation.continuation import fit_segments
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.estimate import Estimate
@@ -167,6 +174,18 @@ def test_an_effect_that_leaves_a_rest_is_the_answer_only_where_more_effects_expl
 
 def replace_error(base, error):
     return base._replace(error=error)
+
+
+def test_a_diagnosis_says_which_effects_its_search_added_and_what_they_leave():
+    def one(name, error):
+        return SimpleNamespace(named=(SimpleNamespace(effect=name),), error=error)
+
+    blank = make_dataclass("Blank", [("steps", tuple), ("error_with_steps", float)])((), None)
+    last = SimpleNamespace(named=(), error=3.0)
+    found = with_steps(blank, [one("viscous_drive", 9.0), one("coulomb_drive", 5.0), last])
+    assert (found.steps, found.error_with_steps) == (("viscous_drive", "coulomb_drive"), 3.0)
+    alone = with_steps(blank, [one("viscous_drive", 9.0)])
+    assert (alone.steps, alone.error_with_steps) == ((), None)
 
 
 def test_a_ladder_is_unexplained_where_its_last_rung_is_and_ambiguous_where_one_is():

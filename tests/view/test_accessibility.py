@@ -30,8 +30,9 @@ def violations(window):
 
 
 def look_everywhere(window):
-    """The violations at both widths, in both colours."""
+    """The violations at both widths, in both colours, with all that is folded open."""
     found = {}
+    window.unfold()
     for width in (1280, 420):
         window.driver.set_window_size(width, 1000)
         for colours in ("as the system", "dark", "light"):

@@ -97,6 +97,9 @@ def test_the_hints_walk_the_way_of_working(bench, tmp_path):
     assert hint_text(bench).startswith("Click 3 of 3: press Add slope")
     found(bench, "diagnose", verdict="unexplained", candidates=[])
     assert "no effect explains" in hint_text(bench)
+    found(bench, "diagnose", verdict="unexplained", candidates=[], steps=["viscous_drive", "coulomb_drive"])
+    assert "press Add viscous_drive, which explains a part of what is missing, then coulomb_drive" in hint_text(bench)
+    assert next_step(bench).effect == "viscous_drive"
     found(bench, "diagnose", verdict="nothing_missing", candidates=[])
     assert hint_text(bench).startswith("Nothing more is missing")
 

@@ -80,6 +80,8 @@ def say_after_diagnosis(asked: Asked, found: Diagnosis, without: Sequence[str], 
                 "a command that tells them apart", "design", "--between", f"{effect},{others[0]}"
             )
         asked.say_next("add it and watch the error fall", "add", effect)
+    elif found.verdict == "unexplained" and found.steps and not law:
+        asked.say_next("add what explains a part of it, step by step", "explain", *question_words(without, law))
     elif found.verdict == "unexplained" and law:
         asked.say_next("all of it on one page", "report", *question_words(without, law))
     elif found.verdict == "unexplained":

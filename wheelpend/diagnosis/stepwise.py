@@ -22,6 +22,7 @@ from wheelpend.diagnosis.verdict import (
     with_missing_force,
     with_remainder,
     with_repeating_force,
+    with_steps,
     with_structures,
 )
 from wheelpend.errors import Failure
@@ -60,7 +61,7 @@ def diagnose(
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, selection_done, progress)
-    result = with_structures(revise_verdict(rounds[0], rounds[-1]), rounds)
+    result = with_steps(with_structures(revise_verdict(rounds[0], rounds[-1]), rounds), rounds)
     result = with_repeating_force(with_missing_force(result, progress=progress), progress=progress)
     result = with_remainder(result, progress=progress)
     return with_law(result, progress=progress) if law else result

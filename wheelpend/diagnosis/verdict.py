@@ -63,6 +63,8 @@ class Diagnosis(DrawnResult):
     remainder: Remainder | None = None  # what the model leaves to chance with its own parameters refitted
     p_rest: float = field(repr=False, default=1.0)  # p-value of validation residuals being no more than noise
     structures: tuple[Structure, ...] = ()  # what may be missing, the likeliest first, once every round is known
+    steps: tuple[str, ...] = ()  # effects that were added in turn while the search looked for the rest
+    error_with_steps: float | None = None  # that they leave
     by_likelihood: bool = False  # True where effects were judged with a random force: sensor noise is out of reach
 
     @staticmethod
@@ -105,6 +107,8 @@ class Diagnosis(DrawnResult):
             "law": self.law,
             "remainder": self.remainder,
             "structures": self.structures,
+            "steps": self.steps,
+            "error_with_steps": self.error_with_steps,
         }
 
     def headline(self) -> str:
@@ -160,6 +164,12 @@ def with_structures(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
     known = structures(evidence, [e.name for e in rounds[0].problem.candidates()], rounds[-1].p_value_of_rest)
     likely = [(c, probability_of(and_what_replaced(c.effect, rounds), known)) for c in found.candidates]
     return replace(found, structures=known, candidates=tuple(replace(c, probability=p) for c, p in likely))
+
+
+def with_steps(found: Diagnosis, rounds: Sequence[Diagnosis]) -> Diagnosis:
+    """A diagnosis that says what the rounds of its search added, each the first of its round, and what that leaves."""
+    added = tuple(r.named[0].effect for r in rounds[:-1])
+    return replace(found, steps=added, error_with_steps=rounds[-1].error if added else None)
 
 
 def _round_evidence(found: Diagnosis) -> RoundEvidence:

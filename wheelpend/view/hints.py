@@ -43,6 +43,9 @@ def _after_diagnosis(result: dict) -> NextStep:
     effect = candidates[0].get("effect", "")
     if verdict in ("effect_missing", "ambiguous") and effect:
         return NextStep("add", f"press Add {effect}, and watch the error fall.", effect)
+    if verdict == "unexplained" and (steps := result.get("steps")):
+        others = f", then {' and '.join(steps[1:])}" if steps[1:] else ""
+        return NextStep("add", f"press Add {steps[0]}, which explains a part of what is missing{others}.", steps[0])
     if verdict == "nothing_missing":
         return NextStep("go_on", "Nothing more is missing. Keep the values, write the report, or export the model.")
     return NextStep(

@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from nicegui import ui
 
 from wheelpend.view.force_charts import Force, over_time
+from wheelpend.view.hints import chain
 from wheelpend.view.panel import Panel, action, figure_of, folded, paragraph, set_enabled, table, text
 from wheelpend.view.words import candidate_cells, meaning, sentences
 
@@ -31,6 +32,10 @@ class LearnPanel(Panel):
         self.law = action("Seek a law for the rest", lambda: self._diagnose("--law"))
 
         self.apart = action("Design what tells them apart", self._design)
+        self.steps = action("Add them all in turn", self._explain)
+
+    def _explain(self) -> None:
+        self.bench.run(*chain(self.bench, ("explain", *self.bench.files, "--save")))
 
     def _design(self) -> None:
         self.bench.run(("design", "--between", ",".join(self._pair()), *self.bench.fitted_files))
@@ -50,9 +55,11 @@ class LearnPanel(Panel):
         """It needs a log and a model; a law is for what no effect explains."""
         set_enabled(self.learn, self.bench.can_judge)
         found = self.bench.current("diagnose")
-        self.law.set_visibility(bool(found and found.result.get("verdict") == "unexplained"))
+        is_unexplained = bool(found and found.result.get("verdict") == "unexplained")
+        self.law.set_visibility(is_unexplained)
+        self.steps.set_visibility(bool(is_unexplained and found and len(found.result.get("steps") or ()) > 1))
         self.apart.set_visibility(bool(self._pair()))
-        for button in (self.law, self.apart):
+        for button in (self.law, self.apart, self.steps):
             set_enabled(button, self.bench.can_judge)
 
     def state(self) -> Hashable:

@@ -126,8 +126,13 @@ def partial_explanation_text(result: Diagnosis) -> str:
     best = result.named[0]
     error = prediction_error_text(best.error_after)
     direction = direction_text(result.error, best.error_after)
-    return (f" {best.effect} explains most: with it the held-out error {direction} to {error}. It "
-            "may be a part of what is missing, or only resemble it.")  # fmt: skip
+    first = f" {best.effect} explains most: with it the held-out error {direction} to {error}."
+    if len(result.steps) < 2:
+        return f"{first} It may be a part of what is missing, or only resemble it."
+    left = prediction_error_text(result.error_with_steps or result.error)
+    together = f"{names_text(result.steps[:-1])} and {result.steps[-1]}"
+    return (f"{first} Added in turn, {together} leave {left}: each is likely a part of what is missing. "
+            "`wheelpend explain` adds them step by step.")  # fmt: skip
 
 
 def best_candidate_text(best: CandidateFit, result: Diagnosis, model: Model) -> str:
