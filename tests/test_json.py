@@ -93,10 +93,10 @@ KEYS = {
     Limits: "pitch voltage",
     ExpectedErrors: "value logs builtin designed",
     Peaks: "pitch voltage wheel_travel factor",
-    Campaign: "do method simulated logs summary",
+    Campaign: "do method simulated logs summary fleet",
     one_log.SimulationSpec: "command duration hide",
     one_log.LogResult: "log seed failure verdict named effects error error_after noise_floor fit_percent parameters "
-    "warnings",
+    "covariance warnings unit date conditions",
     one_log.NamedEffect: "effect equivalent_to",
     one_log.Estimate: "value sigma",
     summary.Summary: "logs failed error error_after effects parameters disagreeing unexplained verdicts named hidden "

@@ -140,7 +140,8 @@ RECORDS = {
         schema effect coefficients sigma unit p_value equivalent_to error_before error_after parameters per_log
         blocks_agree held_out_gain force_before force_after probability""",
     LogResult: """
-        schema log seed failure verdict named effects error error_after noise_floor fit_percent parameters warnings""",
+        schema log seed failure verdict named effects error error_after noise_floor fit_percent parameters covariance
+        warnings unit date conditions""",
     Summary: """
         schema logs failed error error_after effects parameters disagreeing unexplained verdicts named hidden found
         first_right false_alarms""",

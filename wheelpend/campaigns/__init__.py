@@ -8,6 +8,8 @@ runner             all of them, on all cores
 journal            results of a resumable run in a file as they come
 partial_results    the journal of a campaign: which logs are done, and what belongs to the same question
 summary            bias, spread and coverage over simulated logs, agreement of measured ones
+manifest           which logs are of which unit, of which day
+units              what the results say of units; units_text the same for people
 fleet              what units have in common, and which stand out by what
 drift              what changes with the date
 table              one line per log, for other programs

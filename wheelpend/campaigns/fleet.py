@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, ndtri
+from scipy.special import chdtrc, chdtri, ndtri, stdtrit
 
 FALSE_DISCOVERY_RATE = 0.05  # of the units that are said to stand out, as many do not
 EXPLAINED_P_VALUE = 0.01  # of what a difference's parameters leave, above which no further one is named
@@ -23,6 +23,8 @@ SCATTER_P_VALUE = 0.01  # below which a parameter scatters, over all parameters 
 MIN_UNITS = 3  # for a scatter between them
 MAX_ROUNDS = 10  # in which units that stand out are left out of the fleet's mean and scatter
 MAX_SCATTER_ROUNDS, SCATTER_TOLERANCE = 500, 1e-6  # of the likeliest scatter, relative to the errors
+MAD_TO_SIGMA = 1.0 / float(ndtri(0.75))  # of a normal distribution
+MEDIAN_VARIANCE = 0.5 * np.pi  # of a median over that of the mean
 WIDTH_95 = float(ndtri(0.975))  # standard errors
 
 
@@ -117,6 +119,7 @@ class _Population(NamedTuple):
     mean: np.ndarray  # (n,)
     scatter: np.ndarray  # (n, n)
     mean_covariance: np.ndarray  # (n, n)
+    units: int  # from which they are
 
 
 def fleet_of(units: Sequence[UnitEstimate]) -> Fleet | None:
@@ -132,15 +135,19 @@ def fleet_of(units: Sequence[UnitEstimate]) -> Fleet | None:
     values, covariances = _aligned(units, names)
     scale = np.sqrt(np.median(np.diagonal(covariances, axis1=1, axis2=2), axis=0))
     values, covariances = values / scale, covariances / np.outer(scale, scale)
-    kept = np.ones(len(units), dtype=bool)
-    population, found = _population(values, covariances), list[Difference]()
-    for _ in range(MAX_ROUNDS):
+    kept, found = np.ones(len(units), dtype=bool), list[Difference]()
+    population = _robust_population(values, covariances)
+    for number in range(MAX_ROUNDS):
         found = [_against(population, v, c, names, k) for v, c, k in zip(values, covariances, kept, strict=True)]
-        odd = discoveries([_best_p_value(d, len(names)) for d in found])
-        if (odd == ~kept).all() or np.count_nonzero(~odd) < MIN_UNITS:
+        p_values = np.array([_best_p_value(d, len(names)) for d in found])
+        # by medians only the surest: their scatter is a rough one, and who is left out once hardly comes back
+        odd = discoveries(p_values) if number else p_values < FALSE_DISCOVERY_RATE / len(units)
+        if (number and (odd == ~kept).all()) or np.count_nonzero(~odd) < MIN_UNITS:
             break
         kept = ~odd
         population = _population(values[kept], covariances[kept])
+    if _would_show(len(units), len(names)):
+        kept, population, found = _readmitted(kept, population, found, values, covariances, names)
     parameters = _fleet_parameters(names, population, values[kept], covariances[kept], scale)
     surest = sorted(map(int, np.flatnonzero(~kept)), key=lambda k: found[k].p_value)
     sized = dict(zip(names, scale, strict=True))
@@ -148,6 +155,36 @@ def fleet_of(units: Sequence[UnitEstimate]) -> Fleet | None:
         tuple(units), parameters, tuple(OddUnit(units[k].unit, _in_units(found[k], sized)) for k in surest),
         population.scatter * np.outer(scale, scale),
     )  # fmt: skip
+
+
+def _would_show(units: int, parameters: int) -> bool:
+    """True where a unit that stands out does so even where it is counted among the fleet, and does not hide itself.
+
+    Of so many units none is farther off than as many standard deviations squared.
+    """
+    return units > 2.0 * float(chdtri(parameters, FALSE_DISCOVERY_RATE / units))
+
+
+def _readmitted(
+    kept: np.ndarray,
+    population: _Population,
+    found: list[Difference],
+    values: np.ndarray,
+    covariances: np.ndarray,
+    names: Sequence[str],
+) -> tuple[np.ndarray, _Population, list[Difference]]:
+    """What was found, once those that stand out only because the scatter was taken without them are back.
+
+    Leaving out the farthest of many that are alike makes the scatter smaller, and the next farthest stand out.
+    """
+    for k in sorted(np.flatnonzero(~kept), key=lambda k: -_best_p_value(found[k], len(names))):
+        with_it = kept | (np.arange(len(kept)) == k)
+        trial = _population(values[with_it], covariances[with_it])
+        against = [_against(trial, v, c, names, i) for v, c, i in zip(values, covariances, with_it, strict=True)]
+        if discoveries([_best_p_value(d, len(names)) for d in against])[k]:
+            break
+        kept, population, found = with_it, trial, against
+    return kept, population, found
 
 
 def difference_between(one: UnitEstimate, other: UnitEstimate) -> Difference:
@@ -186,7 +223,7 @@ def explained_difference(difference: np.ndarray, covariance: np.ndarray, names: 
 def _sizes(difference: np.ndarray, weights: np.ndarray, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """Sizes of the chosen parameters' differences where the others are alike, and their standard errors."""
     covariance = np.linalg.pinv(weights[np.ix_(chosen, chosen)], hermitian=True) if chosen else np.zeros((0, 0))
-    return covariance @ (weights @ difference)[list(chosen)], np.sqrt(np.diag(covariance))
+    return covariance @ (weights @ difference)[list(chosen)], np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def _left(difference: np.ndarray, weights: np.ndarray, chosen: Sequence[int]) -> float:
@@ -200,7 +237,7 @@ def _against(
     population: _Population, values: np.ndarray, covariance: np.ndarray, names: Sequence[str], is_in: bool
 ) -> Difference:
     """A unit against the fleet: of one that is in it the mean is not independent, and its error counts the less."""
-    around = covariance + population.scatter
+    around = covariance + population.scatter * _widening(population.units)
     total = around - population.mean_covariance if is_in else around + population.mean_covariance
     return explained_difference(values - population.mean, total, names)
 
@@ -211,7 +248,7 @@ def _best_p_value(found: Difference, count: int) -> float:
     return min(1.0, 2.0 * min(found.p_value, first)) if count > 1 else found.p_value
 
 
-def discoveries(p_values: Sequence[float]) -> np.ndarray:
+def discoveries(p_values: Sequence[float] | np.ndarray) -> np.ndarray:
     """Which are no chance (n,), where of those that are said to be none FALSE_DISCOVERY_RATE are."""
     order = np.argsort(p_values)
     limits = FALSE_DISCOVERY_RATE * np.arange(1, len(order) + 1) / len(order)
@@ -243,7 +280,26 @@ def _population(values: np.ndarray, covariances: np.ndarray) -> _Population:
         scatter = new
         if moved < SCATTER_TOLERANCE:
             break
-    return _Population(mean, scatter, mean_covariance)
+    return _Population(mean, scatter, mean_covariance, units)
+
+
+def _robust_population(values: np.ndarray, covariances: np.ndarray) -> _Population:
+    """Mean and scatter of estimates (units, n) with covariances by medians, which a few odd units do not move."""
+    variances = np.diagonal(covariances, axis1=1, axis2=2)
+    mean = np.median(values, axis=0)
+    spread = (MAD_TO_SIGMA * np.median(np.abs(values - mean), axis=0)) ** 2
+    scatter = np.diag(np.maximum(spread - np.median(variances, axis=0), 0.0))
+    errors = np.diag(np.median(variances, axis=0)) + scatter
+    return _Population(mean, scatter, MEDIAN_VARIANCE * errors / len(values), len(values))
+
+
+def _widening(units: int) -> float:
+    """By which a scatter that is known from so many units is widened, where another unit is judged by it.
+
+    The quantile of Student's distribution over the normal one's, squared, where one of as many would stand out.
+    """
+    level = 0.5 * FALSE_DISCOVERY_RATE / units
+    return float(stdtrit(units - 1, level) / ndtri(level)) ** 2
 
 
 def _fleet_parameters(
@@ -275,7 +331,6 @@ def scatter_interval(values: np.ndarray, variances: np.ndarray) -> tuple[float, 
     Source: Viechtbauer, Confidence intervals for the amount of heterogeneity in meta-analysis, Statistics in Medicine
     26 (2007) 37.
     """
-    from scipy.special import chdtri
 
     def variance_at(level: float) -> float:
         target, high = float(chdtri(len(values) - 1, level)), float(np.var(values) + variances.max())
@@ -316,9 +371,16 @@ def _in_units(found: Difference, scale: Mapping[str, float]) -> Difference:
 
 
 def combined(unit: str, estimates: Sequence[UnitEstimate]) -> UnitEstimate:
-    """One estimate of a unit from those of its logs, of the parameters that all have, weighted by their errors."""
+    """One estimate of a unit from those of its logs, of the parameters that all have, weighted by their errors.
+
+    Its errors are widened where the logs scatter more than theirs say.
+    """
     names = [n for n in estimates[0].names if all(n in e.names for e in estimates)]
     values, covariances = _aligned(estimates, names)
     weights = np.linalg.inv(covariances)
     covariance = np.linalg.inv(weights.sum(axis=0))
-    return UnitEstimate(unit, tuple(names), covariance @ np.einsum("uij,uj->i", weights, values), covariance)
+    mean = covariance @ np.einsum("uij,uj->i", weights, values)
+    degrees = values.size - len(names)
+    spread = float(np.einsum("ui,uij,uj->", values - mean, weights, values - mean))
+    widened = covariance * max(1.0, spread / degrees if degrees else 1.0)
+    return UnitEstimate(unit, tuple(names), mean, widened)

@@ -8,11 +8,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+import numpy as np
+
 from derive.parameter_name import full_name
 from wheelpend.api import diagnose, explain
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
+from wheelpend.estimation.estimate import Covariance
 from wheelpend.estimation.estimate import Estimate as ParameterEstimate
 from wheelpend.identification.identify import identify
 from wheelpend.inspection.inspect import inspect_for_model
@@ -59,6 +62,24 @@ class Estimate(NamedTuple):
         return {"value": self.value, "sigma": self.sigma}
 
 
+class ErrorCovariance(NamedTuple):
+    """Covariance of a log's estimates."""
+
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]  # (names, names)
+
+    @staticmethod
+    def of(found: Covariance | None) -> ErrorCovariance | None:
+        """The covariance of an identification, which may have none."""
+        if found is None:
+            return None
+        return ErrorCovariance(tuple(found.names), tuple(map(tuple, np.asarray(found.matrix).tolist())))
+
+    def to_json(self) -> dict[str, Any]:
+        """The covariance under the keys of JSON."""
+        return {"names": self.names, "matrix": self.matrix}
+
+
 class NamedEffect(NamedTuple):
     """An effect that is said to be missing."""
 
@@ -85,7 +106,11 @@ class LogResult:
     noise_floor: float | None = None
     fit_percent: dict[str, float] = field(default_factory=dict)  # of compare, by channel
     parameters: dict[str, Estimate] = field(default_factory=dict)  # identifiable ones
+    covariance: ErrorCovariance | None = None  # of identify: of its parameters' estimates
     warnings: tuple[str, ...] = ()
+    unit: str = ""  # as a manifest states it
+    date: str = ""  # likewise
+    conditions: dict[str, str] = field(default_factory=dict)  # further columns of the manifest
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -101,7 +126,11 @@ class LogResult:
             "noise_floor": self.noise_floor,
             "fit_percent": self.fit_percent,
             "parameters": self.parameters,
+            "covariance": self.covariance,
             "warnings": self.warnings,
+            "unit": self.unit,
+            "date": self.date,
+            "conditions": self.conditions,
         }
 
 
@@ -160,6 +189,7 @@ def identify_log(begin: LogResult, model: Model, log: Log, setting: CampaignSett
         error=result.error,
         noise_floor=result.noise_floor,
         parameters=identifiable_estimates(result.parameters),
+        covariance=ErrorCovariance.of(result.covariance),
         warnings=(*begin.warnings, *further),
     )
 

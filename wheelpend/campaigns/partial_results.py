@@ -10,7 +10,7 @@ from typing import Any
 import derive
 import wheelpend
 from wheelpend.campaigns.journal import Journal, fingerprint_of, with_tuples
-from wheelpend.campaigns.one_log import CampaignSetting, Estimate, LogResult, LogSource, NamedEffect
+from wheelpend.campaigns.one_log import CampaignSetting, ErrorCovariance, Estimate, LogResult, LogSource, NamedEffect
 from wheelpend.kernels.cache import derivation_fingerprint
 from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
@@ -61,6 +61,9 @@ def result_from_json(data: Mapping[str, Any]) -> LogResult:
     """A result from JSON."""
     fields = {name: with_tuples(value) for name, value in data.items()}
     fields["parameters"] = {name: Estimate(**row) for name, row in data["parameters"].items()}
+    if data["covariance"] is not None:
+        fields["covariance"] = ErrorCovariance(**{k: with_tuples(v) for k, v in data["covariance"].items()})
+    fields["conditions"] = dict(data["conditions"])
     fields["named"] = tuple(NamedEffect(n["effect"], tuple(n["equivalent_to"])) for n in data["named"])
     return LogResult(**fields)
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor
 from contextlib import closing, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.one_log import (
     LOG_ANALYSES,
     CampaignSetting,
@@ -21,11 +22,12 @@ from wheelpend.campaigns.one_log import (
 )
 from wheelpend.campaigns.partial_results import PartialResults
 from wheelpend.campaigns.summary import Summary, summarise
+from wheelpend.campaigns.units import UnitsAnswer, units_answer
 from wheelpend.durations import StepTimer
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
 from wheelpend.identification.method_options import METHOD_NAMES, check_tau
 from wheelpend.logs.read import load_log
-from wheelpend.logs.sources import LogsLike, as_list, names_of, resolved_paths
+from wheelpend.logs.sources import LogLike, LogsLike, as_list, names_of, resolved_paths
 from wheelpend.model import precompile
 from wheelpend.model.record import Model
 from wheelpend.model.user_plants import plant_file
@@ -45,6 +47,7 @@ class Campaign:
     logs: tuple[LogResult, ...]
     summary: Summary
     model: Model = field(repr=False)
+    fleet: UnitsAnswer | None = None  # of the units that a manifest states
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -54,12 +57,13 @@ class Campaign:
             "simulated": self.simulated,
             "logs": self.logs,
             "summary": self.summary,
+            "fleet": self.fleet,
         }
 
 
 def campaign(
     model: Model,
-    logs: LogsLike = (),
+    logs: LogsLike | Sequence[Listed] = (),
     *,
     seeds: Collection[int] = (),
     command: str = "aggressive",
@@ -69,26 +73,51 @@ def campaign(
     method: str = "filter_error",
     tau: Sequence[float] | Literal["auto"] | None = None,
     keep: Path | None = None,
+    differ: Sequence[str] = (),
     progress: Progress = lambda text: None,
 ) -> Campaign:
     """Identify, compare, diagnose or explain every log by itself, measured ones or one simulated with each seed.
 
     ``command``, ``duration`` [s] and ``hide`` are those of ``simulate``, ``method`` and ``tau`` [s] those of
-    ``identify``. A log that cannot be used has a failure in its result, and the others go on; one in memory is refused
-    at once. ``keep`` is a file for the results as they come, from which an interrupted campaign of the same setting
+    ``identify``. A path may be a pattern, or a manifest: a CSV or Parquet table with a column ``log``, and ``unit``,
+    ``date`` or both, in which case the result says what the units have in common, which stand out and, of the two that
+    ``differ`` names, why they do.
+    A log that cannot be used has a failure in its result, and the others go on; one in memory is refused at once.
+    ``keep`` is a file for the results as they come, from which an interrupted campaign of the same setting
     goes on. On several cores the logs are analysed in processes of their own, so a script that calls this needs the
     usual ``if __name__ == "__main__":``.
     Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
-    sources = check_sources(model, logs, seeds)
+    listed = listed_sources(as_list(logs))  # type: ignore[arg-type]
+    sources = check_sources(model, [found.log for found in listed], seeds)
+    if differ and not any(found.unit for found in listed):
+        raise Failure("--differ compares units, so a manifest must state of which unit each log is. Name one.")
     setting = CampaignSetting(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
     check_setting(setting)
     results = analyse_logs(model, setting, sources, PartialResults(keep, setting, model), progress)
+    results = tuple(map(with_what_is_listed, results, listed)) if listed else results
     identified = method if do == "identify" else None
-    return Campaign(do, identified, simulated, results, summarise(model, simulated, results), model)
+    summary = summarise(model, simulated, results)
+    return Campaign(do, identified, simulated, results, summary, model, units_answer(results, differ))
+
+
+def listed_sources(given: Sequence[LogLike | Listed]) -> list[Listed]:
+    """Logs with what is stated of them; manifests and patterns become the logs that they stand for."""
+    found: list[Listed] = []
+    for one in given:
+        if isinstance(one, (str, Path)):
+            found += listed_logs([Path(one)])
+        else:
+            found.append(one if isinstance(one, Listed) else Listed(one))
+    return found
+
+
+def with_what_is_listed(result: LogResult, listed: Listed) -> LogResult:
+    """A log's result with its unit, date and conditions."""
+    return replace(result, unit=listed.unit, date=listed.date, conditions=dict(listed.conditions))
 
 
 def check_sources(model: Model, given: LogsLike, seeds: Collection[int]) -> list[LogSource]:

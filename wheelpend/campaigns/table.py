@@ -12,6 +12,7 @@ from wheelpend.campaigns.runner import Campaign
 from wheelpend.files import refuse_special_file
 
 TABLE_PREFIXES = (b"log,failure", b"seed,failure")  # of the first line of a campaign's table
+LISTED_COLUMNS = ("unit", "date")
 VERDICT_COLUMNS = ("verdict", "named", "equivalent_to", "error", "error_after", "noise_floor")
 
 
@@ -19,7 +20,13 @@ def csv_text(result: Campaign) -> str:
     """One line per log; empty columns are left out, and what a log does not identify is blank."""
     channels = dict.fromkeys(f"fit_percent.{c}" for a in result.logs for c in a.fit_percent)
     parameters = dict.fromkeys(n for a in result.logs for n in a.parameters)
-    columns = [*VERDICT_COLUMNS, *channels, *(c for n in parameters for c in (n, f"{n}_sigma")), "warnings"]
+    columns = [
+        *LISTED_COLUMNS,
+        *VERDICT_COLUMNS,
+        *channels,
+        *(c for n in parameters for c in (n, f"{n}_sigma")),
+        "warnings",
+    ]
     rows = [table_row(a) for a in result.logs]
     filled = [c for c in columns if any(row.get(c) not in (None, "") for row in rows)]
     text = io.StringIO()
@@ -42,6 +49,8 @@ def table_row(result: LogResult) -> dict[str, Any]:
     return {
         "log": result.log,
         "seed": result.seed,
+        "unit": result.unit,
+        "date": result.date,
         "failure": result.failure,
         "verdict": result.verdict,
         "named": " ".join(n.effect for n in result.named),

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wheelpend.campaigns.summary import ParameterAgreement, ParameterRecovery, Summary
+from wheelpend.campaigns.units_text import units_text
 from wheelpend.identification.method_options import LEAST_SQUARES
+from wheelpend.model.units import effect_unit
 from wheelpend.proportion import Proportion
 from wheelpend.reports.numbers import digits_text, number_text, percent_range_text
 from wheelpend.reports.text.table import Table, TextBlocks
@@ -31,6 +34,8 @@ def campaign_text(result: Campaign, file: Path) -> TextBlocks:
     if summary.verdicts:
         yield from _verdicts_text(summary)
     yield from _parameters_text(result)
+    if result.fleet is not None:
+        yield from units_text(result.fleet, partial(effect_unit, result.model))
     odd = sum(bool(a.warnings) for a in result.logs)
     if odd:
         yield f"There are warnings about {odd} {_log_noun(odd)}: see the column warnings."

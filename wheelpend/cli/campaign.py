@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.runner import Campaign, campaign
 from wheelpend.campaigns.table import csv_text, is_campaign_table
 from wheelpend.campaigns.text import campaign_text
@@ -35,6 +36,7 @@ class CampaignRequest(NamedTuple):
     method: str
     tau: tuple[float, ...] | Literal["auto"] | None  # s
     out: Path
+    differ: tuple[str, ...] = ()  # two units
 
     @property
     def journal(self) -> Path:
@@ -57,10 +59,10 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
 
 def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:
     """Answers of simulated logs, or of measured ones."""
-    source, do, method, tau, out = request
+    source, do, method, tau, out, differ = request
     question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": request.journal, "progress": update}
     if not isinstance(source, SimulationRequest):
-        return campaign(model, measured_logs(source, out), **question)
+        return campaign(model, measured_logs(listed_logs(source), out), differ=differ, **question)
     experiment: dict[str, Any] = {
         "command": source.command,
         "duration": source.duration,
@@ -69,15 +71,15 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
     return campaign(model, seeds=range(source.seeds), **experiment, **question)
 
 
-def measured_logs(logs: Sequence[Path], out: Path) -> list[Path]:
+def measured_logs(logs: Sequence[Listed], out: Path) -> list[Listed]:
     """The logs without what earlier campaigns wrote beside them; raises Failure where a log would be written over."""
-    tables = [log for log in logs if is_campaign_table(log)]
-    kept = [log for log in logs if log not in tables]
+    tables = [one for one in logs if is_campaign_table(Path(one.log))]
+    kept = [one for one in logs if one not in tables]
     if tables:
-        print_warnings([f"{', '.join(map(str, tables))} is left out: it is what a campaign wrote."])
-    if out.resolve() in [log.resolve() for log in kept]:
+        print_warnings([f"{', '.join(str(t.log) for t in tables)} is left out: it is what a campaign wrote."])
+    if out.resolve() in [Path(one.log).resolve() for one in kept]:
         raise Failure(f"--out must be another file than the logs, but {out} is one of them. Name another.")
-    say_what_is_missing(kept)
+    say_what_is_missing([Path(one.log) for one in kept])
     return kept
 
 

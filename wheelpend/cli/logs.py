@@ -11,6 +11,7 @@ from wheelpend.cli.app import app
 from wheelpend.cli.next_step import Asked, say_after_campaign
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
+    CampaignDiffer,
     CampaignMethod,
     CampaignTable,
     CampaignTask,
@@ -133,6 +134,7 @@ def campaign(
     method: CampaignMethod = "filter_error",
     tau: CampaignTau = None,
     out: CampaignTable = Path("campaign.csv"),
+    differ: CampaignDiffer = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -143,6 +145,8 @@ def campaign(
     experiment = (seeds, command, duration, hide)
     if bool(logs) == simulate:
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
+    if differ and simulate:
+        raise typer.BadParameter("--differ compares the units of a manifest; simulated logs have none")
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
     with exit_on_failure(json):
@@ -150,7 +154,8 @@ def campaign(
         check_output(out, may_be_given=True)
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
-        result = run_campaign(open_model(model, plant), CampaignRequest(source, do, method, parse_tau(tau), out), json)
+        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or ())
+        result = run_campaign(open_model(model, plant), request, json)
         say_after_campaign(Asked(logs or [], (), model, plant, json), result)
 
 

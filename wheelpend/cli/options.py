@@ -63,7 +63,11 @@ TauMap = Annotated[Path | None, typer.Option("--tau-map", metavar="PNG", help="D
 
 # of campaign
 OptionalLogs = Annotated[
-    list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
+    list[Path] | None,
+    typer.Argument(
+        help="Measurement files, patterns, or a manifest: a table with the columns log, and unit or date.",
+        show_default=False,
+    ),
 ]
 SimulateLogs = Annotated[bool, typer.Option("--simulate", help="Simulate the logs instead, one with each seed.")]
 SimulatedSeeds = Annotated[
@@ -81,6 +85,10 @@ SimulatedEffects = Annotated[
 CampaignTask = Annotated[str, typer.Option(help="identify, compare, diagnose or explain.")]
 CampaignMethod = Annotated[str, typer.Option(help="Of identify: as there.")]
 CampaignTau = Annotated[str | None, typer.Option(metavar="T1,T2|auto", help="Of identify: as there.")]
+CampaignDiffer = Annotated[
+    tuple[str, str] | None,
+    typer.Option(metavar="UNIT UNIT", help="Why these two units of a manifest differ.", show_default=False),
+]
 CampaignTable = Annotated[
     Path, typer.Option("-o", "--out", metavar="FILE", help="CSV file to write, one line per log.")
 ]

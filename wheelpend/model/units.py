@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
+from derive import effects
+from derive.parameter_name import effect_of, full_name
 from derive.plant_signature import WORDS_FOR_ANY, PlantSignature, PlantWords
 from wheelpend.model.record import Model
 
@@ -59,3 +61,12 @@ def units_of(plant: PlantSignature) -> dict[str, str]:
     for c in plant.coordinates:
         units |= {c.q: c.unit, c.dq: f"{c.unit}/s", c.ddq: f"{c.unit}/s²"}
     return units | {c.name: c.unit for c in plant.channels}
+
+
+def effect_unit(model: Model, name: str) -> str:
+    """Unit of an effect's parameter, by effect.parameter; nothing of another."""
+    effect = effect_of(name)
+    if not effect:
+        return ""
+    row = effects.in_plant_units(effects.find(effect), model.plant_signature)
+    return next((p.unit for p in row.parameters if full_name(effect, p.name) == name), "")

@@ -1,0 +1,134 @@
+"""A manifest says which logs are of which unit and day, and the campaign what units share, lack and differ in."""
+
+import json
+
+import polars
+import pytest
+
+from tests.support import run, simulated
+from wheelpend import Failure, Model, campaign, parallel, save_log
+from wheelpend.campaigns.manifest import day_of, is_manifest, listed_logs, read_manifest
+from wheelpend.campaigns.one_log import ErrorCovariance, Estimate, LogResult, NamedEffect
+from wheelpend.campaigns.units import is_per_log, log_estimate, units_answer
+
+SHORT = 3.0  # s
+
+
+@pytest.fixture(autouse=True)
+def one_core(monkeypatch):
+    monkeypatch.setattr(parallel, "cores", lambda: 1)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def made_up(unit, value, sigma=0.1, date="", **further):
+    parameters = {"X1": Estimate(value, sigma), "X2": Estimate(2.0, sigma)}
+    covariance = ErrorCovariance(("X1", "X2"), ((sigma**2, 0.0), (0.0, sigma**2)))
+    return LogResult(f"{unit}.csv", parameters=parameters, covariance=covariance, unit=unit, date=date, **further)
+
+
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_a_manifest_lists_logs_from_its_own_folder_on(here, kind):
+    (here / "fleet").mkdir()
+    rows = {"unit": ["a", "b"], "log": ["1.csv", "sub/2.csv"], "date": ["2026-03-01", ""], "surface": ["ice", "felt"]}
+    path = here / "fleet" / f"list.{kind}"
+    table = polars.DataFrame(rows)
+    table.write_csv(path) if kind == "csv" else table.write_parquet(path)
+    first, second = read_manifest(path)
+    assert is_manifest(path) and (first.log, first.unit, first.date) == (here / "fleet" / "1.csv", "a", "2026-03-01")
+    assert (second.log, second.date, second.conditions) == (here / "fleet" / "sub" / "2.csv", "", {"surface": "felt"})
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("log,unit\na.csv,u\n,v\n", "row 2 names none"),
+        ("log,date\na.csv,yesterday\n", "must be like 2026-03-31"),
+        ("log,unit\na.csv,u,extra\n", "cannot be read"),
+    ],
+)
+def test_a_manifest_that_is_wrong_says_where(here, text, words):
+    (here / "fleet.csv").write_text(text)
+    with pytest.raises(Failure, match=words):
+        read_manifest(here / "fleet.csv")
+
+
+def test_a_log_and_a_campaigns_table_are_no_manifests(here):
+    (here / "log.csv").write_text("t,v_in\n0,1\n")
+    (here / "campaign.csv").write_text("log,failure,X1\na.csv,,1\n")
+    assert not any(map(is_manifest, (here / "log.csv", here / "campaign.csv", here / "nowhere.csv", here)))
+
+
+def test_a_pattern_stands_for_the_files_that_fit_it(here):
+    for name in ("b2.csv", "b1.csv", "c.csv"):
+        (here / name).write_text("t\n")
+    assert [found.log.name for found in listed_logs([here / "b*.csv"])] == ["b1.csv", "b2.csv"]
+    with pytest.raises(Failure, match="none fits"):
+        listed_logs([here / "d*.csv"])
+
+
+def test_days_count_from_times_of_any_kind():
+    assert day_of("1970-01-02") == 1.0 and day_of("1970-01-01T12:00") == 0.5
+
+
+def test_a_parameter_of_a_log_tells_nothing_of_its_unit():
+    assert is_per_log("encoder_zero.bias") and not is_per_log("coulomb_drive.torque") and not is_per_log("X1")
+
+
+def test_logs_of_a_unit_are_one_estimate_wider_where_they_contradict_each_other():
+    agreeing = units_answer([made_up("a", 1.0), made_up("a", 1.05)]).units[0]
+    contradicting = units_answer([made_up("a", 1.0), made_up("a", 3.0)]).units[0]
+    assert agreeing.values[0] == pytest.approx(1.025) and agreeing.covariance[0, 0] == pytest.approx(0.005)
+    assert contradicting.values[0] == pytest.approx(2.0) and contradicting.covariance[0, 0] == pytest.approx(0.5)
+
+
+def test_what_units_lack_is_counted_and_two_of_them_are_compared():
+    missing = {"verdict": "effect_missing", "named": (NamedEffect("slope", ()),)}
+    results = [made_up("a", 1.0, **missing), made_up("b", 1.0, verdict="nothing_missing"), made_up("c", 2.0, **missing)]
+    answer = units_answer(results, ["a", "c"])
+    (spread,) = answer.effects
+    assert (spread.effect, spread.units, spread.of) == ("slope", ("a", "c"), 3)
+    (explained,) = answer.differ.difference.parameters
+    assert (explained.parameter, explained.difference) == ("X1", pytest.approx(1.0))
+    with pytest.raises(Failure, match="a, b, c, not 'd'"):
+        units_answer(results, ["a", "d"])
+
+
+def test_logs_without_a_unit_or_without_errors_make_no_fleet():
+    assert units_answer([made_up("", 1.0)]) is None
+    assert log_estimate(LogResult("a.csv", unit="a")) is None
+    assert units_answer([LogResult("a.csv", unit="a"), made_up("b", 1.0)]).fleet is None
+
+
+def test_a_drift_over_dates_is_found():
+    days = [f"2026-03-{d:02d}" for d in (1, 6, 11, 16, 21, 26)]
+    answer = units_answer([made_up("a", 1.0 + 0.1 * k, 0.01, day) for k, day in enumerate(days)])
+    (drift,) = answer.drifts
+    assert (drift.unit, drift.parameter) == ("a", "X1") and drift.per_day == pytest.approx(0.02)
+
+
+def test_a_fleet_from_its_manifest_names_the_unit_that_has_more_friction(here):
+    model = Model.default().with_effects(["coulomb_drive"])
+    model.save(here)
+    rows = ["log,unit,date"]
+    for k in range(5):
+        save_log(here / f"{k}.csv", simulated(seed=k, duration=SHORT, coulomb_drive__torque=0.35 if k == 3 else 0.3))
+        rows.append(f"{k}.csv,robot {k},2026-03-0{k + 1}")
+    (here / "fleet.csv").write_text("\n".join(rows) + "\n")
+    result = run("campaign", "fleet.csv", "--differ", "robot 0", "robot 3", "--json", "found.json")
+    said = " ".join(result.output.split())
+    assert "units stand out" in said and "robot 3: coulomb_drive.torque +0.04998" in said
+    assert "robot 3 beside robot 0: coulomb_drive.torque +0.05" in said
+    data = json.loads((here / "found.json").read_text())
+    assert data["fleet"]["odd"][0]["unit"] == "robot 3"
+    assert data["logs"][3]["unit"] == "robot 3" and len(data["logs"][3]["covariance"]["names"]) == 8
+    low, high = data["fleet"]["differ"]["parameters"][0]["interval"]
+    assert low < 0.05 < high and high - low < 0.001
+    assert (here / "campaign.csv").read_text().startswith("log,failure,unit,date,")
+    assert "must state of which unit" in run("campaign", "0.csv", "--differ", "a", "b", code=1).output
+    again = campaign(Model.open(here), [here / "fleet.csv"])
+    assert again.fleet.fleet.odd[0].unit == "robot 3"

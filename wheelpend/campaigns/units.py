@@ -1,0 +1,140 @@
+"""What the results of a campaign say of units: what they have in common, which stand out by what, and what drifts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import derive
+from derive.parameter_name import effect_of
+from wheelpend.campaigns.drift import Drift, drifts
+from wheelpend.campaigns.fleet import Difference, Fleet, UnitEstimate, combined, difference_between, fleet_of
+from wheelpend.campaigns.manifest import day_of
+from wheelpend.campaigns.one_log import LogResult
+from wheelpend.errors import Failure, did_you_mean
+
+UNITS_SCOPE = "shared"  # of a parameter that tells of the unit and not of one log or of an event in it
+
+
+class EffectSpread(NamedTuple):
+    """In how many units an effect was named."""
+
+    effect: str
+    units: tuple[str, ...]
+    of: int  # units that were asked
+
+    def to_json(self) -> dict[str, Any]:
+        """The effect under the keys of JSON."""
+        return {"effect": self.effect, "units": self.units, "of": self.of}
+
+
+class UnitDifference(NamedTuple):
+    """Why two units differ."""
+
+    units: tuple[str, str]
+    difference: Difference  # of the second from the first
+
+    def to_json(self) -> dict[str, Any]:
+        """The difference under the keys of JSON."""
+        return {"units": self.units, **self.difference.to_json()}
+
+
+@dataclass(frozen=True)
+class UnitsAnswer:
+    """What a campaign says of its units."""
+
+    units: tuple[UnitEstimate, ...]  # in their order
+    fleet: Fleet | None  # None where there are too few units, or none has errors
+    effects: tuple[EffectSpread, ...]  # that were named, the most frequent first
+    drifts: tuple[Drift, ...]
+    differ: UnitDifference | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The answer under the keys of JSON."""
+        return {
+            "units": {u.unit: dict(zip(u.names, u.values, strict=True)) for u in self.units},
+            "parameters": self.fleet.parameters if self.fleet else {},
+            "odd": self.fleet.odd if self.fleet else (),
+            "effects": self.effects,
+            "drifts": self.drifts,
+            "differ": self.differ,
+        }
+
+
+def units_answer(results: Sequence[LogResult], differ: Sequence[str] = ()) -> UnitsAnswer | None:
+    """What results say of their units; None where none has a unit. ``differ`` names two that are compared.
+
+    A unit with several logs has one estimate of them, its errors widened where the logs scatter more than they say.
+    Raises Failure where a unit that is to be compared has no estimate.
+    """
+    stated = [r for r in results if r.unit]
+    if not stated:
+        return None
+    known = [(r, e) for r in stated if (e := log_estimate(r)) is not None]
+    alike = _alike(known)
+    units = {u: combined(u, [e for r, e in alike if r.unit == u]) for u in dict.fromkeys(r.unit for r, _ in alike)}
+    dated = [(e, day_of(r.date)) for r, e in alike if r.date]
+    return UnitsAnswer(
+        tuple(units.values()),
+        fleet_of(list(units.values())),
+        effect_spreads(stated),
+        drifts([e for e, _ in dated], [day for _, day in dated]) if dated else (),
+        _difference(units, differ) if differ else None,
+    )
+
+
+def log_estimate(result: LogResult) -> UnitEstimate | None:
+    """A log's estimate of its unit's parameters with their covariance; None where it has none."""
+    covariance = result.covariance
+    if result.failure is not None or covariance is None:
+        return None
+    names = [n for n in covariance.names if n in result.parameters and not is_per_log(n)]
+    places = [covariance.names.index(n) for n in names]
+    matrix = np.asarray(covariance.matrix, dtype=float)[np.ix_(places, places)]
+    good = np.isfinite(matrix).all() and bool(names) and (np.diag(matrix) > 0.0).all()
+    values = np.array([result.parameters[n].value for n in names])
+    return UnitEstimate(result.unit, tuple(names), values, matrix) if good else None
+
+
+def is_per_log(name: str) -> bool:
+    """True of a parameter that is another in every log: an encoder's zero, say."""
+    effect = effect_of(name)
+    if not effect:
+        return False
+    row = derive.effects.find(effect)
+    return any(p.name == name.partition(".")[2] and p.scope != UNITS_SCOPE for p in row.parameters)
+
+
+def effect_spreads(results: Sequence[LogResult]) -> tuple[EffectSpread, ...]:
+    """The effects that were named in units, the most frequent first."""
+    asked = dict.fromkeys(r.unit for r in results if r.failure is None and r.verdict)
+    units: dict[str, list[str]] = {}
+    for result in results:
+        for named in result.named:
+            if result.unit not in units.setdefault(named.effect, []):
+                units[named.effect].append(result.unit)
+    rows = sorted(units.items(), key=lambda row: -len(row[1]))
+    return tuple(EffectSpread(effect, tuple(own), len(asked)) for effect, own in rows)
+
+
+def _alike(known: Sequence[tuple[LogResult, UnitEstimate]]) -> list[tuple[LogResult, UnitEstimate]]:
+    """The results whose model has the effects that most have: parameters of others mean something else."""
+    if not known:
+        return []
+    models = [tuple(sorted(r.effects)) for r, _ in known]
+    usual = max(dict.fromkeys(models), key=models.count)
+    return [pair for pair, model in zip(known, models, strict=True) if model == usual]
+
+
+def _difference(units: Mapping[str, UnitEstimate], differ: Sequence[str]) -> UnitDifference:
+    for name in differ:
+        if name not in units:
+            raise Failure(
+                f"--differ must name units that have an estimate with errors: {', '.join(units) or 'none has'}, "
+                f"not '{name}'.{did_you_mean(name, list(units))}"
+            )
+    one, other = differ
+    return UnitDifference((one, other), difference_between(units[one], units[other]))
