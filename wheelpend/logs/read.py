@@ -94,6 +94,23 @@ def log_of_table(log_name: str, file: Table, columns: Mapping[str, ColumnMap], t
     return replace(log, warnings=(*faults, *notes, *log_warnings(as_read, table, sources)))
 
 
+def signals_of_file(
+    path: Path, columns: Mapping[str, ColumnMap], table: ColumnTable
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Times from the first sample on [s] and signals (N,) of a file as a model reads them, by our names; faults stay.
+
+    Raises Failure where a column is missing or is no number, or the times do not grow.
+    """
+    file = open_file(path)
+    sources, _ = find_sources(path.name, file.names, table, columns, file.units, file.kind)
+    raw_t, signals = read_scaled_columns(path.name, file, sources, table)
+    unwrap_positions(signals, raw_t, table)
+    for name, source in sources.items():
+        if source.offset:
+            signals[name] = signals[name] + source.offset
+    return (raw_t - raw_t[0]) * sources["t"].factor, signals
+
+
 def read_scaled_columns(
     log: str, file: Table, sources: Mapping[str, ColumnSource], table: ColumnTable
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:

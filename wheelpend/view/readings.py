@@ -8,6 +8,7 @@ it writes an array for each log: time, then every signal in turn.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,9 @@ import numpy as np
 from derive import plants
 from wheelpend import interruption
 from wheelpend.errors import Failure
-from wheelpend.inspection.file_values import numeric_columns
 from wheelpend.logs.columns import UNIT_CONVERSIONS, ColumnMap
 from wheelpend.logs.guess import guess_column_maps
-from wheelpend.logs.read import find_time_column, load_log, open_file
+from wheelpend.logs.read import find_time_column, open_file, signals_of_file
 from wheelpend.model.record import Model
 from wheelpend.reports.console import emit_json, exit_on_failure, progress
 from wheelpend.view.asked import asked_of_files, opened_model
@@ -48,24 +48,32 @@ def _written(model: Model | None, path: Path, file: Path) -> dict[str, Any]:
         t, series = _as_they_are(path)
     said["left_out"] = list(series)[MAX_COLUMNS:]
     drawn = dict(list(series.items())[:MAX_COLUMNS])
-    np.save(file.with_suffix(".npy"), np.asfortranarray(np.column_stack([t, *drawn.values()])))
+    _save_columns(file.with_suffix(".npy"), [t, *drawn.values()])
     form = {"columns": columns, "quantities": _quantities(model, path), "sensors": _sensors(model)} if model else {}
     return said | {"channels": list(drawn)} | form
 
 
+def _save_columns(file: Path, columns: Sequence[np.ndarray]) -> None:
+    """Write columns (N,) as an array (N, columns), of which one is read at a time; none is held twice."""
+    shape = len(columns[0]), len(columns)
+    written = np.lib.format.open_memmap(file, "w+", float, shape, fortran_order=True)
+    for number, column in enumerate(columns):
+        written[:, number] = column
+
+
 def _as_read(model: Model, path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Time [s] and signals of a log, in the units of the plant."""
-    log = load_log(path, {**model.columns, **guess_column_maps(path, model.columns, model.table)}, model.table)
-    inputs = np.reshape(log.inputs, (-1, len(log.t)))
-    series = {
-        **dict(zip(model.table.inputs, inputs, strict=False)),
-        **dict(zip(log.channels, log.measured.T, strict=True)),
-    }
-    return log.t, series if log.reference is None else {**series, model.table.reference: log.reference}
+    """Time [s] and signals of a log, in the units of the plant, in their usual order."""
+    t, signals = signals_of_file(
+        path, {**model.columns, **guess_column_maps(path, model.columns, model.table)}, model.table
+    )
+    ordered = (*model.table.inputs, *model.table.channels, model.table.reference)
+    return t, {name: signals[name] for name in ordered if name in signals and not np.isnan(signals[name]).all()}
 
 
 def _as_they_are(path: Path) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Time, or the number of the sample, and the columns of a file that change."""
+    from wheelpend.inspection.file_values import numeric_columns  # imported late: loads SciPy's filters
+
     file = open_file(path)
     values = numeric_columns(path, file)
     clock = find_time_column(file, "", list(values))

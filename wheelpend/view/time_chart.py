@@ -15,6 +15,7 @@ from wheelpend.view.reduction import long_intervals, reduced, window_of, within
 
 WINDOW_PIXELS = 600  # of a line, on a window of some 1200
 PANE_HEIGHT_PX, MARGIN_PX = 130, 90
+DRAWN_DIGITS = 5  # of the range that is drawn
 HELD_OUT_SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.12, "line_width": 0}
 CHOSEN_SHADE = {"fillcolor": "#5b8c5a", "opacity": 0.25}
 
@@ -68,8 +69,8 @@ class TimeDrawing:
             "mode": "lines",
             "hoverinfo": "x+y",
             "line": {"color": line.colour, "width": 1.3},
-            "x": t.tolist(),
-            "y": [None if v != v else v for v in values.tolist()],  # what is no number is a gap
+            "x": _rounded(t).tolist(),
+            "y": [None if v != v else v for v in _rounded(values).tolist()],  # what is no number is a gap
             "xaxis": f"x{pane if pane > 1 else ''}",
             "yaxis": f"y{pane if pane > 1 else ''}",
         }
@@ -84,6 +85,13 @@ class TimeDrawing:
         if is_shaded:
             figure.add_vrect(x0=float(self.t[0]), x1=float(self.t[-1]), **HELD_OUT_SHADE)
         return dict(json.loads(figure.to_json())["layout"])
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Numbers (n,) to a hundred-thousandth of their range, which no window shows: half as many bytes are sent."""
+    known = values[np.isfinite(values)]
+    span = float(np.ptp(known)) if known.size else 0.0
+    return values if span == 0.0 else np.round(values, DRAWN_DIGITS - int(np.ceil(np.log10(span))))
 
 
 def _shade(begin: float, end: float) -> dict[str, Any]:
