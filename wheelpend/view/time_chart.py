@@ -88,7 +88,7 @@ class TimeDrawing:
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:
-    """Numbers (n,) to a hundred-thousandth of their range, which no window shows: half as many bytes are sent."""
+    """Numbers (n,) to less than a ten-thousandth of their range, which no window shows: half as many bytes are sent."""
     known = values[np.isfinite(values)]
     span = float(np.ptp(known)) if known.size else 0.0
     return values if span == 0.0 else np.round(values, DRAWN_DIGITS - int(np.ceil(np.log10(span))))
