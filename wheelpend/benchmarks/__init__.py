@@ -6,6 +6,7 @@ right, how fast is it, and does it agree with what is published about measured m
 hidden_effects  hit rate of the diagnosis on logs with hidden effects
 random_force    precision, intervals and random forces of the filter-error method
 probabilities   whether the probabilities of a diagnosis mean what they say
+fleets          whether a campaign finds the units of a fleet that aged
 speed           times beside peers, and growth of time and memory
 measured        case studies on measured logs
 demo_force      the missing force of the demo log beside the true one

@@ -1,0 +1,75 @@
+"""The study of fleets counts what stood out beside what aged, and goes on where it was interrupted."""
+
+import json
+
+import numpy as np
+
+from wheelpend.benchmarks.fleets.cases import AGED_UNITS, AGEING, UNITS, plan, units_of_fleet, usual_values
+from wheelpend.benchmarks.fleets.page import BEGIN_MARK, END_MARK, section_text, write
+from wheelpend.benchmarks.fleets.summary import count_fleets
+from wheelpend.benchmarks.fleets.trial import Answer, try_unit
+
+NAMES = tuple(usual_values())
+SIGMA = 1e-3 * np.array(list(usual_values().values()))
+
+
+def answer(unit, off=None):
+    """An estimate with small errors; ``off`` adds to a parameter in its standard errors."""
+    rng = np.random.default_rng((unit.fleet, unit.number, 7))
+    values = np.array([dict(unit.truth)[n] for n in NAMES]) + SIGMA * rng.normal(size=len(NAMES))
+    for name, sigmas in (off or {}).items():
+        values[NAMES.index(name)] += sigmas * SIGMA[NAMES.index(name)]
+    return Answer(unit.key, NAMES, tuple(values), tuple(map(tuple, np.diag(SIGMA**2))))
+
+
+def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
+    units = units_of_fleet(3)
+    assert len(units) == UNITS and [bool(u.aged) for u in units] == [True] * AGED_UNITS + [False] * (UNITS - AGED_UNITS)
+    values = np.array([[dict(u.truth)[n] for n in NAMES] for u in units[AGED_UNITS:]])
+    assert np.allclose(values.std(axis=0) / values.mean(axis=0), 0.01, rtol=0.3)
+    for unit in units[:AGED_UNITS]:
+        change = dict(unit.truth)[unit.aged] / usual_values()[unit.aged] - 1.0
+        assert 0.03 < AGEING[unit.aged] * change < 0.13
+    assert units_of_fleet(3) == units != units_of_fleet(4) and len(plan(2)) == 2 * UNITS
+
+
+def test_aged_units_are_found_by_what_aged_and_others_are_hardly_accused():
+    units = plan(2)
+    found = count_fleets(units, {u.key: answer(u) for u in units})
+    assert found.found.of == 2 * AGED_UNITS and found.found.hits >= 9
+    assert found.right.hits >= found.right.of - 1 and found.inside.hits >= found.inside.of - 2
+    assert found.accused.hits <= 2 and found.scatter.of == 2 * len(NAMES) and found.scatter.hits >= 12
+
+
+def test_a_unit_that_is_off_without_having_aged_counts_as_accused():
+    units = units_of_fleet(0)
+    before = count_fleets(units, {u.key: answer(u) for u in units}).accused.hits
+    spoilt = {u.key: answer(u, {"X3": 150.0} if u.number == 50 else None) for u in units}
+    assert count_fleets(units, spoilt).accused.hits == before + 1
+
+
+def test_fleets_that_are_not_whole_are_not_counted_and_failures_are():
+    units = units_of_fleet(0)
+    answers = {u.key: answer(u) for u in units}
+    assert count_fleets(units, dict(list(answers.items())[:-1])) is None
+    answers[units[-1].key] = Answer(units[-1].key, failure="too short")
+    assert count_fleets(units, answers).failed == 1
+
+
+def test_one_unit_is_identified_within_its_errors():
+    unit = units_of_fleet(0)[1]
+    found = try_unit(unit)
+    assert found.failure is None and set(found.names) == set(NAMES)
+    off = (np.array(found.values) - [dict(unit.truth)[n] for n in found.names]) / np.sqrt(np.diag(found.covariance))
+    assert np.abs(off).max() < 5.0
+    assert json.loads(json.dumps(found.to_json()))["key"] == "fleet 0 unit 1"
+
+
+def test_the_table_stands_between_its_marks(tmp_path):
+    page = tmp_path / "fleets.md"
+    page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n")
+    units = units_of_fleet(0)
+    write(page, count_fleets(units, {u.key: answer(u) for u in units}))
+    text = page.read_text()
+    assert text.startswith("before") and text.endswith("after\n") and "old" not in text and "1 of 20 planned" in text
+    assert "no fleet" in section_text(None)
