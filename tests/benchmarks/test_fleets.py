@@ -4,10 +4,13 @@ import json
 
 import numpy as np
 
-from wheelpend.benchmarks.fleets.cases import AGED_UNITS, AGEING, UNITS, plan, units_of_fleet, usual_values
+from wheelpend.benchmarks.fleets import made_up
+from wheelpend.benchmarks.fleets.cases import AGED_UNITS, AGEING_SIDES, FLEET_UNITS, plan, units_of_fleet, usual_values
+from wheelpend.benchmarks.fleets.made_up import MadeUpCount
 from wheelpend.benchmarks.fleets.page import BEGIN_MARK, END_MARK, section_text, write
 from wheelpend.benchmarks.fleets.summary import count_fleets
 from wheelpend.benchmarks.fleets.trial import Answer, try_unit
+from wheelpend.proportion import Proportion
 
 NAMES = tuple(usual_values())
 SIGMA = 1e-3 * np.array(list(usual_values().values()))
@@ -24,13 +27,15 @@ def answer(unit, off=None):
 
 def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
     units = units_of_fleet(3)
-    assert len(units) == UNITS and [bool(u.aged) for u in units] == [True] * AGED_UNITS + [False] * (UNITS - AGED_UNITS)
+    assert len(units) == FLEET_UNITS and [bool(u.aged) for u in units] == [True] * AGED_UNITS + [False] * (
+        FLEET_UNITS - AGED_UNITS
+    )
     values = np.array([[dict(u.truth)[n] for n in NAMES] for u in units[AGED_UNITS:]])
     assert np.allclose(values.std(axis=0) / values.mean(axis=0), 0.01, rtol=0.3)
     for unit in units[:AGED_UNITS]:
         change = dict(unit.truth)[unit.aged] / usual_values()[unit.aged] - 1.0
-        assert 0.03 < AGEING[unit.aged] * change < 0.13
-    assert units_of_fleet(3) == units != units_of_fleet(4) and len(plan(2)) == 2 * UNITS
+        assert 0.03 < AGEING_SIDES[unit.aged] * change < 0.13
+    assert units_of_fleet(3) == units != units_of_fleet(4) and len(plan(2)) == 2 * FLEET_UNITS
 
 
 def test_aged_units_are_found_by_what_aged_and_others_are_hardly_accused():
@@ -69,7 +74,17 @@ def test_the_table_stands_between_its_marks(tmp_path):
     page = tmp_path / "fleets.md"
     page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n")
     units = units_of_fleet(0)
-    write(page, count_fleets(units, {u.key: answer(u) for u in units}))
+    counted = MadeUpCount(20, 2, 3, Proportion(5, 6), Proportion(1, 6), Proportion(1, 3))
+    write(page, count_fleets(units, {u.key: answer(u) for u in units}), [counted])
     text = page.read_text()
     assert text.startswith("before") and text.endswith("after\n") and "old" not in text and "1 of 20 planned" in text
-    assert "no fleet" in section_text(None)
+    assert "| 20 | 2 | 3 | 5 of 6 | 1 of 6 | 1 of 3 |" in text
+    assert "no fleet" in section_text(None, [])
+
+
+def test_made_up_fleets_count_odd_units_and_accusations(monkeypatch):
+    monkeypatch.setattr(made_up, "FLEET_SIZES", ((30, 2, 4),))
+    (found,) = made_up.count_made_up()
+    assert (found.found.of, found.fleets_accusing.of) == (8, 4)
+    assert found.found.hits >= 6 and found.accused.hits <= 2
+    assert made_up.count_made_up() == [found]

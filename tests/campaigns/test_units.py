@@ -1,14 +1,20 @@
 """A manifest says which logs are of which unit and day, and the campaign what units share, lack and differ in."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import polars
 import pytest
 
 from tests.support import run, simulated
 from wheelpend import Failure, Model, campaign, parallel, save_log
+from wheelpend.campaigns.fleet_figures import deviation_map, effect_map, forest_figure, telling_parameters
+from wheelpend.campaigns.fleet_page import write_fleet_page
 from wheelpend.campaigns.manifest import day_of, is_manifest, listed_logs, read_manifest
 from wheelpend.campaigns.one_log import ErrorCovariance, Estimate, LogResult, NamedEffect
+from wheelpend.campaigns.runner import Campaign
+from wheelpend.campaigns.summary import summarise
 from wheelpend.campaigns.units import is_per_log, log_estimate, units_answer
 
 SHORT = 3.0  # s
@@ -132,3 +138,43 @@ def test_a_fleet_from_its_manifest_names_the_unit_that_has_more_friction(here):
     assert "must state of which unit" in run("campaign", "0.csv", "--differ", "a", "b", code=1).output
     again = campaign(Model.open(here), [here / "fleet.csv"])
     assert again.fleet.fleet.odd[0].unit == "robot 3"
+
+
+def made_up_fleet(here):
+    rng, rows = np.random.default_rng(5), []
+    for k in range(30):
+        value = 1.0 + 0.02 * rng.normal() + (0.6 if k == 4 else 0.0)
+        rows.append(made_up(f"<b>robot {k}</b>", value, 0.02, f"2026-03-{k % 28 + 1:02d}"))
+    rows += [made_up("drifting", 1.0 + 0.05 * k, 0.01, f"2026-04-{k + 1:02d}") for k in range(6)]
+    rows[0] = replace(rows[0], verdict="effect_missing", named=(NamedEffect("slope", ()),))
+    model = Model.default()
+    return Campaign("identify", "filter_error", None, tuple(rows), summarise(model, None, rows), model,
+                    units_answer(rows))  # fmt: skip
+
+
+def test_the_page_of_a_fleet_draws_who_stands_out_who_lacks_what_and_what_drifts(here):
+    result = made_up_fleet(here)
+    write_fleet_page(result, here / "fleet.html", here / "campaign.csv", "wheelpend campaign")
+    page = (here / "fleet.html").read_text(encoding="utf-8")
+    for title in ("stand", "The units beside each other", "Units by parameters", "Units by effects", "What drifts"):
+        assert title in page
+    assert "<b>robot" not in page.partition("</style>")[2].replace("\\\\u003cb\\\\u003e", "")
+    assert "&lt;b&gt;robot 4&lt;/b&gt;: X1 +" in page and 500_000 < len(page) < 1_500_000
+    with pytest.raises(Failure, match="needs units"):
+        write_fleet_page(replace(result, fleet=None), here / "none.html", here / "campaign.csv")
+    assert not (here / "none.html").exists()
+
+
+def test_pictures_of_a_fleet_show_the_numbers_that_were_found(here):
+    result = made_up_fleet(here)
+    fleet = result.fleet.fleet
+    assert telling_parameters(result.fleet)[0] == "X1"
+    (forest,) = forest_figure(fleet, "X1", "kg").data
+    assert list(forest.x) == sorted(forest.x) and forest.marker.color[-1] != forest.marker.color[5]
+    squares = deviation_map(fleet).data[0]
+    odd = [
+        c for c, x, y in zip(squares.marker.color, squares.x, squares.y, strict=True) if "robot 4<" in y and x == "X1"
+    ]
+    assert len(squares.x) == 2 * len(result.fleet.units) and odd[0] > 5.0
+    (lacking,) = effect_map(result.fleet.effects).data
+    assert list(lacking.x) == ["slope"] and list(lacking.y) == ["<b>robot 0</b>"]

@@ -11,6 +11,7 @@ summary            bias, spread and coverage over simulated logs, agreement of m
 manifest           which logs are of which unit, of which day
 units              what the results say of units; units_text the same for people
 fleet              what units have in common, and which stand out by what
+fleet_page         the fleet as one HTML page; fleet_figures its pictures
 drift              what changes with the date
 table              one line per log, for other programs
 text               the same for people

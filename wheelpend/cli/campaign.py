@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from wheelpend.campaigns.fleet_page import write_fleet_page
 from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.runner import Campaign, campaign
 from wheelpend.campaigns.table import csv_text, is_campaign_table
@@ -37,6 +40,7 @@ class CampaignRequest(NamedTuple):
     tau: tuple[float, ...] | Literal["auto"] | None  # s
     out: Path
     differ: tuple[str, ...] = ()  # two units
+    report: Path | None = None  # the page on the fleet
 
     @property
     def journal(self) -> Path:
@@ -51,6 +55,8 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
     with progress("reading") as update:
         result = campaign_result(model, request, update)
     write_text(out, csv_text(result))
+    if request.report is not None:
+        write_fleet_page(result, request.report, out, shlex.join(sys.argv))
     journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
     print_result(result, json, lambda: print_text(campaign_text(result, out)))
@@ -59,7 +65,7 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
 
 def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:
     """Answers of simulated logs, or of measured ones."""
-    source, do, method, tau, out, differ = request
+    source, do, method, tau, out, differ, _ = request
     question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": request.journal, "progress": update}
     if not isinstance(source, SimulationRequest):
         return campaign(model, measured_logs(listed_logs(source), out), differ=differ, **question)

@@ -13,6 +13,7 @@ from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     CampaignDiffer,
     CampaignMethod,
+    CampaignReport,
     CampaignTable,
     CampaignTask,
     CampaignTau,
@@ -135,6 +136,7 @@ def campaign(
     tau: CampaignTau = None,
     out: CampaignTable = Path("campaign.csv"),
     differ: CampaignDiffer = None,
+    report: CampaignReport = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -145,8 +147,8 @@ def campaign(
     experiment = (seeds, command, duration, hide)
     if bool(logs) == simulate:
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
-    if differ and simulate:
-        raise typer.BadParameter("--differ compares the units of a manifest; simulated logs have none")
+    if (differ or report) and simulate:
+        raise typer.BadParameter("--differ and --report are about the units of a manifest; simulated logs have none")
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
     with exit_on_failure(json):
@@ -154,7 +156,9 @@ def campaign(
         check_output(out, may_be_given=True)
         simulation = SimulationRequest(seeds or 100, command or "aggressive", duration, hide or [])
         source = simulation if simulate else logs or []
-        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or ())
+        if report is not None:
+            check_output(report)
+        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or (), report)
         result = run_campaign(open_model(model, plant), request, json)
         say_after_campaign(Asked(logs or [], (), model, plant, json), result)
 

@@ -89,6 +89,12 @@ CampaignDiffer = Annotated[
     tuple[str, str] | None,
     typer.Option(metavar="UNIT UNIT", help="Why these two units of a manifest differ.", show_default=False),
 ]
+CampaignReport = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.html", help="Also a page on the fleet: its units, maps, what drifts.", show_default=False
+    ),
+]
 CampaignTable = Annotated[
     Path, typer.Option("-o", "--out", metavar="FILE", help="CSV file to write, one line per log.")
 ]

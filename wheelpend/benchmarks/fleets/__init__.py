@@ -6,5 +6,6 @@ recall, false accusations and intervals, docs/fleets.md. Question: of a hundred 
 cases     which unit of which fleet is how
 trial     one unit: simulated and identified
 summary   what stands out in each fleet, beside what aged
+made_up   fleets of numbers alone
 page      docs/fleets.md between its marks
 """

@@ -8,18 +8,20 @@ from typing import Annotated
 
 import typer
 
-from wheelpend.benchmarks.fleets.cases import FLEETS, plan
+from wheelpend.benchmarks.fleets.cases import ALL_FLEETS, plan
+from wheelpend.benchmarks.fleets.made_up import count_made_up
 from wheelpend.benchmarks.fleets.page import section_text, write
 from wheelpend.benchmarks.fleets.summary import count_fleets
 from wheelpend.benchmarks.fleets.trial import Answer, try_unit
 from wheelpend.benchmarks.recording import from_journal, record_answers, study_journal
 from wheelpend.reports.console import err, exit_on_failure, print_line
 
-NOT_ASKED = ("benchmarks/fleets/page.py", "benchmarks/fleets/summary.py", "benchmarks/fleets/__main__.py")
+NOT_ASKED = ("benchmarks/fleets/page.py", "benchmarks/fleets/summary.py", "benchmarks/fleets/__main__.py",
+             "benchmarks/fleets/made_up.py")  # fmt: skip
 
 
 def main(
-    fleets: Annotated[int, typer.Option(min=1, max=FLEETS, help="How many.")] = FLEETS,
+    fleets: Annotated[int, typer.Option(min=1, max=ALL_FLEETS, help="How many.")] = ALL_FLEETS,
     folder: Annotated[Path, typer.Option(help="Where answers are kept.")] = Path("benchmark/fleets"),
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores without.")] = None,
     minutes: Annotated[float | None, typer.Option(min=0, help="Begin no log later; 0 tells what is known.")] = None,
@@ -36,9 +38,10 @@ def main(
             pass
         answers = {key: from_journal(Answer, row) for key, row in journal.results.items()}
         found = count_fleets(units, answers)
-        print_line(section_text(found))
+        made_up = count_made_up()
+        print_line(section_text(found, made_up))
         if out:
-            write(out, found)
+            write(out, found, made_up)
 
 
 def _told(answer: Answer) -> tuple[str, str]:

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from wheelpend.benchmarks.fleets.cases import AGED_SHARE, AGED_UNITS, AGEING, FLEETS, SCATTER_SHARE, UNITS
+from wheelpend.benchmarks.fleets.cases import (
+    AGED_SHARE,
+    AGED_UNITS,
+    AGEING_SIDES,
+    ALL_FLEETS,
+    FLEET_UNITS,
+    SCATTER_SHARE,
+)
+from wheelpend.benchmarks.fleets.made_up import ODD_SIGMAS, PARAMETER_NAMES, MadeUpCount
 from wheelpend.benchmarks.fleets.summary import FleetCount
 from wheelpend.benchmarks.fleets.trial import LOG_DURATION_S
 from wheelpend.benchmarks.markdown import markdown_table, write_between
@@ -15,10 +24,37 @@ BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.fleets -->", "<!-- 
 COMMAND_LINE = "python -m wheelpend.benchmarks.fleets"
 
 
-def section_text(found: FleetCount | None) -> str:
-    """What was counted, in Markdown."""
+def section_text(found: FleetCount | None, made_up: Sequence[MadeUpCount]) -> str:
+    """What was counted, in Markdown: of numbers alone, then of simulated robots."""
+    return f"{made_up_text(made_up)}\n\n{robots_text(found)}\n\n`{COMMAND_LINE} --out docs/fleets.md` writes both."
+
+
+def made_up_text(counts: Sequence[MadeUpCount]) -> str:
+    """Fleets of made-up estimates."""
+    head = (
+        f"Made-up estimates of {len(PARAMETER_NAMES)} correlated parameters; odd units differ in one of them by {ODD_SIGMAS:g} "
+        "standard deviations of scatter and errors together:"
+    )
+    columns = (
+        "units",
+        "of them odd",
+        "fleets",
+        "odd ones found",
+        "named that are not",
+        "fleets that name such a one",
+    )
+    rows = [(c.units, c.odd, c.fleets, *map(_count_text, (c.found, c.accused, c.fleets_accusing))) for c in counts]
+    return f"{head}\n\n{markdown_table(columns, rows)}"
+
+
+def _count_text(counted: Proportion) -> str:
+    return f"{counted.hits} of {counted.of}" if counted.of else ""
+
+
+def robots_text(found: FleetCount | None) -> str:
+    """Fleets of simulated robots."""
     if found is None:
-        return f"`{COMMAND_LINE}`: no fleet was tried as a whole yet."
+        return "Simulated robots, each with its own log: no fleet was tried as a whole yet."
     rows = [
         ("aged units that stand out", found.found, "at least 95 %"),
         ("of these, whose first parameter is the one that aged", found.right, ""),
@@ -27,13 +63,13 @@ def section_text(found: FleetCount | None) -> str:
         ("true scatters that lie in their 95 % intervals", found.scatter, "95 %"),
     ]
     head = (
-        f"{found.fleets} of {FLEETS} planned fleets of {UNITS} robots, {AGED_UNITS} of each aged: {found.units} logs "
+        f"{found.fleets} of {ALL_FLEETS} planned fleets of {FLEET_UNITS} robots, {AGED_UNITS} of each aged: {found.units} logs "
         f"of {LOG_DURATION_S:g} s, each identified by itself; {found.failed} could not be. Every parameter scatters by "
-        f"{percent_text(SCATTER_SHARE)} from robot to robot, and one of {', '.join(AGEING)} of an aged one is off by a "
+        f"{percent_text(SCATTER_SHARE)} from robot to robot, and one of {', '.join(AGEING_SIDES)} of an aged one is off by a "
         f"further {percent_text(AGED_SHARE)}."
     )
     table = markdown_table(("what", "count", "share", "95 % interval", "aim"), [_row(*row) for row in rows])
-    return f"{head}\n\n{table}\n\n`{COMMAND_LINE}`"
+    return f"{head}\n\n{table}"
 
 
 def _row(words: str, counted: Proportion, aim: str) -> tuple[str, ...]:
@@ -42,6 +78,6 @@ def _row(words: str, counted: Proportion, aim: str) -> tuple[str, ...]:
     return words, f"{counted.hits} of {counted.of}", share, between, aim
 
 
-def write(path: Path, found: FleetCount | None) -> None:
+def write(path: Path, found: FleetCount | None, made_up: Sequence[MadeUpCount]) -> None:
     """Write the section into a page between its marks."""
-    write_between(path, path.read_text(encoding="utf-8"), BEGIN_MARK, END_MARK, section_text(found))
+    write_between(path, path.read_text(encoding="utf-8"), BEGIN_MARK, END_MARK, section_text(found, made_up))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from wheelpend.benchmarks.fleets.cases import FRICTION, Unit, fleet_model
+from wheelpend.benchmarks.fleets.cases import FRICTION_NAME, Unit, fleet_model
 from wheelpend.errors import Failure
 from wheelpend.identification.identify import identify
 from wheelpend.simulation.simulate import simulate
@@ -40,11 +40,11 @@ class Answer:
 def try_unit(unit: Unit) -> Answer:
     """Simulate a unit's log and identify its parameters from it, as a campaign does."""
     model, truth = fleet_model(), dict(unit.truth)
-    friction = truth.pop(FRICTION)
+    friction = truth.pop(FRICTION_NAME)
     machine = replace(model, simulation={**(model.simulation or {}), **truth})
     try:
         seed = 1000 * unit.fleet + unit.number
-        log = simulate(machine, command=LOG_COMMAND, duration=LOG_DURATION_S, hide={FRICTION: friction}, seed=seed)
+        log = simulate(machine, command=LOG_COMMAND, duration=LOG_DURATION_S, hide={FRICTION_NAME: friction}, seed=seed)
         found = identify(model, [log], test_bias=False)
     except Failure as failure:
         return Answer(unit.key, failure=str(failure))
