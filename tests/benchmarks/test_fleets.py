@@ -27,9 +27,7 @@ def answer(unit, off=None):
 
 def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
     units = units_of_fleet(3)
-    assert len(units) == FLEET_UNITS and [bool(u.aged) for u in units] == [True] * AGED_UNITS + [False] * (
-        FLEET_UNITS - AGED_UNITS
-    )
+    assert [bool(u.aged) for u in units] == [k < AGED_UNITS for k in range(FLEET_UNITS)]
     values = np.array([[dict(u.truth)[n] for n in NAMES] for u in units[AGED_UNITS:]])
     assert np.allclose(values.std(axis=0) / values.mean(axis=0), 0.01, rtol=0.3)
     for unit in units[:AGED_UNITS]:

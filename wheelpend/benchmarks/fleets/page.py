@@ -32,8 +32,8 @@ def section_text(found: FleetCount | None, made_up: Sequence[MadeUpCount]) -> st
 def made_up_text(counts: Sequence[MadeUpCount]) -> str:
     """Fleets of made-up estimates."""
     head = (
-        f"Made-up estimates of {len(PARAMETER_NAMES)} correlated parameters; odd units differ in one of them by {ODD_SIGMAS:g} "
-        "standard deviations of scatter and errors together:"
+        f"Made-up estimates of {len(PARAMETER_NAMES)} correlated parameters; odd units differ in one of them by "
+        f"{ODD_SIGMAS:g} standard deviations of scatter and errors together:"
     )
     columns = (
         "units",
@@ -63,10 +63,10 @@ def robots_text(found: FleetCount | None) -> str:
         ("true scatters that lie in their 95 % intervals", found.scatter, "95 %"),
     ]
     head = (
-        f"{found.fleets} of {ALL_FLEETS} planned fleets of {FLEET_UNITS} robots, {AGED_UNITS} of each aged: {found.units} logs "
-        f"of {LOG_DURATION_S:g} s, each identified by itself; {found.failed} could not be. Every parameter scatters by "
-        f"{percent_text(SCATTER_SHARE)} from robot to robot, and one of {', '.join(AGEING_SIDES)} of an aged one is off by a "
-        f"further {percent_text(AGED_SHARE)}."
+        f"{found.fleets} of {ALL_FLEETS} planned fleets of {FLEET_UNITS} robots, {AGED_UNITS} of each aged: "
+        f"{found.units} logs of {LOG_DURATION_S:g} s, each identified by itself; {found.failed} could not be. Every parameter scatters by "
+        f"{percent_text(SCATTER_SHARE)} from robot to robot, and one of {', '.join(AGEING_SIDES)} of an aged one is off "
+        f"by a further {percent_text(AGED_SHARE)}."
     )
     table = markdown_table(("what", "count", "share", "95 % interval", "aim"), [_row(*row) for row in rows])
     return f"{head}\n\n{table}"
