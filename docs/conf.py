@@ -37,8 +37,8 @@ CHAPTERS = {
         "tutorial_workbench", "tutorial_robot", "tutorial_control", "tutorial_paper", "tutorial_embedded", "tutorial",
     ),
     "Use": (
-        "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "fleets", "kernels",
-        "export", "export_c", "export_javascript", "export_fmu", "export_mujoco", "export_json",
+        "commands", "python", "model", "faults", "effects", "plants", "own_effects", "unexplained", "design", "fleets",
+        "kernels", "export", "export_c", "export_javascript", "export_fmu", "export_mujoco", "export_json",
     ),
     "Measured machines": ("emps", "robot", "pendulum", "servo", "arm"),
     "How it works, and how far to trust it": (

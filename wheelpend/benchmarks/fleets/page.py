@@ -64,9 +64,9 @@ def robots_text(found: FleetCount | None) -> str:
     ]
     head = (
         f"{found.fleets} of {ALL_FLEETS} planned fleets of {FLEET_UNITS} robots, {AGED_UNITS} of each aged: "
-        f"{found.units} logs of {LOG_DURATION_S:g} s, each identified by itself; {found.failed} could not be. Every parameter scatters by "
-        f"{percent_text(SCATTER_SHARE)} from robot to robot, and one of {', '.join(AGEING_SIDES)} of an aged one is off "
-        f"by a further {percent_text(AGED_SHARE)}."
+        f"{found.units} logs of {LOG_DURATION_S:g} s, each identified by itself; {found.failed} could not be. Every "
+        f"parameter scatters by {percent_text(SCATTER_SHARE)} from robot to robot, and one of "
+        f"{', '.join(AGEING_SIDES)} of an aged one is off by a further {percent_text(AGED_SHARE)}."
     )
     table = markdown_table(("what", "count", "share", "95 % interval", "aim"), [_row(*row) for row in rows])
     return f"{head}\n\n{table}"
