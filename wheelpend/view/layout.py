@@ -45,6 +45,8 @@ def show_workbench(bench: Bench) -> None:
         status = StatusLine(bench)
         with ui.element("div").classes("panels"):
             panels = [panel(bench) for panel in PANEL_TYPES]
+    with ui.element("div").style("display: none"):
+        ui.plotly({"data": [], "layout": {}})  # so that the browser loads its drawing library before the first chart
 
     def refresh() -> None:
         status.update()
