@@ -117,6 +117,7 @@ def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, 
     assert said == "Saved model.toml and regenerated its kernels."
     entries = folders.history(workspace)
     assert [date.fromisoformat(entry.pop("date")).year >= 2026 for entry in entries] == [True, True]
+    assert [entry.pop("parameters") for entry in entries] == [{}, model.estimates()]  # those of the final model
     assert entries == [
         {"change": "add slope", "error_before": 9.0, "error_after": 3.0, "logs": ["log0.csv", "log1.csv"]},
         {"change": "add coulomb_drive", "error_before": 3.0, "error_after": 1.0, "logs": ["log0.csv", "log1.csv"]},
@@ -127,10 +128,13 @@ def test_an_explanation_that_is_saved_lists_its_steps_in_the_history(workspace, 
 
 def test_a_change_is_in_the_history_with_its_logs_and_errors():
     step = SimpleNamespace(error_before=2.0, error_after=float("inf"))
-    entry = plain_data(change.history_entry("slope", True, SimpleNamespace(step=step), [Path("a.csv")]))
+    fitted = Model.default().with_fit({"X1": (0.04, 0.001)})
+    changed = SimpleNamespace(step=step, model=fitted)
+    entry = plain_data(change.history_entry("slope", True, changed, [Path("a.csv")]))
+    assert entry.pop("parameters")["X1"] == {"value": 0.04, "sigma": 0.001}
     assert entry == {"change": "remove slope", "error_before": 2.0, "error_after": None, "logs": ["a.csv"]}
     bare = plain_data(change.history_entry("slope", False, None, []))
-    assert bare == {"change": "add slope", "error_before": None, "error_after": None, "logs": []}
+    assert bare == {"change": "add slope", "error_before": None, "error_after": None, "logs": [], "parameters": {}}
 
 
 @pytest.mark.parametrize(

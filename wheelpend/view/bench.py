@@ -70,6 +70,7 @@ class Bench:
         self.done: list[str] = []  # command lines, as they were started
         self.failure, self.said = "", ""
         self.version = 0  # grows with every change that a window shows
+        self._read_model: tuple[str, Model | None] | None = None  # with the state of its file
         self._started = 0
         self._started_with = self._seen = ""
 
@@ -126,7 +127,13 @@ class Bench:
         return self.job is not None or bool(self.waiting)
 
     def model(self) -> Model | None:
-        """The model as it stands, or None where there is none that can be read."""
+        """The model as it stands, or None where there is none that can be read; read anew where it changed."""
+        state = self.watch.model_digest()
+        if self._read_model is None or self._read_model[0] != state:
+            self._read_model = state, self._opened_model()
+        return self._read_model[1]
+
+    def _opened_model(self) -> Model | None:
         try:
             if self.plant_file:
                 load_plant(self.plant_file)
