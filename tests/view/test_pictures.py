@@ -26,6 +26,7 @@ def test_what_is_chosen_in_time_stands_out_over_the_states_and_this_is_the_pictu
     folder = Path(os.environ.get("WHEELPEND_PICTURES", tmp_path))
     with serving(tmp_path, "--demo") as (address, _), browsing(address) as (window,):
         window.press("Compare")
+        window.until(lambda: window.text_of("hint").startswith("Running"), "that it runs", 10)  # and no button is free
         window.press("Learn what is missing")
         chart = lambda name: window.driver.find_elements(By.CSS_SELECTOR, f".{name} .main-svg")  # noqa: E731
         window.until(lambda: chart("force-map") and chart("force-time"), "the charts")
