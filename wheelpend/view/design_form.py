@@ -41,7 +41,11 @@ class DesignForm:
         with ui.element("div").classes("buttons"):
             self.pair = ui.select([NO_PAIR], value=NO_PAIR, label="It is to tell").props("outlined dense")
             self.pair.classes("choice")
-            self.start = action("Design the next log", lambda: bench.run(self.words()))
+            self.start = action(
+                "Design the next log",
+                lambda: bench.run(self.words()),
+                describes="Design the next log within these limits",
+            )
 
     def update(self) -> None:
         """Offer the limits of the plant, and the effects that the diagnosis cannot tell apart."""

@@ -64,7 +64,9 @@ class OwnEffectForm:
         self.field.props(f'outlined autogrow debounce="{TYPING_PAUSE_MS}" spellcheck="false"').classes("own-effect")
         self.said = ui.label().classes("plain").props('role="status"')
         self.place = ui.element("div")
-        self.keep = action("Keep it in effects.toml", self._keep)
+        self.keep = action(
+            "Keep it in effects.toml", self._keep, describes="Keep the effect in effects.toml of the workspace"
+        )
 
     def update(self) -> None:
         """It needs a model; a text to begin with is there as soon as there is one."""
