@@ -1,4 +1,4 @@
-"""Which stretch of a log is held out: two handles under its chart, and the button that splits it there."""
+"""Which stretch of a log is held out: two sliders under its chart, and the button that splits it there."""
 
 from __future__ import annotations
 
@@ -26,21 +26,28 @@ class StretchControl:
             if self.split
             else (_on_steps(share * duration_s, step) for share in DEFAULT_STRETCH)
         )
-        label = f"Stretch of {log.name} that is held out, in seconds"
         with ui.element("div").classes("stretch"):
-            self.handles = ui.range(min=0, max=_on_steps(duration_s, step) + step, step=step,
-                                    value={"min": begin, "max": end}).props("label snap")  # fmt: skip
-            self.handles.props["aria-label"] = label
-            self.handles.on("change", self._moved)
+            most = _on_steps(duration_s, step) + step
+            self.begin, self.end = (
+                self._handle(f"{end} of the stretch of {log.name} that is held out, in s", value, most, step)
+                for end, value in (("Begin", begin), ("End", end))
+            )
             self.button = action(self._words(), self._hold_out, describes=f"{self._words()} of {log.name}")
             if self.split:
                 action("Whole log again", lambda: bench.join(log), describes=f"Fit to the whole of {log.name} again")
 
+    def _handle(self, describes: str, value: float, most: float, step: float) -> ui.slider:
+        """A slider for one end; one for each, since screen readers know no slider with two handles."""
+        handle = ui.slider(min=0, max=most, step=step, value=value).props("label snap")
+        handle.props["aria-label"] = describes
+        handle.on("change", self._moved)
+        return handle
+
     @property
     def stretch(self) -> tuple[float, float]:
-        """Where it begins and ends [s]."""
-        value = self.handles.value
-        return float(value["min"]), float(value["max"])
+        """Where it begins and ends [s], whichever handle is which."""
+        begin, end = sorted((float(self.begin.value), float(self.end.value)))
+        return begin, end
 
     def _words(self) -> str:
         begin, end = self.stretch
