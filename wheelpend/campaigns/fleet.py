@@ -138,7 +138,7 @@ def fleet_of(units: Sequence[UnitEstimate]) -> Fleet | None:
     kept, found = np.ones(len(units), dtype=bool), list[Difference]()
     population = _robust_population(values, covariances)
     for number in range(MAX_ROUNDS):
-        found = [_against(population, v, c, names, k) for v, c, k in zip(values, covariances, kept, strict=True)]
+        found = _all_against(population, values, covariances, names, kept)
         p_values = np.array([_best_p_value(d, len(names)) for d in found])
         # by medians only the surest: their scatter is a rough one, and who is left out once hardly comes back
         odd = discoveries(p_values) if number else p_values < FALSE_DISCOVERY_RATE / len(units)
@@ -180,7 +180,7 @@ def _readmitted(
     for k in sorted(np.flatnonzero(~kept), key=lambda k: -_best_p_value(found[k], len(names))):
         with_it = kept | (np.arange(len(kept)) == k)
         trial = _population(values[with_it], covariances[with_it])
-        against = [_against(trial, v, c, names, i) for v, c, i in zip(values, covariances, with_it, strict=True)]
+        against = _all_against(trial, values, covariances, names, with_it)
         if discoveries([_best_p_value(d, len(names)) for d in against])[k]:
             break
         kept, population, found = with_it, trial, against
@@ -231,6 +231,13 @@ def _left(difference: np.ndarray, weights: np.ndarray, chosen: Sequence[int]) ->
     rest = difference.copy()
     rest[list(chosen)] -= _sizes(difference, weights, chosen)[0]
     return float(rest @ weights @ rest)
+
+
+def _all_against(
+    population: _Population, values: np.ndarray, covariances: np.ndarray, names: Sequence[str], kept: np.ndarray
+) -> list[Difference]:
+    """Every unit against the fleet, of which those that are kept are a part."""
+    return [_against(population, v, c, names, is_in) for v, c, is_in in zip(values, covariances, kept, strict=True)]
 
 
 def _against(

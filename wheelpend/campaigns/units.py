@@ -8,15 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-import derive
-from derive.parameter_name import effect_of
 from wheelpend.campaigns.drift import Drift, drifts
 from wheelpend.campaigns.fleet import Difference, Fleet, UnitEstimate, combined, difference_between, fleet_of
 from wheelpend.campaigns.manifest import day_of
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.errors import Failure, did_you_mean
-
-UNITS_SCOPE = "shared"  # of a parameter that tells of the unit and not of one log or of an event in it
+from wheelpend.estimation.free_parameters import per_log_names
 
 
 class EffectSpread(NamedTuple):
@@ -101,11 +98,7 @@ def log_estimate(result: LogResult) -> UnitEstimate | None:
 
 def is_per_log(name: str) -> bool:
     """True of a parameter that is another in every log: an encoder's zero, say."""
-    effect = effect_of(name)
-    if not effect:
-        return False
-    row = derive.effects.find(effect)
-    return any(p.name == name.partition(".")[2] and p.scope != UNITS_SCOPE for p in row.parameters)
+    return bool(per_log_names([name]))
 
 
 def effect_spreads(results: Sequence[LogResult]) -> tuple[EffectSpread, ...]:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from wheelpend.campaigns.fleet_page import write_fleet_page
 from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.runner import Campaign, campaign
 from wheelpend.campaigns.table import csv_text, is_campaign_table
@@ -56,7 +55,9 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
         result = campaign_result(model, request, update)
     write_text(out, csv_text(result))
     if request.report is not None:
-        write_fleet_page(result, request.report, out, shlex.join(sys.argv))
+        from wheelpend.campaigns.fleet_page import write_fleet_page  # imported late: loads Plotly
+
+        write_fleet_page(result, request.report, out, shlex.join(["wheelpend", *sys.argv[1:]]))
     journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
     print_result(result, json, lambda: print_text(campaign_text(result, out)))

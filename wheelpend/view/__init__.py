@@ -25,7 +25,7 @@ readings   a process that writes the signals of logs as they are read, and how t
 readings_chart    those signals, zoomed together
 reading_form    how each quantity and each sensor is read, to be corrected
 corrections    what is wrong or chosen otherwise as settings of a command line
-stretch_control    which stretch of a log is held out, by two handles under its chart
+stretch_control    which stretch of a log is held out, by two sliders under its chart
 residual_tests    what is left of each channel: white, or predicted by past inputs
 design_form    limits of the next log as sliders, and the command that was designed
 own_effect  an effect of one's own, checked while it is typed

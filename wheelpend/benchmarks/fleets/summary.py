@@ -37,17 +37,17 @@ def count_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> FleetC
     told = [(own, found) for own in whole if (found := _fleet(own, answers)) is not None]
     usable = [u for own in whole for u in own if answers[u.key].failure is None]
     odd = [(u, o) for own, found in told for u, o in _odd_units(own, found)]
-    aged = [u for u in usable if u.aged]
+    aged, stand_out, usual = [u for u in usable if u.aged], {u.key for u, _ in odd}, usual_values()
     return FleetCount(
         fleets=len(whole),
         units=len(usable),
         failed=sum(map(len, whole)) - len(usable),
-        found=proportion_of(u in [one for one, _ in odd] for u in aged),
+        found=proportion_of(u.key in stand_out for u in aged),
         right=proportion_of(o.difference.parameters[0].parameter == u.aged for u, o in odd if u.aged),
         accused=proportion_of(not u.aged for u, _ in odd),
         inside=proportion_of(_covers(u, o, found) for own, found in told for u, o in _odd_units(own, found) if u.aged),
         scatter=proportion_of(
-            p.scatter_interval[0] <= SCATTER_SHARE * usual_values()[n] <= p.scatter_interval[1]
+            p.scatter_interval[0] <= SCATTER_SHARE * usual[n] <= p.scatter_interval[1]
             for _, found in told
             for n, p in found.parameters.items()
         ),
