@@ -50,10 +50,11 @@ def test_every_seed_answers_as_its_log_does_alone():
 
 
 def test_what_is_asked_can_be_handed_to_another_process(monkeypatch):
-    def elsewhere(jobs):
-        yield from ((k, pickle.loads(pickle.dumps(job))()) for k, job in enumerate(jobs))
+    def elsewhere(*asked):
+        setting, sources, *_ = pickle.loads(pickle.dumps(asked[:2]))
+        yield from ((k, one_log.analyse_log(setting, source)) for k, source in sources.items())
 
-    monkeypatch.setattr(runner, "results_as_completed", elsewhere)
+    monkeypatch.setattr(runner, "analyses_as_completed", elsewhere)
     log = simulated(duration=SHORT)
     assert campaign(Model.default(), [log], method="inverse").logs[0].failure is None
     assert campaign(Model.default(), seeds=[0], duration=SHORT, method="inverse").logs[0].failure is None

@@ -4,7 +4,8 @@ In: a model, and logs or seeds of simulated ones. Out: a result per log, a summa
 agree, and does the method recover what was simulated?
 
 one_log            the result of one log
-runner             all of them, on all cores
+runner             all of them
+cluster            on Dask: this machine's cores, or those of a scheduler
 journal            results of a resumable run in a file as they come
 partial_results    the journal of a campaign: which logs are done, and what belongs to the same question
 summary            bias, spread and coverage over simulated logs, agreement of measured ones

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
+from wheelpend.campaigns.cluster import analyses_as_completed
 from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.one_log import (
     LOG_ANALYSES,
@@ -17,7 +16,6 @@ from wheelpend.campaigns.one_log import (
     LogResult,
     LogSource,
     SimulationSpec,
-    analyse_log,
     simulate_log,
 )
 from wheelpend.campaigns.partial_results import PartialResults
@@ -31,7 +29,6 @@ from wheelpend.logs.sources import LogLike, LogsLike, as_list, names_of, resolve
 from wheelpend.model import precompile
 from wheelpend.model.record import Model
 from wheelpend.model.user_plants import plant_file
-from wheelpend.parallel import results_as_completed
 from wheelpend.simulation.hidden import with_full_parameter_names
 
 Progress = Callable[[str], None]
@@ -74,6 +71,7 @@ def campaign(
     tau: Sequence[float] | Literal["auto"] | None = None,
     keep: Path | None = None,
     differ: Sequence[str] = (),
+    scheduler: str | None = None,
     progress: Progress = lambda text: None,
 ) -> Campaign:
     """Identify, compare, diagnose or explain every log by itself, measured ones or one simulated with each seed.
@@ -84,8 +82,8 @@ def campaign(
     ``differ`` names, why they do.
     A log that cannot be used has a failure in its result, and the others go on; one in memory is refused at once.
     ``keep`` is a file for the results as they come, from which an interrupted campaign of the same setting
-    goes on. On several cores the logs are analysed in processes of their own, so a script that calls this needs the
-    usual ``if __name__ == "__main__":``.
+    goes on. The logs are analysed on a Dask cluster of this machine's cores, or on that of a ``scheduler``, an address
+    which is trusted with code; a script that calls this needs the usual ``if __name__ == "__main__":``.
     Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
@@ -97,7 +95,7 @@ def campaign(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
     check_setting(setting)
-    results = analyse_logs(model, setting, sources, PartialResults(keep, setting, model), progress)
+    results = analyse_logs(model, setting, sources, PartialResults(keep, setting, model), progress, scheduler)
     results = tuple(map(with_what_is_listed, results, listed)) if listed else results
     identified = method if do == "identify" else None
     summary = summarise(model, simulated, results)
@@ -172,6 +170,7 @@ def analyse_logs(
     sources: Sequence[LogSource],
     journal: PartialResults,
     progress: Progress,
+    scheduler: str | None = None,
 ) -> tuple[LogResult, ...]:
     """Results of all logs, in their order; those that are not in the journal are computed."""
     results = {k: known for k, source in enumerate(sources) if (known := journal.known(source))}
@@ -182,23 +181,9 @@ def analyse_logs(
             progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
     progress(f"{len(results)} of {len(sources)} logs")
     timer = StepTimer(len(left))
-    with closing(_completed(setting, {k: sources[k] for k in left})) as completed:
+    with closing(analyses_as_completed(setting, {k: sources[k] for k in left}, scheduler, progress)) as completed:
         for finished, (k, result) in enumerate(completed, 1):
             results[k] = result
             journal.add(sources[k], result)
             progress(f"{len(results)} of {len(sources)} logs{timer.left_text(finished)}")
     return tuple(results[k] for k in range(len(sources)))
-
-
-def _completed(
-    setting: CampaignSetting, sources: Mapping[int, LogSource]
-) -> Generator[tuple[int, LogResult], None, None]:
-    """Numbers and results of logs as they come, on all cores; raises Failure where a process was killed."""
-    numbers, jobs = list(sources), [partial(analyse_log, setting, source) for source in sources.values()]
-    try:
-        with closing(results_as_completed(jobs)) as completed:
-            for place, result in completed:
-                yield numbers[place], result
-    except BrokenExecutor:
-        raise Failure("The processes of a campaign must live to its end, but one was ended from outside; was there too "
-                      "little memory? The same command goes on from what came so far.") from None  # fmt: skip

@@ -40,6 +40,7 @@ class CampaignRequest(NamedTuple):
     out: Path
     differ: tuple[str, ...] = ()  # two units
     report: Path | None = None  # the page on the fleet
+    scheduler: str | None = None  # address of a Dask cluster
 
     @property
     def journal(self) -> Path:
@@ -66,10 +67,17 @@ def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Ca
 
 def campaign_result(model: Model, request: CampaignRequest, update: Callable[[str], None]) -> Campaign:
     """Answers of simulated logs, or of measured ones."""
-    source, do, method, tau, out, differ, _ = request
-    question: dict[str, Any] = {"do": do, "method": method, "tau": tau, "keep": request.journal, "progress": update}
+    source, out = request.source, request.out
+    question: dict[str, Any] = {
+        "do": request.do,
+        "method": request.method,
+        "tau": request.tau,
+        "keep": request.journal,
+        "scheduler": request.scheduler,
+        "progress": update,
+    }
     if not isinstance(source, SimulationRequest):
-        return campaign(model, measured_logs(listed_logs(source), out), differ=differ, **question)
+        return campaign(model, measured_logs(listed_logs(source), out), differ=request.differ, **question)
     experiment: dict[str, Any] = {
         "command": source.command,
         "duration": source.duration,

@@ -14,6 +14,7 @@ from wheelpend.cli.options import (
     CampaignDiffer,
     CampaignMethod,
     CampaignReport,
+    CampaignScheduler,
     CampaignTable,
     CampaignTask,
     CampaignTau,
@@ -137,6 +138,7 @@ def campaign(
     out: CampaignTable = Path("campaign.csv"),
     differ: CampaignDiffer = None,
     report: CampaignReport = None,
+    scheduler: CampaignScheduler = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
     plant: PlantFile = None,
     json: Json = None,
@@ -158,7 +160,7 @@ def campaign(
         source = simulation if simulate else logs or []
         if report is not None:
             check_output(report)
-        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or (), report)
+        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or (), report, scheduler)
         result = run_campaign(open_model(model, plant), request, json)
         say_after_campaign(Asked(logs or [], (), model, plant, json), result)
 

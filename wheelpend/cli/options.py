@@ -95,6 +95,14 @@ CampaignReport = Annotated[
         metavar="FILE.html", help="Also a page on the fleet: its units, maps, what drifts.", show_default=False
     ),
 ]
+CampaignScheduler = Annotated[
+    str | None,
+    typer.Option(
+        metavar="ADDRESS",
+        help="A Dask cluster to use in place of this machine's cores; it is trusted with code.",
+        show_default=False,
+    ),
+]
 CampaignTable = Annotated[
     Path, typer.Option("-o", "--out", metavar="FILE", help="CSV file to write, one line per log.")
 ]
