@@ -5,12 +5,20 @@ import numpy as np
 from tests.support import quickest, simulated
 from wheelpend import Model, diagnose
 from wheelpend.diagnosis import pair_search
+from wheelpend.estimation.filter_error import FilterProblem
 
 
-def test_a_diagnosis_simulates_the_log_a_few_hundred_times(samples):
-    log = simulated(duration=20.0, coulomb_drive__torque=0.3)
+def test_a_diagnosis_simulates_and_filters_the_log_a_few_hundred_times(samples, monkeypatch):
+    log, filtered, run_log = simulated(duration=20.0, coulomb_drive__torque=0.3), [], FilterProblem._run_log
+
+    def counted(problem, number, *rest):
+        filtered.append(np.diff(problem.segments[number].bounds).sum())
+        return run_log(problem, number, *rest)
+
+    monkeypatch.setattr(FilterProblem, "_run_log", counted)
     diagnose(Model.default(), [log])
-    assert sum(samples.values()) < 450 * len(log)
+    assert 100 * len(log) < sum(samples.values()) < 450 * len(log)
+    assert 100 * len(log) < sum(filtered) < 250 * len(log)
 
 
 def test_a_search_among_pairs_takes_less_time_than_a_few_refits_from_the_rows():
