@@ -57,6 +57,7 @@ LOCAL_CONFIGURATION = {
 }
 
 Say = Callable[[str], None]
+Analyse = Callable[[LogSource], LogResult]
 
 
 def analyses_as_completed(
@@ -67,13 +68,14 @@ def analyses_as_completed(
     A single log, or a single core, needs no cluster. Raises Failure where the scheduler cannot be reached, or its
     workers do not have this code.
     """
-    if scheduler is None and min(cores(), len(sources)) <= 1:
-        yield from ((number, analyse_log(setting, source)) for number, source in sources.items())
-    elif scheduler is None:
-        with local_client(min(cores(), len(sources))) as client:
-            yield from _results(client, setting, dict(sources))
+    analyse, workers = partial(analyse_log, setting), min(cores(), len(sources))
+    if scheduler is not None:
+        yield from _results_of_scheduler(scheduler, analyse, dict(sources), say)
+    elif workers > 1:
+        with local_client(workers) as client:
+            yield from results_of(client, analyse, sources)
     else:
-        yield from _results_of_scheduler(scheduler, setting, dict(sources), say)
+        yield from ((number, analyse(source)) for number, source in sources.items())
 
 
 @contextmanager
@@ -120,7 +122,7 @@ def _end_at_once(cluster: Any, workers: set[Any]) -> None:
 
 
 def _results_of_scheduler(
-    address: str, setting: CampaignSetting, left: dict[int, LogSource], say: Say
+    address: str, analyse: Analyse, left: dict[int, LogSource], say: Say
 ) -> Generator[tuple[int, LogResult], None, None]:
     """Results from the cluster at an address; where its scheduler restarts, it is asked again for what is left."""
     patience = 0.0  # of the first connection: an address at which nobody answers is a mistake
@@ -128,7 +130,7 @@ def _results_of_scheduler(
         with _client_of(address, patience) as client:
             check_workers(client, address)
             try:
-                for number, result in _results(client, setting, left):
+                for number, result in results_of(client, analyse, left):
                     del left[number]
                     yield number, result
             except (CancelledError, OSError, TimeoutError):
@@ -186,8 +188,8 @@ def code_version() -> str:
     return f"{wheelpend.__version__} {derivation_fingerprint()[:12]}"
 
 
-def _results(
-    client: Client, setting: CampaignSetting, sources: dict[int, LogSource]
+def results_of(
+    client: Client, analyse: Analyse, sources: Mapping[int, LogSource]
 ) -> Generator[tuple[int, LogResult], None, None]:
     """Number and result of each log as it ends; only a few are with the scheduler at a time."""
     from distributed import as_completed
@@ -197,7 +199,7 @@ def _results(
 
     def submit(count: int) -> None:
         for number, source in islice(waiting, count):
-            future = client.submit(partial(analyse_log, setting, source), pure=False)
+            future = client.submit(analyse, source, pure=False)
             running[future.key] = number, source
             futures.add(future)
 
@@ -210,7 +212,7 @@ def _results(
             yield number, result
         submit(1)
     for number, source in suspects.items():
-        alone = client.submit(partial(analyse_log, setting, source), pure=False)
+        alone = client.submit(analyse, source, pure=False)
         yield number, _result_or_none(alone) or replace(empty_result(source), failure=NO_WORKER_OUTLIVED)
 
 

@@ -7,5 +7,6 @@ cases     which unit of which fleet is how
 trial     one unit: simulated and identified
 summary   what stands out in each fleet, beside what aged
 made_up   fleets of numbers alone
+overhead  what a log costs beside its analysis
 page      docs/fleets.md between its marks
 """
