@@ -16,7 +16,7 @@ from wheelpend.model.record import Model
 from wheelpend.reports.console import print_line
 
 MEASURED_WORKERS, MEASURED_LOGS, FIRST_LOGS = (1, 2, 8), (10, 100, 1000, 10_000), 20
-KILOBYTE = 1024  # of Linux, as getrusage counts
+BYTES_PER_KILOBYTE = 1024  # of Linux, as getrusage counts
 
 
 def analyse_nothing(setting: CampaignSetting, source: LogSource) -> LogResult:
@@ -41,7 +41,7 @@ def main(longest: Annotated[int, typer.Option(min=1, help="Logs of the longest c
                 each, own = (
                     (t - b) / count * 1e3 for t, b in ((perf_counter(), begin), (process_time(), begin_process))
                 )
-                peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / KILOBYTE
+                peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / BYTES_PER_KILOBYTE
                 print_line(f"| {workers} | {count:,} | {each:.1f} | {own:.1f} | {peak:.0f} |")
 
 
