@@ -14,6 +14,9 @@ from tests.killing import half_written, read_state, states_of_kills, write_state
 from tests.support import run, simulated
 from wheelpend import Failure, Model, save_log
 from wheelpend.campaigns.journal import Journal
+from wheelpend.campaigns.manifest import Listed
+from wheelpend.campaigns.one_log import LogResult
+from wheelpend.campaigns.result_set import ResultSet, key_of
 from wheelpend.cli import change, demo
 from wheelpend.files import write_bytes, write_text
 from wheelpend.kernels import cache, generated_text
@@ -77,6 +80,17 @@ def keep_journal(folder):
         journal.add(key, {"value": 1.0})
 
 
+def keep_results(folder):
+    """Two logs, of which one is outdated and both get a unit: a part, its journal, and a part written anew."""
+    known = ResultSet(folder / "campaign.results", "identify-question")
+    listed = [Listed(folder / "model.toml", "unit"), Listed(1, "unit")]
+    known.begin()
+    for one in listed:
+        if not known.knows(one):
+            known.add(one._replace(unit=""), LogResult(key_of(one.log), error=1.5))
+    assert [r.unit for r in known.results(listed)] == ["unit", "unit"]
+
+
 def derive_text(folder):
     cache._texts_in_memory.clear()
     cache.cached_text("derived", "wheel_pendulum", "this test", lambda: "text of a module\n" * 50)
@@ -111,6 +125,7 @@ WRITERS = {
     "export": command("export", "json"),
     "report": Writer(lambda folder: page.write_report(None, folder / "report.html")),
     "campaign's journal": Writer(keep_journal),
+    "campaign's results": Writer(keep_results),
     "campaign's table": Writer(lambda folder: write_text(folder / "campaign.csv", "a,b\n1,2\n")),
     "demo's workspace": Writer(lambda folder: demo.fresh_workspace(folder / "demo")),
     "demo's picture": Writer(lambda folder: draw_ladder(LADDER, folder / "error_ladder.svg")),

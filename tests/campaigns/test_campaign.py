@@ -10,7 +10,7 @@ import pytest
 
 from tests.support import run, simulated
 from wheelpend import Failure, Model, campaign, identify, parallel, save_log
-from wheelpend.campaigns import one_log, runner
+from wheelpend.campaigns import cluster, one_log, runner
 
 SHORT = 3.0  # s
 
@@ -96,30 +96,38 @@ def test_where_no_log_is_of_use_the_command_fails_and_still_writes_the_messages(
 
 
 def test_an_interrupted_campaign_goes_on_where_it_stopped(tmp_path):
-    keep, asked = tmp_path / "c.partial", {"seeds": range(2), "duration": SHORT, "method": "inverse"}
+    keep, asked = tmp_path / "c.results", {"seeds": range(2), "duration": SHORT, "method": "inverse"}
     with pytest.raises(KeyboardInterrupt):
         campaign(Model.default(), **asked, keep=keep, progress=interrupt)
     said = []
     found = campaign(Model.default(), **asked, keep=keep, progress=said.append)
     assert "1 of 2 logs" in said
-    assert found.logs == campaign(Model.default(), **asked).logs
+    assert tuple(found.logs) == campaign(Model.default(), **asked).logs
 
 
-def test_answers_of_another_setting_are_put_aside_and_not_taken_up(tmp_path):
-    keep = tmp_path / "c.partial"
-    with pytest.raises(KeyboardInterrupt):
-        campaign(Model.default(), seeds=[0, 1], duration=SHORT, method="inverse", keep=keep, progress=interrupt)
-    said, before = [], keep.read_text()
-    campaign(Model.default(), seeds=[0], duration=SHORT, method="energy", keep=keep, progress=said.append)
-    assert "0 of 1 logs" in said and any("put aside" in text for text in said)
-    assert (tmp_path / "c.partial.other").read_text() == before != keep.read_text()
+def test_the_same_question_costs_nothing_and_another_is_put_beside(tmp_path, monkeypatch):
+    keep = tmp_path / "c.results"
+    asked = {"duration": SHORT, "keep": keep}
+    first = campaign(Model.default(), seeds=[0, 1], method="inverse", **asked)
+    other = campaign(Model.default(), seeds=[0], method="energy", **asked)
+    assert len(list(keep.iterdir())) == 2 and all(path.name.startswith("question=identify-") for path in keep.iterdir())
+
+    def refuse(*given):
+        raise AssertionError("a log is analysed again")
+
+    monkeypatch.setattr(one_log, "analyse_log", refuse)
+    monkeypatch.setattr(cluster, "analyse_log", refuse)
+    monkeypatch.setattr(runner, "compile_and_try_first", refuse)
+    again = campaign(Model.default(), seeds=[1, 0], method="inverse", **asked)
+    assert list(again.logs) == list(first.logs)[::-1]
+    assert list(campaign(Model.default(), seeds=[0], method="energy", **asked).logs) == list(other.logs)
 
 
 def test_an_interruption_says_what_is_kept_and_leaves_no_table(workspace, monkeypatch):
     def add(self, source, found):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner.PartialResults, "add", add)
+    monkeypatch.setattr(runner.ResultSet, "add", add)
     result = run("campaign", "drive0.csv", "--method", "inverse", code=130)
     assert "goes on from there" in result.stderr
     assert not (workspace / "campaign.csv").exists()

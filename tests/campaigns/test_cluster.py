@@ -139,8 +139,11 @@ def test_workers_end_with_the_campaign_however_that_ends(number, tmp_path, monke
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=default_interrupt
     )
-    journal = tmp_path / "campaign.csv.partial"
-    until(lambda: journal.exists() and len(journal.read_text().splitlines()) > 1, "the first result")
+
+    def journal():
+        return next((tmp_path / "campaign.results").glob("*/_journal.jsonl"), None)
+
+    until(lambda: journal() and len(journal().read_text().splitlines()) > 1, "the first result")
     workers = children(process)
     assert len(workers) >= min(2, parallel.cores())
     process.send_signal(number)
@@ -148,7 +151,7 @@ def test_workers_end_with_the_campaign_however_that_ends(number, tmp_path, monke
     assert process.returncode == (130 if number == signal.SIGINT else -number), said
     assert "Traceback" not in said
     until(lambda: not any(w.is_running() and w.status() != psutil.STATUS_ZOMBIE for w in workers), "the workers' end")
-    assert len(journal.read_text().splitlines()) > 1, "what is done is kept"
+    assert len(journal().read_text().splitlines()) > 1, "what is done is kept"
 
 
 def default_interrupt():

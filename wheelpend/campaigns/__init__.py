@@ -7,7 +7,7 @@ one_log            the result of one log
 runner             all of them
 cluster            on Dask: this machine's cores, or those of a scheduler
 journal            results of a resumable run in a file as they come
-partial_results    the journal of a campaign: which logs are done, and what belongs to the same question
+result_set         results of a question in a Parquet data set: which logs are known; result_rows its rows
 summary            bias, spread and coverage over simulated logs, agreement of measured ones
 manifest           which logs are of which unit, of which day
 units              what the results say of units; units_text the same for people

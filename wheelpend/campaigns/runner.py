@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,11 +14,10 @@ from wheelpend.campaigns.one_log import (
     LOG_ANALYSES,
     CampaignSetting,
     LogResult,
-    LogSource,
     SimulationSpec,
     simulate_log,
 )
-from wheelpend.campaigns.partial_results import PartialResults
+from wheelpend.campaigns.result_set import ResultSet, question_of
 from wheelpend.campaigns.summary import Summary, summarise
 from wheelpend.campaigns.units import UnitsAnswer, units_answer
 from wheelpend.durations import StepTimer
@@ -41,7 +40,7 @@ class Campaign:
     do: str
     method: str | None  # of identify
     simulated: SimulationSpec | None
-    logs: tuple[LogResult, ...]
+    logs: Sequence[LogResult]  # of a run that keeps them: read from its files as they are asked for
     summary: Summary
     model: Model = field(repr=False)
     fleet: UnitsAnswer | None = None  # of the units that a manifest states
@@ -52,7 +51,7 @@ class Campaign:
             "do": self.do,
             "method": self.method,
             "simulated": self.simulated,
-            "logs": self.logs,
+            "logs": tuple(self.logs),
             "summary": self.summary,
             "fleet": self.fleet,
         }
@@ -81,22 +80,22 @@ def campaign(
     ``date`` or both, in which case the result says what the units have in common, which stand out and, of the two that
     ``differ`` names, why they do.
     A log that cannot be used has a failure in its result, and the others go on; one in memory is refused at once.
-    ``keep`` is a file for the results as they come, from which an interrupted campaign of the same setting
-    goes on. The logs are analysed on a Dask cluster of this machine's cores, or on that of a ``scheduler``, an address
-    which is trusted with code; a script that calls this needs the usual ``if __name__ == "__main__":``.
+    ``keep`` is a folder for the results, a Parquet data set: a log that was asked the same before costs nothing, and an
+    interrupted campaign goes on. The logs are analysed on a Dask cluster of this machine's cores, or on that of a
+    ``scheduler``, an address which is trusted with code; a script that calls this needs the usual
+    ``if __name__ == "__main__":``.
     Raises Failure for an analysis that no log could pass.
     """
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
     listed = listed_sources(as_list(logs))  # type: ignore[arg-type]
-    sources = check_sources(model, [found.log for found in listed], seeds)
+    sources = check_sources(model, listed, seeds)
     if differ and not any(found.unit for found in listed):
         raise Failure("--differ compares units, so a manifest must state of which unit each log is. Name one.")
     setting = CampaignSetting(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
     check_setting(setting)
-    results = analyse_logs(model, setting, sources, PartialResults(keep, setting, model), progress, scheduler)
-    results = tuple(map(with_what_is_listed, results, listed)) if listed else results
+    results = analyse_logs(model, setting, sources, ResultSet(keep, question_of(setting, model)), progress, scheduler)
     identified = method if do == "identify" else None
     summary = summarise(model, simulated, results)
     return Campaign(do, identified, simulated, results, summary, model, units_answer(results, differ))
@@ -113,26 +112,25 @@ def listed_sources(given: Sequence[LogLike | Listed]) -> list[Listed]:
     return found
 
 
-def with_what_is_listed(result: LogResult, listed: Listed) -> LogResult:
-    """A log's result with its unit, date and conditions."""
-    return replace(result, unit=listed.unit, date=listed.date, conditions=dict(listed.conditions))
-
-
-def check_sources(model: Model, given: LogsLike, seeds: Collection[int]) -> list[LogSource]:
+def check_sources(model: Model, listed: Sequence[Listed], seeds: Collection[int]) -> list[Listed]:
     """Measured logs or seeds; raises Failure unless they are of one kind, and each there once.
 
     What is in memory becomes a log here; files are read by the process that analyses them.
     """
-    logs = as_list(given)
-    if bool(logs) == bool(seeds):
+    if bool(listed) == bool(seeds):
         raise Failure("A campaign must have measured logs or the seeds of simulated ones, not "
-                      f"{'both' if logs else 'neither'}.")  # fmt: skip
+                      f"{'both' if listed else 'neither'}.")  # fmt: skip
+    logs = [found.log for found in listed]
     files = resolved_paths(logs)
     if len(set(files)) < len(files):
         raise Failure("Every log must be given once: a log that counts twice agrees with itself. Leave out the second.")
-    named = zip(logs, names_of(logs), strict=True)
-    measured = [s if isinstance(s, (str, Path)) else load_log(s, model.columns, model.table, name=n) for s, n in named]
-    return [*measured, *map(int, seeds)]
+    named = zip(listed, names_of(logs), strict=True)
+    measured = [
+        one if isinstance(one.log, (str, Path)) else
+        one._replace(log=load_log(one.log, model.columns, model.table, name=name))
+        for one, name in named
+    ]  # fmt: skip
+    return [*measured, *(Listed(int(seed)) for seed in seeds)]
 
 
 def _time_constants(tau: Sequence[float] | Literal["auto"] | None) -> tuple[float, ...] | Literal["auto"] | None:
@@ -151,7 +149,7 @@ def check_setting(setting: CampaignSetting) -> None:
 
 
 def compile_and_try_first(
-    model: Model, setting: CampaignSetting, sources: Sequence[LogSource], progress: Progress
+    model: Model, setting: CampaignSetting, sources: Sequence[Listed], progress: Progress
 ) -> None:
     """Compile once what every process will want; raises Failure where nothing can be simulated."""
     modules = precompile.module_loaders(model)
@@ -161,29 +159,27 @@ def compile_and_try_first(
     if setting.played is not None:
         progress("simulating the first log")
         with suppress(OutOfRange):  # it may stand with other seeds
-            simulate_log(model, setting.played, next(s for s in sources if isinstance(s, int)))
+            simulate_log(model, setting.played, next(s.log for s in sources if isinstance(s.log, int)))
 
 
 def analyse_logs(
     model: Model,
     setting: CampaignSetting,
-    sources: Sequence[LogSource],
-    journal: PartialResults,
+    sources: Sequence[Listed],
+    known: ResultSet,
     progress: Progress,
     scheduler: str | None = None,
-) -> tuple[LogResult, ...]:
-    """Results of all logs, in their order; those that are not in the journal are computed."""
-    results = {k: known for k, source in enumerate(sources) if (known := journal.known(source))}
-    left = [k for k in range(len(sources)) if k not in results]
+) -> Sequence[LogResult]:
+    """Results of all logs, in their order; those that are not known are computed."""
+    left = {k: source.log for k, source in enumerate(sources) if not known.knows(source)}
     if left:
         compile_and_try_first(model, setting, sources, progress)
-        if aside := journal.begin():
-            progress(f"{aside.stem} holds answers to another question, or of earlier code: put aside as {aside.name}")
-    progress(f"{len(results)} of {len(sources)} logs")
+        known.begin()
+    before = len(sources) - len(left)
+    progress(f"{before} of {len(sources)} logs")
     timer = StepTimer(len(left))
-    with closing(analyses_as_completed(setting, {k: sources[k] for k in left}, scheduler, progress)) as completed:
+    with closing(analyses_as_completed(setting, left, scheduler, progress)) as completed:
         for finished, (k, result) in enumerate(completed, 1):
-            results[k] = result
-            journal.add(sources[k], result)
-            progress(f"{len(results)} of {len(sources)} logs{timer.left_text(finished)}")
-    return tuple(results[k] for k in range(len(sources)))
+            known.add(sources[k], result)
+            progress(f"{before + finished} of {len(sources)} logs{timer.left_text(finished)}")
+    return known.results(sources)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
 from derive.parameter_name import effect_of
-from wheelpend.campaigns.one_log import LogResult, SimulationSpec
+from wheelpend.campaigns.one_log import Estimate, LogResult, SimulationSpec
 from wheelpend.estimation.criteria import MAX_EXPLAINED_ERROR_RATIO
 from wheelpend.model import model_kernels
 from wheelpend.model.record import Model
@@ -140,29 +142,91 @@ class Summary:
         }
 
 
-def summarise(model: Model, simulated: SimulationSpec | None, results: Sequence[LogResult]) -> Summary:
-    """Summarise the results; parameters over those that end with the most frequent model."""
-    good = [a for a in results if a.failure is None]
-    ends = Counter(tuple(sorted(a.effects)) for a in good if a.parameters)
-    effects = ends.most_common(1)[0][0] if ends else ()
-    alike = [a for a in good if tuple(sorted(a.effects)) == effects]
+def summarise(model: Model, simulated: SimulationSpec | None, results: Iterable[LogResult]) -> Summary:
+    """Summarise the results; parameters over those that end with the most frequent model.
+
+    Each result is looked at once, so that they need not be in memory together.
+    """
     truth, hidden = true_values(model, simulated) if simulated else ({}, ())
-    names = dict.fromkeys(n for a in alike for n in a.parameters)
-    parameters = {n: row for n in names if (row := summarise_parameter(n, alike, truth.get(n))) is not None}
+    seen = _Seen(hidden)
+    for result in results:
+        seen.take(result)
+    effects = seen.models.most_common(1)[0][0] if seen.models else ()
+    collected = seen.estimates.get(effects, {})
+    parameters = {n: row for n, e in collected.items() if (row := summarise_parameter(e, truth.get(n))) is not None}
     summary = Summary(
-        logs=len(results),
-        failed=len(results) - len(good),
-        error=range_of(a.error for a in good),
-        error_after=range_of(a.error_after for a in good),
+        logs=seen.logs,
+        failed=seen.failed,
+        error=range_of(seen.errors),
+        error_after=range_of(seen.errors_after),
         effects=effects,
         parameters=parameters,
         disagreeing=disagreeing_parameters(parameters),
-        unexplained=logs_above_noise_floor(good),
-        verdicts=counts_by_frequency(a.verdict for a in good if a.verdict),
-        named=counts_by_frequency(n.effect for a in good for n in a.named),
+        unexplained=tuple(log for _, log in sorted(seen.above, reverse=True)),
+        verdicts=dict(seen.verdicts.most_common()),
+        named=dict(seen.named.most_common()),
         hidden=hidden,
     )
-    return with_detection_rates(summary, good) if simulated and summary.verdicts else summary
+    return with_detection_rates(summary, seen) if simulated and summary.verdicts else summary
+
+
+class _Estimates:
+    """A parameter over the logs that identify it."""
+
+    def __init__(self) -> None:
+        self.logs: list[str] = []
+        self.values, self.sigmas = array("d"), array("d")  # a standard error that is not known is NaN
+
+    def take(self, log: str, found: Estimate) -> None:
+        """Take one more log's."""
+        self.logs.append(log)
+        self.values.append(found.value)
+        self.sigmas.append(found.sigma if found.sigma is not None and found.sigma > 0.0 else float("nan"))
+
+
+class _Seen:
+    """What is counted and collected of results, one after the other: numbers, and the logs' names."""
+
+    def __init__(self, hidden: Sequence[str]) -> None:
+        self._hidden = set(hidden)
+        self.logs = self.failed = self.alarms = self.first_right = 0
+        self.errors, self.errors_after = array("d"), array("d")
+        self.models: Counter[tuple[str, ...]] = Counter()  # effects of those that have parameters
+        self.estimates: dict[tuple[str, ...], dict[str, _Estimates]] = {}  # by model and parameter
+        self.above: list[tuple[float, str]] = []  # error, and the log that has it
+        self.verdicts: Counter[str] = Counter()
+        self.named: Counter[str] = Counter()
+        self.found = Counter(dict.fromkeys(hidden, 0))  # logs that name a hidden effect, or one that declares it
+
+    def take(self, result: LogResult) -> None:
+        """Take one more result."""
+        self.logs += 1
+        if result.failure is not None:
+            self.failed += 1
+            return
+        self._take_errors(result)
+        if result.parameters:
+            model = tuple(sorted(result.effects))
+            self.models[model] += 1
+            alike = self.estimates.setdefault(model, {})
+            for name, estimate in result.parameters.items():
+                alike.setdefault(name, _Estimates()).take(result.log, estimate)
+        if result.verdict:
+            self.verdicts[result.verdict] += 1
+        self.named.update(n.effect for n in result.named)
+        self.alarms += bool(result.named) or result.verdict != "nothing_missing"
+        told = [{n.effect, *n.equivalent_to} for n in result.named]  # each effect with its equivalents
+        self.first_right += bool(told and told[0] & self._hidden)
+        self.found.update(e for e in self._hidden if any(e in one for one in told))
+
+    def _take_errors(self, result: LogResult) -> None:
+        if result.error is not None:
+            self.errors.append(result.error)
+        if result.error_after is not None:
+            self.errors_after.append(result.error_after)
+        left = result.error if result.error_after is None else result.error_after
+        if left and result.noise_floor and left > MAX_EXPLAINED_ERROR_RATIO * result.noise_floor:
+            self.above.append((left, result.log))
 
 
 def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, float], tuple[str, ...]]:
@@ -175,44 +239,26 @@ def true_values(model: Model, simulated: SimulationSpec) -> tuple[dict[str, floa
     return known, tuple(e for e in present if e not in model.effects)
 
 
-def range_of(values: Iterable[float | None]) -> Range | None:
-    """Mean, smallest and largest of the values that are not None."""
-    known = [v for v in values if v is not None]
-    return Range(float(np.mean(known)), min(known), max(known)) if known else None
+def range_of(values: Sequence[float]) -> Range | None:
+    """Mean, smallest and largest of some values; None of none."""
+    return Range(float(np.mean(values)), min(values), max(values)) if values else None
 
 
-def logs_above_noise_floor(results: Iterable[LogResult]) -> tuple[str, ...]:
-    """Logs whose error, with what was named, stays above the noise floor, the worst first."""
-    left = ((a.error if a.error_after is None else a.error_after, a.noise_floor, a.log) for a in results)
-    above = [
-        (error, log) for error, floor, log in left if error and floor and error > MAX_EXPLAINED_ERROR_RATIO * floor
-    ]
-    return tuple(log for _, log in sorted(above, reverse=True))
-
-
-def counts_by_frequency(names: Iterable[str]) -> dict[str, int]:
-    """Counts of names, the most frequent first."""
-    return dict(Counter(names).most_common())
-
-
-def summarise_parameter(
-    name: str, results: Sequence[LogResult], truth: float | None
-) -> ParameterRecovery | ParameterAgreement | None:
-    """A parameter over the logs that identify it; None where none does."""
-    estimates = [(r.log, r.parameters[name]) for r in results if name in r.parameters]
-    with_errors = [(log, e.value, e.sigma) for log, e in estimates if e.sigma is not None and e.sigma > 0.0]
+def summarise_parameter(found: _Estimates, truth: float | None) -> ParameterRecovery | ParameterAgreement | None:
+    """A parameter over the logs that identify it; None where none has a standard error, and the truth is not known."""
+    values, sigmas = np.array(found.values), np.array(found.sigmas)
+    known = np.isfinite(sigmas)
+    estimates = np.column_stack((values[known], sigmas[known]))
     if truth is not None:
-        pairs = [(value, sigma) for _, value, sigma in with_errors]
-        return parameter_recovery([e.value for _, e in estimates], pairs, truth)
-    if not with_errors:
+        return parameter_recovery(values, estimates, truth)
+    if not known.any():
         return None
-    return parameter_agreement([log for log, *_ in with_errors], np.array([pair for _, *pair in with_errors]))
+    return parameter_agreement([log for log, is_known in zip(found.logs, known, strict=True) if is_known], estimates)
 
 
-def parameter_recovery(
-    values: Sequence[float], estimates: Sequence[tuple[float, float]], truth: float
-) -> ParameterRecovery:
-    """Estimates, and those of them that have standard errors, beside the truth."""
+def parameter_recovery(values: ArrayLike, estimates: ArrayLike, truth: float) -> ParameterRecovery:
+    """Values (N,), and those of them that have standard errors with these (n, 2), beside the truth."""
+    values, estimates = np.asarray(values, dtype=float), np.reshape(estimates, (-1, 2))
     count, mean = len(values), float(np.mean(values))
     spread = float(np.std(values, ddof=1)) if count > 1 else None
     return ParameterRecovery(
@@ -222,8 +268,8 @@ def parameter_recovery(
         bias=mean - truth,
         bias_sigma=None if spread is None else spread / count**0.5,
         spread=spread,
-        sigma=float(np.mean([s for _, s in estimates])) if estimates else None,
-        inside=proportion_of(abs(value - truth) < INTERVAL_95_STANDARD_ERRORS * sigma for value, sigma in estimates),
+        sigma=float(np.mean(estimates[:, 1])) if len(estimates) else None,
+        inside=proportion_of(np.abs(estimates[:, 0] - truth) < INTERVAL_95_STANDARD_ERRORS * estimates[:, 1]),
     )
 
 
@@ -262,16 +308,13 @@ def disagreeing_parameters(parameters: Mapping[str, ParameterRecovery | Paramete
     return tuple(n for n, p in judged.items() if p < DISAGREEMENT_P_VALUE / len(judged))
 
 
-def with_detection_rates(summary: Summary, results: Sequence[LogResult]) -> Summary:
+def with_detection_rates(summary: Summary, seen: _Seen) -> Summary:
     """A summary with detection rates of the hidden effects, or with false alarms where nothing was hidden."""
-    hidden = set(summary.hidden)
-    if not hidden:
-        return replace(
-            summary, false_alarms=proportion_of(bool(a.named) or a.verdict != "nothing_missing" for a in results)
-        )
-    named = [[{n.effect, *n.equivalent_to} for n in r.named] for r in results]  # effect with its equivalents
+    used = seen.logs - seen.failed
+    if not summary.hidden:
+        return replace(summary, false_alarms=Proportion(seen.alarms, used))
     return replace(
         summary,
-        first_right=proportion_of(bool(sets and sets[0] & hidden) for sets in named),
-        found={e: proportion_of(any(e in one for one in sets) for sets in named) for e in summary.hidden},
+        first_right=Proportion(seen.first_right, used),
+        found={e: Proportion(seen.found[e], used) for e in summary.hidden},
     )

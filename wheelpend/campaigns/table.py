@@ -5,21 +5,37 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.campaigns.runner import Campaign
-from wheelpend.files import refuse_special_file
+from wheelpend.files import refuse_special_file, replacing
 
 TABLE_PREFIXES = (b"log,failure", b"seed,failure")  # of the first line of a campaign's table
 LISTED_COLUMNS = ("unit", "date")
 VERDICT_COLUMNS = ("verdict", "named", "equivalent_to", "error", "error_after", "noise_floor")
 
 
+def write_csv(path: Path, result: Campaign) -> None:
+    """Write the table, complete or not at all; raises Failure where it cannot be written."""
+    with replacing(path) as partial, partial.open("w", encoding="utf-8", errors="backslashreplace", newline="") as file:
+        write_table(file, result)
+
+
 def csv_text(result: Campaign) -> str:
+    """The table as a text."""
+    text = io.StringIO()
+    write_table(text, result)
+    return text.getvalue()
+
+
+def write_table(file: TextIO, result: Campaign) -> None:
     """One line per log; empty columns are left out, and what a log does not identify is blank."""
-    channels = dict.fromkeys(f"fit_percent.{c}" for a in result.logs for c in a.fit_percent)
-    parameters = dict.fromkeys(n for a in result.logs for n in a.parameters)
+    channels, parameters, filled = dict[str, None](), dict[str, None](), set[str]()
+    for one in result.logs:
+        channels.update(dict.fromkeys(f"fit_percent.{c}" for c in one.fit_percent))
+        parameters.update(dict.fromkeys(one.parameters))
+        filled.update(c for c, v in table_row(one).items() if v not in (None, ""))
     columns = [
         *LISTED_COLUMNS,
         *VERDICT_COLUMNS,
@@ -27,14 +43,10 @@ def csv_text(result: Campaign) -> str:
         *(c for n in parameters for c in (n, f"{n}_sigma")),
         "warnings",
     ]
-    rows = [table_row(a) for a in result.logs]
-    filled = [c for c in columns if any(row.get(c) not in (None, "") for row in rows)]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, ["seed" if result.simulated else "log", "failure", *filled],
-                            extrasaction="ignore", lineterminator="\n")  # fmt: skip
+    head = ["seed" if result.simulated else "log", "failure", *(c for c in columns if c in filled)]
+    writer = csv.DictWriter(file, head, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
-    writer.writerows({c: _cell_value(v) for c, v in row.items()} for row in rows)
-    return text.getvalue()
+    writer.writerows({c: _cell_value(v) for c, v in table_row(one).items()} for one in result.logs)
 
 
 def _cell_value(value: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -67,20 +68,32 @@ def units_answer(results: Sequence[LogResult], differ: Sequence[str] = ()) -> Un
     A unit with several logs has one estimate of them, its errors widened where the logs scatter more than they say.
     Raises Failure where a unit that is to be compared has no estimate.
     """
-    stated = [r for r in results if r.unit]
-    if not stated:
+    if not any(r.unit for r in results):
         return None
-    known = [(r, e) for r in stated if (e := log_estimate(r)) is not None]
+    known = [
+        _Known(e, tuple(sorted(r.effects)), r.date) for r in results if r.unit and (e := log_estimate(r)) is not None
+    ]
     alike = _alike(known)
-    units = {u: combined(u, [e for r, e in alike if r.unit == u]) for u in dict.fromkeys(r.unit for r, _ in alike)}
-    dated = [(e, day_of(r.date)) for r, e in alike if r.date]
+    by_unit: dict[str, list[UnitEstimate]] = {}
+    for one in alike:
+        by_unit.setdefault(one.estimate.unit, []).append(one.estimate)
+    units = {unit: combined(unit, estimates) for unit, estimates in by_unit.items()}
+    dated = [(one.estimate, day_of(one.date)) for one in alike if one.date]
     return UnitsAnswer(
         tuple(units.values()),
         fleet_of(list(units.values())),
-        effect_spreads(stated),
+        effect_spreads(results),
         drifts([e for e, _ in dated], [day for _, day in dated]) if dated else (),
         _difference(units, differ) if differ else None,
     )
+
+
+class _Known(NamedTuple):
+    """What a log says of its unit."""
+
+    estimate: UnitEstimate
+    effects: tuple[str, ...]  # of the model that the parameters belong to
+    date: str
 
 
 def log_estimate(result: LogResult) -> UnitEstimate | None:
@@ -103,23 +116,20 @@ def is_per_log(name: str) -> bool:
 
 def effect_spreads(results: Sequence[LogResult]) -> tuple[EffectSpread, ...]:
     """The effects that were named in units, the most frequent first."""
-    asked = dict.fromkeys(r.unit for r in results if r.failure is None and r.verdict)
-    units: dict[str, list[str]] = {}
+    asked, units = set[str](), dict[str, dict[str, None]]()
     for result in results:
-        for named in result.named:
-            if result.unit not in units.setdefault(named.effect, []):
-                units[named.effect].append(result.unit)
+        if result.unit and result.failure is None and result.verdict:
+            asked.add(result.unit)
+        for named in result.named if result.unit else ():
+            units.setdefault(named.effect, {})[result.unit] = None
     rows = sorted(units.items(), key=lambda row: -len(row[1]))
     return tuple(EffectSpread(effect, tuple(own), len(asked)) for effect, own in rows)
 
 
-def _alike(known: Sequence[tuple[LogResult, UnitEstimate]]) -> list[tuple[LogResult, UnitEstimate]]:
-    """The results whose model has the effects that most have: parameters of others mean something else."""
-    if not known:
-        return []
-    models = [tuple(sorted(r.effects)) for r, _ in known]
-    usual = max(dict.fromkeys(models), key=models.count)
-    return [pair for pair, model in zip(known, models, strict=True) if model == usual]
+def _alike(known: Sequence[_Known]) -> list[_Known]:
+    """Those whose model has the effects that most have: parameters of others mean something else."""
+    models = Counter(one.effects for one in known)
+    return [one for one in known if one.effects == models.most_common(1)[0][0]]
 
 
 def _difference(units: Mapping[str, UnitEstimate], differ: Sequence[str]) -> UnitDifference:

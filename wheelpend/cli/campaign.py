@@ -9,16 +9,18 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from wheelpend.campaigns.manifest import Listed, listed_logs
+from wheelpend.campaigns.result_set import is_result_set
 from wheelpend.campaigns.runner import Campaign, campaign
-from wheelpend.campaigns.table import csv_text, is_campaign_table
+from wheelpend.campaigns.table import is_campaign_table, write_csv
 from wheelpend.campaigns.text import campaign_text
 from wheelpend.errors import Failure
-from wheelpend.files import write_text
 from wheelpend.interruption import note_resumable
 from wheelpend.logs.read import check_file
 from wheelpend.model.record import Model
 from wheelpend.reports.console import print_result, print_text, print_warnings, progress
 from wheelpend.simulation.hidden import parse_hidden
+
+RESULTS_SUFFIX = ".results"
 
 
 class SimulationRequest(NamedTuple):
@@ -43,23 +45,25 @@ class CampaignRequest(NamedTuple):
     scheduler: str | None = None  # address of a Dask cluster
 
     @property
-    def journal(self) -> Path:
-        """File of the results so far."""
-        return self.out.with_name(f"{self.out.name}.partial")
+    def results(self) -> Path:
+        """Folder of the results, those of earlier campaigns too."""
+        return self.out.with_name(f"{self.out.stem}{RESULTS_SUFFIX}")
 
 
 def run_campaign(model: Model, request: CampaignRequest, json: str | None) -> Campaign:
     """Run a campaign, or go on with one, write its table, print its summary and return it."""
-    out, journal = request.out, request.journal
-    note_resumable(journal, "the same command goes on from there.")
+    out = request.out
+    if out.name == request.results.name or not out.stem:
+        raise Failure(f"--out must be a file beside the folder {request.results} of the results, but it is that. "
+                      "Name a .csv.")  # fmt: skip
+    note_resumable(request.results, "the same command goes on from there.")
     with progress("reading") as update:
         result = campaign_result(model, request, update)
-    write_text(out, csv_text(result))
+    write_csv(out, result)
     if request.report is not None:
         from wheelpend.campaigns.fleet_page import write_fleet_page  # imported late: loads Plotly
 
         write_fleet_page(result, request.report, out, shlex.join(["wheelpend", *sys.argv[1:]]))
-    journal.unlink(missing_ok=True)
     check_some_log_usable(result, out)
     print_result(result, json, lambda: print_text(campaign_text(result, out)))
     return result
@@ -72,7 +76,7 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
         "do": request.do,
         "method": request.method,
         "tau": request.tau,
-        "keep": request.journal,
+        "keep": request.results,
         "scheduler": request.scheduler,
         "progress": update,
     }
@@ -88,7 +92,7 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
 
 def measured_logs(logs: Sequence[Listed], out: Path) -> list[Listed]:
     """The logs without what earlier campaigns wrote beside them; raises Failure where a log would be written over."""
-    tables = [one for one in logs if is_campaign_table(Path(one.log))]
+    tables = [one for one in logs if is_campaign_table(Path(one.log)) or is_result_set(Path(one.log))]
     kept = [one for one in logs if one not in tables]
     if tables:
         print_warnings([f"{', '.join(str(t.log) for t in tables)} is left out: it is what a campaign wrote."])

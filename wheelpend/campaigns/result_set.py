@@ -1,0 +1,226 @@
+"""Results of a campaign by log, in a Parquet data set that grows: a log that was asked the same before is known.
+
+A question (the model, the analysis, the code) has a folder ``question=NAME`` in it. There every thousand results make a
+file of their own; what came since is in a journal beside them, and logs that failed in the last run are in a file of
+theirs, which only says why: they are asked again.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple, overload
+from uuid import uuid4
+
+import derive
+import wheelpend
+from wheelpend.campaigns.journal import Journal, fingerprint_of
+from wheelpend.campaigns.manifest import Listed
+from wheelpend.campaigns.one_log import CampaignSetting, LogResult, LogSource, empty_result
+from wheelpend.campaigns.result_rows import VERSION_COLUMN, Row, read_rows, result_of, row_of, write_rows
+from wheelpend.files import write_errors
+from wheelpend.kernels.cache import derivation_fingerprint
+from wheelpend.logs.log import Log
+from wheelpend.model.record import Model
+
+QUESTION_PREFIX, PART_PATTERN = "question=", "part-*.parquet"
+JOURNAL_NAME, FAILED_NAME = "_journal.jsonl", "failed.parquet"
+PART_ROWS, HELD_PARTS = 1000, 2
+STATED_COLUMNS = ("unit", "date", "conditions")
+
+
+class _Place(NamedTuple):
+    """Where a result is."""
+
+    version: str
+    stated: int  # hash of what the manifest said
+    part: int
+    row: int
+
+
+class ResultSet:
+    """Results of one question, those of earlier campaigns too.
+
+    Without a folder, and for logs that are in no file, results stay in memory and nothing is written. Raises Failure
+    where the folder holds something else.
+    """
+
+    def __init__(self, folder: Path | None, question: str) -> None:
+        self.folder = folder / f"{QUESTION_PREFIX}{question}" if folder else None
+        self._journal = Journal(self.folder / JOURNAL_NAME if self.folder else None, question)
+        self._parts: list[Path] = sorted(self.folder.glob(PART_PATTERN)) if self.folder else []
+        self._places: dict[str, _Place] = {}
+        self._outdated: dict[int, set[int]] = {}  # rows of parts in whose place others came
+        self._in_memory: dict[str, LogResult] = {}  # of this campaign: failures, and of logs that are in no file
+        self._held: dict[int, list[Row]] = {}
+        for part in range(len(self._parts)):
+            self._note(part, read_rows(self._parts[part], ["log", VERSION_COLUMN, *STATED_COLUMNS]))
+
+    def knows(self, listed: Listed) -> bool:
+        """True where a log was analysed before, and is as it was; one that failed is not known."""
+        key, version = key_of(listed.log), version_of(listed.log)
+        if version is None:
+            return key in self._in_memory
+        waiting, place = self._journal.results.get(key), self._places.get(key)
+        return bool(waiting and waiting[VERSION_COLUMN] == version) or bool(place and place.version == version)
+
+    def begin(self) -> None:
+        """Make the folder and the journal; raises Failure where they cannot be written."""
+        if self.folder is not None:
+            with write_errors(str(self.folder)):
+                self.folder.mkdir(parents=True, exist_ok=True)
+            self._journal.begin()
+
+    def add(self, listed: Listed, result: LogResult) -> None:
+        """Take one more result, with what is stated of its log."""
+        version = version_of(listed.log)
+        if version is None or result.failure is not None:
+            self._in_memory[key_of(listed.log)] = result
+            return
+        self._journal.add(key_of(listed.log), row_of(version, with_what_is_listed(result, listed)))
+        if self.folder is not None and len(self._journal.results) >= PART_ROWS:
+            self._write_part(self.folder)
+            self._journal.begin()
+
+    def results(self, listed: Sequence[Listed]) -> Sequence[LogResult]:
+        """The results of these logs, in their order, once all are known; all are in files then, and no journal is."""
+        if self.folder is None:
+            return tuple(map(self.result, listed))
+        self._write_part(self.folder)
+        self._write_failed(self.folder / FAILED_NAME)
+        self._rewrite(listed)
+        (self.folder / JOURNAL_NAME).unlink(missing_ok=True)
+        return StoredResults(self, listed)
+
+    def result(self, listed: Listed) -> LogResult:
+        """The result of a log, with what is stated of it."""
+        key = key_of(listed.log)
+        if (found := self._in_memory.get(key)) is None:
+            waiting = self._journal.results.get(key)
+            found = result_of(waiting if waiting is not None else self._row(self._places[key]))
+        return with_what_is_listed(found, listed)
+
+    def _row(self, place: _Place) -> Row:
+        return self._rows(place.part)[place.row]
+
+    def _rows(self, part: int) -> list[Row]:
+        """All rows of a part; those of the last few that were asked for are held."""
+        if part not in self._held:
+            if len(self._held) >= HELD_PARTS:
+                del self._held[next(iter(self._held))]
+            self._held[part] = read_rows(self._parts[part])
+        return self._held[part]
+
+    def _note(self, part: int, rows: Sequence[Row]) -> None:
+        """Remember where the results of a part are, in place of earlier ones of the same logs."""
+        for number, row in enumerate(rows):
+            if (earlier := self._places.get(row["log"])) is not None:
+                self._outdated.setdefault(earlier.part, set()).add(earlier.row)
+            self._places[row["log"]] = _Place(row[VERSION_COLUMN], _hash_of(row), part, number)
+
+    def _write_part(self, folder: Path) -> None:
+        """What waits in the journal becomes a part."""
+        if rows := list(self._journal.results.values()):
+            path = folder / f"part-{len(self._parts):05}-{uuid4().hex[:8]}.parquet"
+            write_rows(path, rows)
+            self._parts.append(path)
+            self._note(len(self._parts) - 1, rows)
+            self._journal.results.clear()
+
+    def _write_failed(self, path: Path) -> None:
+        """Logs that failed now, and those of earlier campaigns that were not asked again, each with its reason."""
+        before = {row["log"]: row for row in (read_rows(path) if path.exists() else [])}
+        now = {r.log: row_of("", r) for key, r in self._in_memory.items() if r.failure is not None and r.log == key}
+        kept = {name: row for name, row in before.items() if name not in self._places}
+        if rows := {**kept, **now}:
+            write_rows(path, rows.values())
+        else:
+            path.unlink(missing_ok=True)
+
+    def _rewrite(self, listed: Sequence[Listed]) -> None:
+        """Write parts anew of which rows are outdated, or whose logs the manifest now says something else of."""
+        restated: dict[int, dict[int, Row]] = {}
+        for one in listed:
+            place, stated = self._places.get(key_of(one.log)), _stated_columns(one)
+            if place is not None and place.stated != _hash_of(stated):
+                restated.setdefault(place.part, {})[place.row] = stated
+        for part in sorted({*restated, *self._outdated}):
+            dropped, new = self._outdated.get(part, set()), restated.get(part, {})
+            rows = [{**row, **new.get(k, {})} for k, row in enumerate(self._rows(part)) if k not in dropped]
+            write_rows(self._parts[part], rows)
+            del self._held[part]
+            for number, row in enumerate(rows):
+                self._places[row["log"]] = _Place(row[VERSION_COLUMN], _hash_of(row), part, number)
+        self._outdated.clear()
+
+
+class StoredResults(Sequence[LogResult]):
+    """Results that are read from their files as they are asked for, so that no more than a few are in memory."""
+
+    def __init__(self, known: ResultSet, listed: Sequence[Listed]) -> None:
+        self._known, self._listed = known, listed
+
+    def __len__(self) -> int:
+        return len(self._listed)
+
+    @overload
+    def __getitem__(self, place: int) -> LogResult: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[LogResult]: ...
+    def __getitem__(self, place: int | slice) -> LogResult | list[LogResult]:
+        if isinstance(place, slice):
+            return [self._known.result(one) for one in self._listed[place]]
+        return self._known.result(self._listed[place])
+
+
+def is_result_set(path: Path) -> bool:
+    """True where a folder holds results of campaigns."""
+    return path.is_dir() and any(path.glob(f"{QUESTION_PREFIX}*"))
+
+
+def with_what_is_listed(result: LogResult, listed: Listed) -> LogResult:
+    """A log's result with its unit, date and conditions."""
+    return replace(result, unit=listed.unit, date=listed.date, conditions=dict(listed.conditions))
+
+
+def _stated_columns(listed: Listed) -> Row:
+    """What is stated of a log, as columns of its row."""
+    return {
+        "unit": listed.unit,
+        "date": listed.date,
+        "conditions": [{"name": n, "value": v} for n, v in listed.conditions.items()],
+    }
+
+
+def _hash_of(row: Row) -> int:
+    """Hash of what a row states of its log."""
+    return hash((row["unit"], row["date"], *((c["name"], c["value"]) for c in row["conditions"])))
+
+
+def key_of(source: LogSource) -> str:
+    """What names a log among others: as results do, but for one that is in no file."""
+    return f"log {id(source)}" if isinstance(source, Log) else empty_result(source).log
+
+
+def version_of(source: LogSource) -> str | None:
+    """Size and time of a log's file; empty of a seed, None where there is no file."""
+    if isinstance(source, Log):
+        return None
+    if isinstance(source, int):
+        return ""
+    try:
+        found = os.stat(source)
+    except OSError:
+        return None
+    return f"{found.st_size} {found.st_mtime_ns}"
+
+
+def question_of(setting: CampaignSetting, model: Model) -> str:
+    """The analysis, and a hash of all besides a log that decides its result: the model, the question, and the code."""
+    own = sorted(repr(derive.effects.USER_EFFECTS[n]) for n in model.own)
+    question = repr((setting, own, derive.plants.fingerprint(model.plant)))
+    command = Path(setting.played.command) if setting.played else Path()
+    files = (command, *sorted(Path(wheelpend.__file__).parent.rglob("*.py")))
+    return f"{setting.do}-{fingerprint_of((question, derivation_fingerprint()), filter(Path.is_file, files))[:16]}"
