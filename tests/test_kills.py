@@ -81,14 +81,13 @@ def keep_journal(folder):
 
 
 def keep_results(folder):
-    """Two logs, of which one is outdated and both get a unit: a part, its journal, and a part written anew."""
-    known = ResultSet(folder / "campaign.results", "identify-question")
-    listed = [Listed(folder / "model.toml", "unit"), Listed(1, "unit")]
+    """Two results: a journal, which becomes a part."""
+    known, listed = ResultSet(folder / "campaign.results", "identify-question"), [Listed(1), Listed(2)]
     known.begin()
     for one in listed:
         if not known.knows(one):
-            known.add(one._replace(unit=""), LogResult(key_of(one.log), error=1.5))
-    assert [r.unit for r in known.results(listed)] == ["unit", "unit"]
+            known.add(one, LogResult(key_of(one.log), error=1.5))
+    assert [r.error for r in known.results(listed)] == [1.5, 1.5]
 
 
 def derive_text(folder):

@@ -141,7 +141,7 @@ def test_workers_end_with_the_campaign_however_that_ends(number, tmp_path, monke
     )
 
     def journal():
-        return next((tmp_path / "campaign.results").glob("*/_journal.jsonl"), None)
+        return next((tmp_path / "campaign.results").glob("*/_journal.partial"), None)
 
     until(lambda: journal() and len(journal().read_text().splitlines()) > 1, "the first result")
     workers = children(process)

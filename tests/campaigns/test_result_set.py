@@ -92,7 +92,7 @@ def test_a_set_grows_and_knows_what_it_holds(tmp_path, few_rows):
 def test_a_part_and_the_journal_that_it_came_from_are_one_result(tmp_path, few_rows):
     """As a process leaves them that is killed between writing the one and emptying the other."""
     known, _ = filled(tmp_path / "c", range(2))
-    journal = next((tmp_path / "c").glob("*/_journal.jsonl"))
+    journal = next((tmp_path / "c").glob("*/_journal.partial"))
     text = journal.read_text()
     known.results(list(map(Listed, range(2))))
     journal.write_text(text + '{"key": "seed 2", "ans')

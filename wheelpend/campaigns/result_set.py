@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, overload
-from uuid import uuid4
 
 import derive
 import wheelpend
@@ -26,7 +25,7 @@ from wheelpend.logs.log import Log
 from wheelpend.model.record import Model
 
 QUESTION_PREFIX, PART_PATTERN = "question=", "part-*.parquet"
-JOURNAL_NAME, FAILED_NAME = "_journal.jsonl", "failed.parquet"
+JOURNAL_NAME, FAILED_NAME = "_journal.partial", "failed.parquet"
 PART_ROWS, HELD_PARTS = 1000, 2
 STATED_COLUMNS = ("unit", "date", "conditions")
 
@@ -57,14 +56,20 @@ class ResultSet:
         self._held: dict[int, list[Row]] = {}
         for part in range(len(self._parts)):
             self._note(part, read_rows(self._parts[part], ["log", VERSION_COLUMN, *STATED_COLUMNS]))
+        for key in [k for k, row in self._journal.results.items() if self._holds(k, row.get(VERSION_COLUMN))]:
+            del self._journal.results[key]  # became a part just before its process was killed
 
     def knows(self, listed: Listed) -> bool:
         """True where a log was analysed before, and is as it was; one that failed is not known."""
         key, version = key_of(listed.log), version_of(listed.log)
         if version is None:
             return key in self._in_memory
-        waiting, place = self._journal.results.get(key), self._places.get(key)
-        return bool(waiting and waiting[VERSION_COLUMN] == version) or bool(place and place.version == version)
+        waiting = self._journal.results.get(key)
+        return bool(waiting and waiting[VERSION_COLUMN] == version) or self._holds(key, version)
+
+    def _holds(self, key: str, version: str | None) -> bool:
+        """True where a part has the result of this version of a log."""
+        return key in self._places and self._places[key].version == version
 
     def begin(self) -> None:
         """Make the folder and the journal; raises Failure where they cannot be written."""
@@ -123,7 +128,8 @@ class ResultSet:
     def _write_part(self, folder: Path) -> None:
         """What waits in the journal becomes a part."""
         if rows := list(self._journal.results.values()):
-            path = folder / f"part-{len(self._parts):05}-{uuid4().hex[:8]}.parquet"
+            mark = fingerprint_of((f"{row['log']} {row[VERSION_COLUMN]}" for row in rows), ())[:8]
+            path = folder / f"part-{len(self._parts):05}-{mark}.parquet"
             write_rows(path, rows)
             self._parts.append(path)
             self._note(len(self._parts) - 1, rows)
@@ -149,7 +155,10 @@ class ResultSet:
         for part in sorted({*restated, *self._outdated}):
             dropped, new = self._outdated.get(part, set()), restated.get(part, {})
             rows = [{**row, **new.get(k, {})} for k, row in enumerate(self._rows(part)) if k not in dropped]
-            write_rows(self._parts[part], rows)
+            if rows:
+                write_rows(self._parts[part], rows)
+            else:
+                self._parts[part].unlink(missing_ok=True)
             del self._held[part]
             for number, row in enumerate(rows):
                 self._places[row["log"]] = _Place(row[VERSION_COLUMN], _hash_of(row), part, number)
