@@ -26,7 +26,7 @@ $(DEV): $(STAMP)
 	touch $(DEV)
 
 $(EXTRAS): $(DEV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view,browser]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[benchmark,export,bags,docs,notebook,view,browser,http,s3,servers]'
 	touch $(EXTRAS)
 
 demo: install

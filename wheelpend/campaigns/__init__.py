@@ -9,6 +9,7 @@ cluster            on Dask: this machine's cores, or those of a scheduler
 journal            results of a resumable run in a file as they come
 result_set         results of a question in a Parquet data set: which logs are known; result_rows its rows
 summary            bias, spread and coverage over simulated logs, agreement of measured ones
+addresses          logs behind s3:// and https://
 manifest           which logs are of which unit, of which day
 units              what the results say of units; units_text the same for people
 fleet              what units have in common, and which stand out by what

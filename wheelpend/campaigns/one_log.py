@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -12,6 +13,7 @@ import numpy as np
 
 from derive.parameter_name import full_name
 from wheelpend.api import diagnose, explain
+from wheelpend.campaigns.addresses import fetched, is_address
 from wheelpend.diagnosis.compare import compare
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import read_logs
@@ -24,7 +26,7 @@ from wheelpend.model.record import Model
 from wheelpend.model.user_plants import load_plant
 from wheelpend.simulation.simulate import simulate
 
-LogSource = str | Path | Log | int  # a measured log, or the seed of a simulated one
+LogSource = str | Path | Log | int  # a measured log, a path or an address, or the seed of a simulated one
 
 
 class SimulationSpec(NamedTuple):
@@ -166,7 +168,8 @@ def load_or_simulate(model: Model, setting: CampaignSetting, source: LogSource) 
     if isinstance(source, int):
         assert setting.played is not None, "a seed belongs to something that is simulated"
         return simulate_log(model, setting.played, source), ()
-    log = read_logs([source], model)[0]
+    with fetched(source) if is_address(source) else nullcontext(source) as here:
+        log = read_logs([here], model)[0]
     further = (f.sentence for f in inspect_for_model(model, log).findings if not log.has_said(f.sentence))
     return log, (*log.warnings, *further)
 

@@ -8,13 +8,15 @@ theirs, which only says why: they are asked again.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, overload
 
 import derive
 import wheelpend
+from wheelpend.campaigns.addresses import address_version, is_address
 from wheelpend.campaigns.journal import Journal, fingerprint_of
 from wheelpend.campaigns.manifest import Listed
 from wheelpend.campaigns.one_log import CampaignSetting, LogResult, LogSource, empty_result
@@ -27,6 +29,7 @@ from wheelpend.model.record import Model
 QUESTION_PREFIX, PART_PATTERN = "question=", "part-*.parquet"
 JOURNAL_NAME, FAILED_NAME = "_journal.partial", "failed.parquet"
 PART_ROWS, HELD_PARTS = 1000, 2
+CONNECTIONS = 32  # over which a server is asked at a time
 STATED_COLUMNS = ("unit", "date", "conditions")
 
 
@@ -53,6 +56,7 @@ class ResultSet:
         self._places: dict[str, _Place] = {}
         self._outdated: dict[int, set[int]] = {}  # rows of parts in whose place others came
         self._in_memory: dict[str, LogResult] = {}  # of this campaign: failures, and of logs that are in no file
+        self._versions: dict[str, str | None] = {}
         self._held: dict[int, list[Row]] = {}
         for part in range(len(self._parts)):
             self._note(part, read_rows(self._parts[part], ["log", VERSION_COLUMN, *STATED_COLUMNS]))
@@ -61,11 +65,27 @@ class ResultSet:
 
     def knows(self, listed: Listed) -> bool:
         """True where a log was analysed before, and is as it was; one that failed is not known."""
-        key, version = key_of(listed.log), version_of(listed.log)
+        key = key_of(listed.log)
+        version = self._version(key, listed.log)
         if version is None:
             return key in self._in_memory
         waiting = self._journal.results.get(key)
         return bool(waiting and waiting[VERSION_COLUMN] == version) or self._holds(key, version)
+
+    def look_at(self, sources: Sequence[Listed], progress: Callable[[str], object]) -> None:
+        """Ask which versions of the logs are there, those behind addresses at once: an answer is waited for."""
+        distant = [one.log for one in sources if is_address(one.log)]
+        with ThreadPoolExecutor(CONNECTIONS) as threads:
+            for done, (source, version) in enumerate(zip(distant, threads.map(version_of, distant), strict=True), 1):
+                self._versions[key_of(source)] = version
+                if not done % CONNECTIONS:
+                    progress(f"asking after {done} of {len(distant)} logs")
+
+    def _version(self, key: str, source: LogSource) -> str | None:
+        """Version of a log as it was when it was first asked for."""
+        if key not in self._versions:
+            self._versions[key] = version_of(source)
+        return self._versions[key]
 
     def _holds(self, key: str, version: str | None) -> bool:
         """True where a part has the result of this version of a log."""
@@ -80,11 +100,12 @@ class ResultSet:
 
     def add(self, listed: Listed, result: LogResult) -> None:
         """Take one more result, with what is stated of its log."""
-        version = version_of(listed.log)
+        key = key_of(listed.log)
+        version = self._version(key, listed.log)
         if version is None or result.failure is not None:
-            self._in_memory[key_of(listed.log)] = result
+            self._in_memory[key] = result
             return
-        self._journal.add(key_of(listed.log), row_of(version, with_what_is_listed(result, listed)))
+        self._journal.add(key, row_of(version, with_what_is_listed(result, listed)))
         if self.folder is not None and len(self._journal.results) >= PART_ROWS:
             self._write_part(self.folder)
             self._journal.begin()
@@ -214,11 +235,13 @@ def key_of(source: LogSource) -> str:
 
 
 def version_of(source: LogSource) -> str | None:
-    """Size and time of a log's file; empty of a seed, None where there is no file."""
+    """Size and time of a log's file, or what its server says; empty of a seed, None where there is no file."""
     if isinstance(source, Log):
         return None
     if isinstance(source, int):
         return ""
+    if is_address(source):
+        return address_version(source)
     try:
         found = os.stat(source)
     except OSError:

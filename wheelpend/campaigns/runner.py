@@ -76,9 +76,9 @@ def campaign(
     """Identify, compare, diagnose or explain every log by itself, measured ones or one simulated with each seed.
 
     ``command``, ``duration`` [s] and ``hide`` are those of ``simulate``, ``method`` and ``tau`` [s] those of
-    ``identify``. A path may be a pattern, or a manifest: a CSV or Parquet table with a column ``log``, and ``unit``,
-    ``date`` or both, in which case the result says what the units have in common, which stand out and, of the two that
-    ``differ`` names, why they do.
+    ``identify``. A path, or an address that fsspec knows, may be a pattern, or a manifest: a CSV or Parquet table with
+    a column ``log``, and ``unit``, ``date`` or both, in which case the result says what the units have in common, which
+    stand out and, of the two that ``differ`` names, why they do.
     A log that cannot be used has a failure in its result, and the others go on; one in memory is refused at once.
     ``keep`` is a folder for the results, a Parquet data set: a log that was asked the same before costs nothing, and an
     interrupted campaign goes on. The logs are analysed on a Dask cluster of this machine's cores, or on that of a
@@ -106,7 +106,7 @@ def listed_sources(given: Sequence[LogLike | Listed]) -> list[Listed]:
     found: list[Listed] = []
     for one in given:
         if isinstance(one, (str, Path)):
-            found += listed_logs([Path(one)])
+            found += listed_logs([one])
         else:
             found.append(one if isinstance(one, Listed) else Listed(one))
     return found
@@ -171,6 +171,7 @@ def analyse_logs(
     scheduler: str | None = None,
 ) -> Sequence[LogResult]:
     """Results of all logs, in their order; those that are not known are computed."""
+    known.look_at(sources, progress)
     left = {k: source.log for k, source in enumerate(sources) if not known.knows(source)}
     if left:
         compile_and_try_first(model, setting, sources, progress)

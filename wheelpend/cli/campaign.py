@@ -35,7 +35,7 @@ class SimulationRequest(NamedTuple):
 class CampaignRequest(NamedTuple):
     """A campaign, as the command line has it."""
 
-    source: SimulationRequest | Sequence[Path]
+    source: SimulationRequest | Sequence[str]  # paths, patterns, addresses
     do: str
     method: str
     tau: tuple[float, ...] | Literal["auto"] | None  # s
@@ -92,19 +92,23 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
 
 def measured_logs(logs: Sequence[Listed], out: Path) -> list[Listed]:
     """The logs without what earlier campaigns wrote beside them; raises Failure where a log would be written over."""
-    tables = [one for one in logs if is_campaign_table(Path(one.log)) or is_result_set(Path(one.log))]
+    here = [one for one in logs if isinstance(one.log, Path)]
+    tables = [one for one in here if is_campaign_table(one.log) or is_result_set(one.log)]
     kept = [one for one in logs if one not in tables]
     if tables:
         print_warnings([f"{', '.join(str(t.log) for t in tables)} is left out: it is what a campaign wrote."])
-    if out.resolve() in [Path(one.log).resolve() for one in kept]:
+    if out.resolve() in [one.log.resolve() for one in here if one in kept]:
         raise Failure(f"--out must be another file than the logs, but {out} is one of them. Name another.")
-    say_what_is_missing([Path(one.log) for one in kept])
+    say_what_is_missing([one.log for one in kept])
     return kept
 
 
-def say_what_is_missing(logs: Sequence[Path]) -> None:
-    """Warn of files that are not there or cannot be read, before minutes of work; raises Failure where none can be."""
-    missing = [why for why in map(_why_unreadable, logs) if why]
+def say_what_is_missing(logs: Sequence[Path | str]) -> None:
+    """Warn of files that are not there or cannot be read, before minutes of work; raises Failure where none can be.
+
+    What is behind an address is seen when it is fetched.
+    """
+    missing = [why for log in logs if isinstance(log, Path) and (why := _why_unreadable(log))]
     if logs and len(missing) == len(logs):
         raise Failure(f"At least one log must be of use, but none of {len(logs)} is. {missing[0]}")
     print_warnings([f"{why} The other logs go on." for why in missing])

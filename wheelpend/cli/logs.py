@@ -12,6 +12,7 @@ from wheelpend.cli.next_step import Asked, say_after_campaign
 from wheelpend.cli.options import (
     DEFAULT_MODEL_PATH,
     CampaignDiffer,
+    CampaignLogs,
     CampaignMethod,
     CampaignReport,
     CampaignScheduler,
@@ -20,7 +21,6 @@ from wheelpend.cli.options import (
     CampaignTau,
     Json,
     ModelFile,
-    OptionalLogs,
     PlantFile,
     SimulatedCommand,
     SimulatedDuration,
@@ -126,7 +126,7 @@ def design(
 
 @app.command()
 def campaign(
-    logs: OptionalLogs = None,
+    logs: CampaignLogs = None,
     simulate: SimulateLogs = False,
     seeds: SimulatedSeeds = None,
     command: SimulatedCommand = None,

@@ -108,7 +108,7 @@ def identify(
 
 def _print_judged(asked: Asked, judge: Callable, text: Callable, **options: Any) -> Any:
     """Say what the logs' faults are, then what a judgement of the model on them finds, its warnings first."""
-    opened, logs = open_model(asked.model, asked.plant), list(asked.logs)
+    opened, logs = open_model(asked.model, asked.plant), list(map(Path, asked.logs))
     said = print_log_findings(logs, opened)
     with progress("reading") as update:
         result = judge(opened, logs, **options, progress=update)

@@ -22,7 +22,7 @@ NEARLY_NOISE = 1.05  # error over the noise floor up to which a model may well l
 class Asked(NamedTuple):
     """Files that a command was given, which the next one takes too."""
 
-    logs: Sequence[Path]
+    logs: Sequence[Path | str]  # paths, and addresses
     holdout: Sequence[Path] = ()
     model: Path = DEFAULT_MODEL_PATH
     plant: Path | None = None
@@ -113,7 +113,7 @@ def say_after_campaign(asked: Asked, found: Campaign) -> None:
         return
     agreements = [summary.parameters[name] for name in summary.disagreeing]
     off = [p.furthest.log for p in agreements if isinstance(p, ParameterAgreement) and p.furthest]
-    if odd := [log for log in asked.logs if off and off[0] in (str(log), log.name)]:
+    if odd := [log for log in asked.logs if off and off[0] in (str(log), Path(log).name)]:
         asked._replace(logs=odd).say_next("what is odd about the log that is furthest off", "inspect")
     if found.do in ("identify", "compare"):
         asked.say_next(

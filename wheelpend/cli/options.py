@@ -28,6 +28,9 @@ Accept = Annotated[
     str | None, typer.Option("--accept", metavar="NAME", help="Write that law to effects.toml as an effect of yours.")
 ]
 Data = Annotated[list[Path] | None, typer.Option("--data", help="The same, by an option.")]
+OptionalLogs = Annotated[
+    list[Path] | None, typer.Argument(help="Measurement files, CSV or Parquet.", show_default=False)
+]
 RefitLogs = Annotated[list[Path] | None, typer.Argument(help="Logs to refit on.", show_default=False)]
 ModelFile = Annotated[Path, typer.Option("--model", help="The model file, or its folder.")]
 Json = Annotated[
@@ -62,10 +65,12 @@ Bound = Annotated[
 TauMap = Annotated[Path | None, typer.Option("--tau-map", metavar="PNG", help="Draw what --tau auto found.")]
 
 # of campaign
-OptionalLogs = Annotated[
-    list[Path] | None,
+CampaignLogs = Annotated[
+    list[str] | None,
     typer.Argument(
-        help="Measurement files, patterns, or a manifest: a table with the columns log, and unit or date.",
+        metavar="[LOG]...",
+        help="Measurement files, patterns, addresses (s3://, https://), or a manifest: a table with the columns log, "
+        "and unit or date.",
         show_default=False,
     ),
 ]
