@@ -93,7 +93,7 @@ KEYS = {
     Limits: "pitch voltage",
     ExpectedErrors: "value logs builtin designed",
     Peaks: "pitch voltage wheel_travel factor",
-    Campaign: "do method simulated logs summary fleet",
+    Campaign: "do method simulated logs summary fleet then",
     one_log.SimulationSpec: "command duration hide",
     one_log.LogResult: "log seed failure verdict named effects error error_after noise_floor fit_percent parameters "
     "covariance warnings unit date conditions",

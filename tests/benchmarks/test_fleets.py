@@ -5,11 +5,22 @@ import json
 import numpy as np
 
 from wheelpend.benchmarks.fleets import made_up
-from wheelpend.benchmarks.fleets.cases import AGED_UNITS, AGEING_SIDES, FLEET_UNITS, plan, units_of_fleet, usual_values
+from wheelpend.benchmarks.fleets.cases import (
+    AGED_UNITS,
+    AGEING_SIDES,
+    FLEET_UNITS,
+    LACKED_EFFECTS,
+    LACKING_FLEET_UNITS,
+    LACKING_FLEETS,
+    plan,
+    units_of_fleet,
+    units_of_lacking_fleet,
+    usual_values,
+)
 from wheelpend.benchmarks.fleets.made_up import MadeUpCount
 from wheelpend.benchmarks.fleets.page import BEGIN_MARK, END_MARK, section_text, write
-from wheelpend.benchmarks.fleets.summary import count_fleets
-from wheelpend.benchmarks.fleets.trial import Answer, try_unit
+from wheelpend.benchmarks.fleets.summary import count_fleets, count_lacks, standing_out
+from wheelpend.benchmarks.fleets.trial import Answer, Lack, diagnose_unit, log_of, try_unit
 from wheelpend.proportion import Proportion
 
 NAMES = tuple(usual_values())
@@ -33,11 +44,15 @@ def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
     for unit in units[:AGED_UNITS]:
         change = dict(unit.truth)[unit.aged] / usual_values()[unit.aged] - 1.0
         assert 0.03 < AGEING_SIDES[unit.aged] * change < 0.13
-    assert units_of_fleet(3) == units != units_of_fleet(4) and len(plan(2)) == 2 * FLEET_UNITS
+    assert units_of_fleet(3) == units != units_of_fleet(4)
+    assert len(plan(2)) == 2 * FLEET_UNITS + LACKING_FLEETS * LACKING_FLEET_UNITS
+        units_of_fleet(3) == units != units_of_fleet(4)
+        and len(plan(2)) == 2 * FLEET_UNITS + LACKING_FLEETS * LACKING_FLEET_UNITS
+    )
 
 
 def test_aged_units_are_found_by_what_aged_and_others_are_hardly_accused():
-    units = plan(2)
+    units = [u for u in plan(2) if u.fleet < 2]
     found = count_fleets(units, {u.key: answer(u) for u in units})
     assert found.found.of == 2 * AGED_UNITS and found.found.hits >= 9
     assert found.right.hits >= found.right.of - 1 and found.inside.hits >= found.inside.of - 2
@@ -73,11 +88,11 @@ def test_the_table_stands_between_its_marks(tmp_path):
     page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n")
     units = units_of_fleet(0)
     counted = MadeUpCount(20, 2, 3, Proportion(5, 6), Proportion(1, 6), Proportion(1, 3))
-    write(page, count_fleets(units, {u.key: answer(u) for u in units}), [counted])
+    write(page, count_fleets(units, {u.key: answer(u) for u in units}), None, [counted])
     text = page.read_text()
     assert text.startswith("before") and text.endswith("after\n") and "old" not in text and "1 of 20 planned" in text
     assert "| 20 | 2 | 3 | 5 of 6 | 1 of 6 | 1 of 3 |" in text
-    assert "no fleet" in section_text(None, [])
+    assert "no fleet" in section_text(None, None, [])
 
 
 def test_made_up_fleets_count_odd_units_and_accusations(monkeypatch):
@@ -86,3 +101,25 @@ def test_made_up_fleets_count_odd_units_and_accusations(monkeypatch):
     assert (found.found.of, found.fleets_accusing.of) == (8, 4)
     assert found.found.hits >= 6 and found.accused.hits <= 2
     assert made_up.count_made_up() == [found]
+
+
+def test_units_that_lack_an_effect_are_diagnosed_where_they_stand_out():
+    units = units_of_lacking_fleet(0)
+    assert [u.lacked for u in units[:4]] == [*LACKED_EFFECTS, ""]
+    answers = {u.key: answer(u, {"X1": 150.0} if u.number in (0, 1, 7) else None) for u in units}
+    odd = standing_out(units, answers)
+    assert {u.number for u in odd} == {0, 1, 7}
+    lacks = {u.key: Lack(u.key, "effect_missing", ("stribeck_drive", "voltage_dead_zone")) for u in odd}
+    assert count_lacks(units, odd, dict(list(lacks.items())[1:])) is None
+    lacks[units[7].key] = Lack(units[7].key, "nothing_missing")
+    found = count_lacks(units, odd, lacks)
+    assert (found.asked, found.stand_out, found.named, found.alarms) == (3, (2, 3), (1, 2), (0, 1))
+    assert "diagnosed" in section_text(None, found, [])
+    assert count_fleets(units, answers) is None, "these fleets have no aged units"
+
+
+def test_the_log_of_a_unit_that_lacks_an_effect_has_it():
+    unit = units_of_lacking_fleet(1)[0]
+    said = diagnose_unit(unit)
+    assert (said.verdict, said.failure) == ("effect_missing", None) and unit.lacked in said.named
+    assert (log_of(unit).measured != log_of(unit._replace(lacked="")).measured).any()

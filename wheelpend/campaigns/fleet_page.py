@@ -20,7 +20,7 @@ from wheelpend.campaigns.manifest import day_of
 from wheelpend.campaigns.runner import Campaign
 from wheelpend.campaigns.text import campaign_text
 from wheelpend.campaigns.units import UnitsAnswer, log_estimate
-from wheelpend.campaigns.units_text import UnitOf, drift_sentence, units_text
+from wheelpend.campaigns.units_text import UnitOf, drift_sentence, then_text, units_text
 from wheelpend.errors import Failure
 from wheelpend.files import write_text
 from wheelpend.model.units import effect_unit
@@ -84,10 +84,14 @@ def _sections(result: Campaign, answer: UnitsAnswer, unit_of: UnitOf) -> Iterato
             "How far each unit is from the fleet, in standard deviations of scatter and errors together.",
             [chart_markup("map", deviation_map(answer.fleet))],
         )
-    if answer.effects:
-        yield Section(
-            "Units by effects", "What each unit lacks.", [chart_markup("effects", effect_map(answer.effects))]
+    further = result.then.fleet.effects if result.then and result.then.fleet else ()
+    if answer.effects or further:
+        tables = [block for block in then_text(result.then) if isinstance(block, Table)] if result.then else []
+        words = (
+            "What each unit lacks." if answer.effects else "What the units lack that stand out, the only ones asked."
         )
+        charts = [chart_markup("effects", effect_map(answer.effects or further))]
+        yield Section("Units by effects", words, charts, tables)
     drifting = answer.drifts[:MAX_DRIFTS]
     if drifting:
         known = [(e, day_of(r.date)) for r in result.logs if r.date and (e := log_estimate(r)) is not None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -31,6 +31,7 @@ from wheelpend.model.user_plants import plant_file
 from wheelpend.simulation.hidden import with_full_parameter_names
 
 Progress = Callable[[str], None]
+FURTHER_ANALYSES = ("diagnose", "explain")
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,7 @@ class Campaign:
     summary: Summary
     model: Model = field(repr=False)
     fleet: UnitsAnswer | None = None  # of the units that a manifest states
+    then: Campaign | None = None  # another analysis, of the logs of the units that stand out
 
     def to_json(self) -> dict[str, Any]:
         """The result under the keys of JSON."""
@@ -54,6 +56,7 @@ class Campaign:
             "logs": tuple(self.logs),
             "summary": self.summary,
             "fleet": self.fleet,
+            "then": self.then,
         }
 
 
@@ -70,6 +73,7 @@ def campaign(
     tau: Sequence[float] | Literal["auto"] | None = None,
     keep: Path | None = None,
     differ: Sequence[str] = (),
+    then: str | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda text: None,
 ) -> Campaign:
@@ -78,7 +82,8 @@ def campaign(
     ``command``, ``duration`` [s] and ``hide`` are those of ``simulate``, ``method`` and ``tau`` [s] those of
     ``identify``. A path, or an address that fsspec knows, may be a pattern, or a manifest: a CSV or Parquet table with
     a column ``log``, and ``unit``, ``date`` or both, in which case the result says what the units have in common, which
-    stand out and, of the two that ``differ`` names, why they do.
+    stand out and, of the two that ``differ`` names, why they do. ``then`` is a further analysis, diagnose or explain,
+    of the logs of those that stand out.
     A log that cannot be used has a failure in its result, and the others go on; one in memory is refused at once.
     ``keep`` is a folder for the results, a Parquet data set: a log that was asked the same before costs nothing, and an
     interrupted campaign goes on. The logs are analysed on a Dask cluster of this machine's cores, or on that of a
@@ -89,16 +94,27 @@ def campaign(
     simulated = SimulationSpec(command, duration, with_full_parameter_names(hide or {})) if seeds else None
     listed = listed_sources(as_list(logs))  # type: ignore[arg-type]
     sources = check_sources(model, listed, seeds)
-    if differ and not any(found.unit for found in listed):
-        raise Failure("--differ compares units, so a manifest must state of which unit each log is. Name one.")
+    if (differ or then) and not any(found.unit for found in listed):
+        raise Failure(f"--{'differ' if differ else 'then'} is about units, so a manifest must state of which unit each "
+                      "log is. Name one.")  # fmt: skip
     setting = CampaignSetting(
         model.text, model.path, plant_file(model.plant), do, method, _time_constants(tau), simulated
     )
-    check_setting(setting)
-    results = analyse_logs(model, setting, sources, ResultSet(keep, question_of(setting, model)), progress, scheduler)
-    identified = method if do == "identify" else None
-    summary = summarise(model, simulated, results)
-    return Campaign(do, identified, simulated, results, summary, model, units_answer(results, differ))
+    further = check_setting(setting, then)
+
+    def results_of(asked: CampaignSetting, some: Sequence[Listed]) -> Sequence[LogResult]:
+        return analyse_logs(model, asked, some, ResultSet(keep, question_of(asked, model)), progress, scheduler)
+
+    results, identified = results_of(setting, sources), method if do == "identify" else None
+    answer, summary = units_answer(results, differ), summarise(model, simulated, results)
+    found = Campaign(do, identified, simulated, results, summary, model, answer)
+    if further is None or answer is None:
+        return found
+    odd = {o.unit for o in answer.fleet.odd} if answer.fleet else set()
+    theirs = [source for source in sources if source.unit in odd]
+    lacks = results_of(further, theirs) if theirs else ()
+    then_summary = summarise(model, None, lacks)
+    return replace(found, then=Campaign(further.do, None, None, lacks, then_summary, model, units_answer(lacks)))
 
 
 def listed_sources(given: Sequence[LogLike | Listed]) -> list[Listed]:
@@ -137,15 +153,19 @@ def _time_constants(tau: Sequence[float] | Literal["auto"] | None) -> tuple[floa
     return tau if tau is None or tau == "auto" else tuple(map(float, tau))
 
 
-def check_setting(setting: CampaignSetting) -> None:
-    """Raise Failure for an unknown analysis, method or time constants."""
+def check_setting(setting: CampaignSetting, then: str | None) -> CampaignSetting | None:
+    """The further analysis, if there is one; raises Failure for an unknown analysis, method or time constants."""
     for what, name, known in (
         ("question", setting.do, list(LOG_ANALYSES)),
         ("method", setting.method, list(METHOD_NAMES)),
+        ("further question", then, list(FURTHER_ANALYSES)),
     ):
-        if name not in known:
+        if name is not None and name not in known:
             raise Failure(f"No {what} named '{name}'. Known {what}s: {', '.join(known)}.{did_you_mean(name, known)}")
     check_tau(setting.method, setting.tau)
+    if then is not None and setting.do != "identify":
+        raise Failure(f"--then follows identify, which tells who stands out, but --do is {setting.do}. Leave it out.")
+    return None if then is None else setting._replace(do=then, method="filter_error", tau=None)
 
 
 def compile_and_try_first(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wheelpend.campaigns.summary import ParameterAgreement, ParameterRecovery, Summary
-from wheelpend.campaigns.units_text import units_text
+from wheelpend.campaigns.units_text import then_text, units_text
 from wheelpend.identification.method_options import LEAST_SQUARES
 from wheelpend.model.units import effect_unit
 from wheelpend.proportion import Proportion
@@ -36,6 +36,8 @@ def campaign_text(result: Campaign, file: Path) -> TextBlocks:
     yield from _parameters_text(result)
     if result.fleet is not None:
         yield from units_text(result.fleet, partial(effect_unit, result.model))
+    if result.then is not None:
+        yield from then_text(result.then)
     odd = sum(bool(a.warnings) for a in result.logs)
     if odd:
         yield f"There are warnings about {odd} {_log_noun(odd)}: see the column warnings."

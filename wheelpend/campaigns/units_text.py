@@ -11,9 +11,12 @@ from wheelpend.reports.text.table import Table, TextBlocks
 
 if TYPE_CHECKING:
     from wheelpend.campaigns.drift import Drift
+    from wheelpend.campaigns.one_log import LogResult
+    from wheelpend.campaigns.runner import Campaign
     from wheelpend.campaigns.units import UnitsAnswer
 
 FLEET_COLUMNS = ("parameter", "fleet", "±", "scatter", "95 %", "p", "more than its errors")
+THEN_COLUMNS = ("unit", "log", "verdict", "named", "error", "after")
 MAX_PRINTED_UNITS = 20  # that stand out
 UnitOf = Callable[[str], str]  # a parameter's unit, by its name
 
@@ -54,6 +57,31 @@ def _odd_lines(answer: UnitsAnswer, unit_of: UnitOf) -> Iterator[str]:
         yield f"  {one.unit}: {difference_words(one.difference, unit_of)}"
     if len(odd) > MAX_PRINTED_UNITS:
         yield f"  and {len(odd) - MAX_PRINTED_UNITS} more, which are in the JSON."
+
+
+def then_text(then: Campaign) -> TextBlocks:
+    """What the logs of the units that stand out lack."""
+    if not then.logs:
+        yield f"{then.do}: no unit stands out, so none was asked."
+        return
+    rows = [
+        (r.unit, r.log, r.verdict or "", _effects(r), _error_text(r.error), _error_text(r.error_after))
+        for r in then.logs
+    ]  # fmt: skip
+    yield Table(f"{then.do}, of the units that stand out", THEN_COLUMNS, rows[:MAX_PRINTED_UNITS])
+    if len(rows) > MAX_PRINTED_UNITS:
+        yield f"And {len(rows) - MAX_PRINTED_UNITS} more logs, which are in the JSON."
+    for result in then.logs:
+        if result.failure is not None:
+            yield f"{result.log}: {result.failure}"
+
+
+def _effects(result: LogResult) -> str:
+    return ", ".join(n.effect for n in result.named)
+
+
+def _error_text(error: float | None) -> str:
+    return "" if error is None else number_text(error)
 
 
 def difference_words(found: Difference, unit_of: UnitOf) -> str:

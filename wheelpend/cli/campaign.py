@@ -42,6 +42,7 @@ class CampaignRequest(NamedTuple):
     out: Path
     differ: tuple[str, ...] = ()  # two units
     report: Path | None = None  # the page on the fleet
+    then: str | None = None  # asked of the units that stand out
     scheduler: str | None = None  # address of a Dask cluster
 
     @property
@@ -81,7 +82,9 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
         "progress": update,
     }
     if not isinstance(source, SimulationRequest):
-        return campaign(model, measured_logs(listed_logs(source), out), differ=request.differ, **question)
+        return campaign(
+            model, measured_logs(listed_logs(source), out), differ=request.differ, then=request.then, **question
+        )
     experiment: dict[str, Any] = {
         "command": source.command,
         "duration": source.duration,

@@ -19,6 +19,7 @@ from wheelpend.cli.options import (
     CampaignTable,
     CampaignTask,
     CampaignTau,
+    CampaignThen,
     Json,
     ModelFile,
     PlantFile,
@@ -137,6 +138,7 @@ def campaign(
     tau: CampaignTau = None,
     out: CampaignTable = Path("campaign.csv"),
     differ: CampaignDiffer = None,
+    then: CampaignThen = None,
     report: CampaignReport = None,
     scheduler: CampaignScheduler = None,
     model: ModelFile = DEFAULT_MODEL_PATH,
@@ -149,8 +151,10 @@ def campaign(
     experiment = (seeds, command, duration, hide)
     if bool(logs) == simulate:
         raise typer.BadParameter("name measurement files, or simulate some with --simulate, but not both")
-    if (differ or report) and simulate:
-        raise typer.BadParameter("--differ and --report are about the units of a manifest; simulated logs have none")
+    if (differ or report or then) and simulate:
+        raise typer.BadParameter(
+            "--differ, --then and --report are about the units of a manifest; simulated logs have none"
+        )
     if logs and any(given is not None for given in experiment):
         raise typer.BadParameter("--seeds, --command, --duration and --hide belong to --simulate")
     with exit_on_failure(json):
@@ -160,7 +164,7 @@ def campaign(
         source = simulation if simulate else logs or []
         if report is not None:
             check_output(report)
-        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or (), report, scheduler)
+        request = CampaignRequest(source, do, method, parse_tau(tau), out, differ or (), report, then, scheduler)
         result = run_campaign(open_model(model, plant), request, json)
         say_after_campaign(Asked(logs or [], (), model, plant, json), result)
 

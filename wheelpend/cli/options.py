@@ -94,6 +94,12 @@ CampaignDiffer = Annotated[
     tuple[str, str] | None,
     typer.Option(metavar="UNIT UNIT", help="Why these two units of a manifest differ.", show_default=False),
 ]
+CampaignThen = Annotated[
+    str | None,
+    typer.Option(
+        metavar="diagnose|explain", help="Ask this too, of the units of a manifest that stand out.", show_default=False
+    ),
+]
 CampaignReport = Annotated[
     Path | None,
     typer.Option(

@@ -4,7 +4,7 @@ In: simulated fleets whose units scatter, a few of them aged in one parameter. O
 recall, false accusations and intervals, docs/fleets.md. Question: of a hundred robots, does it find the worn ones?
 
 cases     which unit of which fleet is how
-trial     one unit: simulated and identified
+trial     one unit: simulated, identified, and diagnosed where it stands out
 summary   what stands out in each fleet, beside what aged
 made_up   fleets of numbers alone
 overhead  what a log costs beside its analysis

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wheelpend.benchmarks.fleets.cases import SCATTER_SHARE, Unit, usual_values
-from wheelpend.benchmarks.fleets.trial import Answer
+from wheelpend.benchmarks.fleets.trial import Answer, Lack
 from wheelpend.campaigns.fleet import Fleet, OddUnit, UnitEstimate, fleet_of
 from wheelpend.proportion import Proportion, proportion_of
 
@@ -26,12 +26,18 @@ class FleetCount(NamedTuple):
     scatter: Proportion  # of the parameters' true scatter, that lies in its interval
 
 
+class LackCount(NamedTuple):
+    """What diagnoses of the units that stand out said, beside the truth."""
+
+    asked: int
+    stand_out: Proportion  # of the units that lack an effect, that stand out
+    named: Proportion  # of those, whose diagnosis names it, or one that declares it equivalent
+    alarms: Proportion  # of the asked units that lack none, whose diagnosis names one or leaves something unexplained
+
+
 def count_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> FleetCount | None:
-    """Counts over the fleets all of whose units were tried; None where there is none."""
-    by_fleet: dict[int, list[Unit]] = {}
-    for unit in units:
-        by_fleet.setdefault(unit.fleet, []).append(unit)
-    whole = [own for own in by_fleet.values() if all(u.key in answers for u in own)]
+    """Counts over the fleets of aged units all of which were tried; None where there is none."""
+    whole = [own for own in whole_fleets(units, answers) if not any(u.lacked for u in own)]
     if not whole:
         return None
     told = [(own, found) for own in whole if (found := _fleet(own, answers)) is not None]
@@ -51,6 +57,33 @@ def count_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> FleetC
             for _, found in told
             for n, p in found.parameters.items()
         ),
+    )
+
+
+def whole_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> list[list[Unit]]:
+    """The fleets all of whose units were tried."""
+    by_fleet: dict[int, list[Unit]] = {}
+    for unit in units:
+        by_fleet.setdefault(unit.fleet, []).append(unit)
+    return [own for own in by_fleet.values() if all(u.key in answers for u in own)]
+
+
+def standing_out(units: Sequence[Unit], answers: Mapping[str, Answer]) -> list[Unit]:
+    """The units of whole fleets that stand out."""
+    told = ((own, _fleet(own, answers)) for own in whole_fleets(units, answers))
+    return [u for own, found in told if found is not None for u, _ in _odd_units(own, found)]
+
+
+def count_lacks(units: Sequence[Unit], odd: Sequence[Unit], lacks: Mapping[str, Lack]) -> LackCount | None:
+    """Counts over the diagnoses of the units that stand out; None where one of them is still to be asked."""
+    if not odd or any(u.key not in lacks for u in odd):
+        return None
+    keys = {u.key for u in odd}
+    return LackCount(
+        asked=len(odd),
+        stand_out=proportion_of(u.key in keys for u in units if u.lacked),
+        named=proportion_of(u.lacked in lacks[u.key].named for u in odd if u.lacked),
+        alarms=proportion_of(lacks[u.key].verdict != "nothing_missing" for u in odd if not u.lacked),
     )
 
 
