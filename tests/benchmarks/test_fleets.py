@@ -46,9 +46,6 @@ def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
         assert 0.03 < AGEING_SIDES[unit.aged] * change < 0.13
     assert units_of_fleet(3) == units != units_of_fleet(4)
     assert len(plan(2)) == 2 * FLEET_UNITS + LACKING_FLEETS * LACKING_FLEET_UNITS
-        units_of_fleet(3) == units != units_of_fleet(4)
-        and len(plan(2)) == 2 * FLEET_UNITS + LACKING_FLEETS * LACKING_FLEET_UNITS
-    )
 
 
 def test_aged_units_are_found_by_what_aged_and_others_are_hardly_accused():

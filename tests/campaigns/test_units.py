@@ -11,11 +11,12 @@ from tests.support import run, simulated
 from wheelpend import Failure, Model, campaign, parallel, save_log
 from wheelpend.campaigns.fleet_figures import deviation_map, effect_map, forest_figure, telling_parameters
 from wheelpend.campaigns.fleet_page import write_fleet_page
-from wheelpend.campaigns.manifest import day_of, is_manifest, listed_logs, read_manifest
+from wheelpend.campaigns.manifest import Listed, day_of, is_manifest, listed_logs, read_manifest
 from wheelpend.campaigns.one_log import ErrorCovariance, Estimate, LogResult, NamedEffect
 from wheelpend.campaigns.runner import Campaign
 from wheelpend.campaigns.summary import summarise
 from wheelpend.campaigns.units import is_per_log, log_estimate, units_answer
+from wheelpend.campaigns.units_text import then_text
 
 SHORT = 3.0  # s
 
@@ -138,6 +139,40 @@ def test_a_fleet_from_its_manifest_names_the_unit_that_has_more_friction(here):
     assert "must state of which unit" in run("campaign", "0.csv", "--differ", "a", "b", code=1).output
     again = campaign(Model.open(here), [here / "fleet.csv"])
     assert again.fleet.fleet.odd[0].unit == "robot 3"
+    then = json.loads(run("campaign", "fleet.csv", "--then", "diagnose", "--json", "-").stdout)["then"]
+    assert then["do"] == "diagnose"
+    assert sorted(r["unit"] for r in then["logs"]) == sorted(o["unit"] for o in data["fleet"]["odd"])
+    assert all(r["verdict"] == "nothing_missing" for r in then["logs"]), "its model has the friction that is larger"
+    assert len(list((here / "campaign.results").glob("question=diagnose-*"))) == 1
+
+
+def test_a_further_question_follows_identify_and_is_about_units(here):
+    with pytest.raises(Failure, match="about units"):
+        campaign(Model.default(), here / "log.csv", then="diagnose")
+    listed = [Listed(here / "a.csv", "a")]
+    with pytest.raises(Failure, match="No further question named 'diagnos'"):
+        campaign(Model.default(), listed, then="diagnos")
+    with pytest.raises(Failure, match="--then follows identify"):
+        campaign(Model.default(), listed, do="compare", then="explain")
+
+
+def test_what_the_units_lack_that_stand_out_is_said_and_drawn(here):
+    result = made_up_fleet(here)
+    lacks = (
+        LogResult("a.csv", unit="<b>robot 4</b>", verdict="effect_missing", named=(NamedEffect("cogging", ()),),
+                  error=9.0, error_after=1.25),
+        LogResult("b.csv", unit="<b>robot 4</b>", failure="It fell."),
+    )  # fmt: skip
+    model = Model.default()
+    then = Campaign("diagnose", None, None, lacks, summarise(model, None, lacks), model, units_answer(lacks))
+    said = "\n".join(map(str, then_text(then)))
+    assert "It fell." in said and "cogging" in said and "1.25" in said
+    assert "no unit stands out" in " ".join(map(str, then_text(replace(then, logs=()))))
+    bare = replace(result, logs=[replace(r, named=(), verdict=None) for r in result.logs], then=then)
+    bare = replace(bare, fleet=units_answer(bare.logs))
+    write_fleet_page(bare, here / "then.html", here / "campaign.csv")
+    page = (here / "then.html").read_text(encoding="utf-8")
+    assert "the only ones asked" in page and "cogging" in page and "<b>robot 4</b>" not in page
 
 
 def made_up_fleet(here):
