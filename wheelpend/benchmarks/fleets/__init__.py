@@ -7,6 +7,6 @@ cases     which unit of which fleet is how
 trial     one unit: simulated, identified, and diagnosed where it stands out
 summary   what stands out in each fleet, beside what aged
 made_up   fleets of numbers alone
-overhead  what a log costs beside its analysis
+scaling   what a campaign costs over workers and logs; one_campaign one of them in a process
 page      docs/fleets.md between its marks
 """
