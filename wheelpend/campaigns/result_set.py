@@ -29,7 +29,7 @@ from wheelpend.model.record import Model
 QUESTION_PREFIX, PART_PATTERN = "question=", "part-*.parquet"
 JOURNAL_NAME, FAILED_NAME = "_journal.partial", "failed.parquet"
 PART_ROWS, HELD_PARTS = 1000, 2
-CONNECTIONS = 32  # over which a server is asked at a time
+SERVER_CONNECTIONS = 32  # over which a server is asked at a time
 STATED_COLUMNS = ("unit", "date", "conditions")
 
 
@@ -75,10 +75,10 @@ class ResultSet:
     def look_at(self, sources: Sequence[Listed], progress: Callable[[str], object]) -> None:
         """Ask which versions of the logs are there, those behind addresses at once: an answer is waited for."""
         distant = [one.log for one in sources if is_address(one.log)]
-        with ThreadPoolExecutor(CONNECTIONS) as threads:
+        with ThreadPoolExecutor(SERVER_CONNECTIONS) as threads:
             for done, (source, version) in enumerate(zip(distant, threads.map(version_of, distant), strict=True), 1):
                 self._versions[key_of(source)] = version
-                if not done % CONNECTIONS:
+                if not done % SERVER_CONNECTIONS:
                     progress(f"asking after {done} of {len(distant)} logs")
 
     def _version(self, key: str, source: LogSource) -> str | None:

@@ -22,7 +22,7 @@ BEGIN_MARK, END_MARK = "<!-- written by wheelpend.benchmarks.fleets.scaling -->"
 PICTURE_NAME = "fleet_growth.svg"
 EMPTY_SIZES, TRIED_WORKERS = (10, 100, 1000, 10_000), (1, 2, 8)
 IDENTIFIED_LOGS = 60
-MILLION = 1_000_000
+OUTLOOK_LOGS = 1_000_000
 SECONDS_PER_HOUR = 3600.0
 
 
@@ -123,15 +123,15 @@ def million_text(alone: CampaignCost, empty: Sequence[CampaignCost]) -> str:
         f"**A million logs**, by these figures and not tried: {_hours(analysis):,.0f} hours of one core for the "
         f"analyses. One client can hand out and write down {1.0 / client:.0f} logs a second, which is "
         f"{_hours(client):.1f} hours at least, and work for {analysis / client:.0f} cores. It needs some "
-        f"{memory * MILLION / 1e3:.1f} GB of memory, for names, places and the numbers of the summary, not for the "
-        f"results; {disk * MILLION / 1e6:.1f} GB of Parquet; and {_hours(last):.1f} hours for summary and table. "
+        f"{memory * OUTLOOK_LOGS / 1e3:.1f} GB of memory, for names, places and the numbers of the summary, not for the "
+        f"results; {disk * OUTLOOK_LOGS / 1e6:.1f} GB of Parquet; and {_hours(last):.1f} hours for summary and table. "
         "Beyond that split the manifest, and query the data sets together."
     )
 
 
 def _hours(seconds_a_log: float) -> float:
     """Hours of a million logs."""
-    return MILLION * seconds_a_log / SECONDS_PER_HOUR
+    return OUTLOOK_LOGS * seconds_a_log / SECONDS_PER_HOUR
 
 
 if __name__ == "__main__":
