@@ -27,13 +27,13 @@ NAMES = tuple(usual_values())
 SIGMA = 1e-3 * np.array(list(usual_values().values()))
 
 
-def answer(unit, off=None):
+def answer(unit, off=None, error=1.0):
     """An estimate with small errors; ``off`` adds to a parameter in its standard errors."""
     rng = np.random.default_rng((unit.fleet, unit.number, 7))
     values = np.array([dict(unit.truth)[n] for n in NAMES]) + SIGMA * rng.normal(size=len(NAMES))
     for name, sigmas in (off or {}).items():
         values[NAMES.index(name)] += sigmas * SIGMA[NAMES.index(name)]
-    return Answer(unit.key, NAMES, tuple(values), tuple(map(tuple, np.diag(SIGMA**2))))
+    return Answer(unit.key, NAMES, tuple(values), tuple(map(tuple, np.diag(SIGMA**2))), error)
 
 
 def test_a_fleet_scatters_and_its_first_units_aged_in_one_parameter_each():
@@ -103,7 +103,8 @@ def test_made_up_fleets_count_odd_units_and_accusations(monkeypatch):
 def test_units_that_lack_an_effect_are_diagnosed_where_they_stand_out():
     units = units_of_lacking_fleet(0)
     assert [u.lacked for u in units[:4]] == [*LACKED_EFFECTS, ""]
-    answers = {u.key: answer(u, {"X1": 150.0} if u.number in (0, 1, 7) else None) for u in units}
+    answers = {u.key: answer(u, {"X1": 150.0} if u.number in (0, 7) else None, 3.0 if u.number == 1 else 1.0)
+               for u in units}  # fmt: skip
     odd = standing_out(units, answers)
     assert {u.number for u in odd} == {0, 1, 7}
     lacks = {u.key: Lack(u.key, "effect_missing", ("stribeck_drive", "voltage_dead_zone")) for u in odd}

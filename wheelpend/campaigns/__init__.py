@@ -12,6 +12,7 @@ summary            bias, spread and coverage over simulated logs, agreement of m
 addresses          logs behind s3:// and https://
 manifest           which logs are of which unit, of which day
 units              what the results say of units; units_text the same for people
+misfits            units that the model describes worse than the others
 fleet              what units have in common, and which stand out by what
 fleet_page         the fleet as one HTML page; fleet_figures its pictures
 drift              what changes with the date

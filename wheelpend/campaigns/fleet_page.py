@@ -53,7 +53,7 @@ def fleet_page(result: Campaign, answer: UnitsAnswer, out: Path, command: str = 
     """Text of the page; ``out`` is the table of the campaign."""
     blocks = [block for block in campaign_text(result, out) if isinstance(block, str)]
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
-    odd = len(answer.fleet.odd) if answer.fleet else 0
+    odd = len(answer.standing_out)
     return rendered_page(
         STYLE_FOLDER,
         "fleet_page.html.j2",

@@ -110,8 +110,7 @@ def campaign(
     found = Campaign(do, identified, simulated, results, summary, model, answer)
     if further is None or answer is None:
         return found
-    odd = {o.unit for o in answer.fleet.odd} if answer.fleet else set()
-    theirs = [source for source in sources if source.unit in odd]
+    theirs = [source for source in sources if source.unit in answer.standing_out]
     lacks = results_of(further, theirs) if theirs else ()
     then_summary = summarise(model, None, lacks)
     return replace(found, then=Campaign(further.do, None, None, lacks, then_summary, model, units_answer(lacks)))

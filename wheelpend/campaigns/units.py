@@ -12,6 +12,7 @@ import numpy as np
 from wheelpend.campaigns.drift import Drift, drifts
 from wheelpend.campaigns.fleet import Difference, Fleet, UnitEstimate, combined, difference_between, fleet_of
 from wheelpend.campaigns.manifest import day_of
+from wheelpend.campaigns.misfits import Misfit, misfits
 from wheelpend.campaigns.one_log import LogResult
 from wheelpend.errors import Failure, did_you_mean
 from wheelpend.estimation.free_parameters import per_log_names
@@ -49,6 +50,13 @@ class UnitsAnswer:
     effects: tuple[EffectSpread, ...]  # that were named, the most frequent first
     drifts: tuple[Drift, ...]
     differ: UnitDifference | None = None
+    misfits: tuple[Misfit, ...] = ()  # units that the model describes worse, which the fleet leaves out
+
+    @property
+    def standing_out(self) -> tuple[str, ...]:
+        """Units that stand out, by their parameters or by what the model leaves."""
+        odd = self.fleet.odd if self.fleet else ()
+        return tuple(dict.fromkeys([*(m.unit for m in self.misfits), *(o.unit for o in odd)]))
 
     def to_json(self) -> dict[str, Any]:
         """The answer under the keys of JSON."""
@@ -56,6 +64,7 @@ class UnitsAnswer:
             "units": {u.unit: dict(zip(u.names, u.values, strict=True)) for u in self.units},
             "parameters": self.fleet.parameters if self.fleet else {},
             "odd": self.fleet.odd if self.fleet else (),
+            "misfits": self.misfits,
             "effects": self.effects,
             "drifts": self.drifts,
             "differ": self.differ,
@@ -78,14 +87,26 @@ def units_answer(results: Sequence[LogResult], differ: Sequence[str] = ()) -> Un
     for one in alike:
         by_unit.setdefault(one.estimate.unit, []).append(one.estimate)
     units = {unit: combined(unit, estimates) for unit, estimates in by_unit.items()}
+    worse = misfits(unit_errors(results))
+    fitting = [estimate for unit, estimate in units.items() if unit not in {m.unit for m in worse}]
     dated = [(one.estimate, day_of(one.date)) for one in alike if one.date]
     return UnitsAnswer(
         tuple(units.values()),
-        fleet_of(list(units.values())),
+        fleet_of(fitting),
         effect_spreads(results),
         drifts([e for e, _ in dated], [day for _, day in dated]) if dated else (),
         _difference(units, differ) if differ else None,
+        worse,
     )
+
+
+def unit_errors(results: Sequence[LogResult]) -> dict[str, float]:
+    """What the model leaves of each unit's logs over their noise floors: the root mean square."""
+    squares: dict[str, list[float]] = {}
+    for result in results:
+        if result.unit and result.failure is None and result.error and result.noise_floor:
+            squares.setdefault(result.unit, []).append((result.error / result.noise_floor) ** 2)
+    return {unit: float(np.sqrt(np.mean(own))) for unit, own in squares.items()}
 
 
 class _Known(NamedTuple):

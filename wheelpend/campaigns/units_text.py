@@ -33,8 +33,9 @@ def units_text(answer: UnitsAnswer, unit_of: UnitOf) -> TextBlocks:
              " to ".join(map(number_text, p.scatter_interval)), p_value_text(p.p_value), "yes" if p.scatters else "no")
             for name, p in answer.fleet.parameters.items()
         ]  # fmt: skip
-        yield Table(f"The fleet of {count} units, without those that stand out", FLEET_COLUMNS, rows)
+        yield Table(f"The fleet of {len(answer.fleet.units)} units, without those that stand out", FLEET_COLUMNS, rows)
         yield from _odd_lines(answer, unit_of)
+    yield from _misfit_lines(answer)
     if answer.effects:
         named = [(e.effect, str(len(e.units)), percent_text(len(e.units) / e.of), _some(e.units))
                  for e in answer.effects]  # fmt: skip
@@ -49,14 +50,28 @@ def units_text(answer: UnitsAnswer, unit_of: UnitOf) -> TextBlocks:
 def _odd_lines(answer: UnitsAnswer, unit_of: UnitOf) -> Iterator[str]:
     odd = answer.fleet.odd if answer.fleet else ()
     if not odd:
-        yield "No unit stands out."
+        yield "No unit stands out by its parameters." if answer.misfits else "No unit stands out."
         return
-    yield (f"{len(odd)} of {len(answer.units)} units stand out (of those that are said to, at most "
+    yield (f"{len(odd)} of {len(answer.units)} units stand out by their parameters (of those that are said to, at most "
            f"{percent_text(FALSE_DISCOVERY_RATE)} do not):")  # fmt: skip
     for one in odd[:MAX_PRINTED_UNITS]:
         yield f"  {one.unit}: {difference_words(one.difference, unit_of)}"
     if len(odd) > MAX_PRINTED_UNITS:
         yield f"  and {len(odd) - MAX_PRINTED_UNITS} more, which are in the JSON."
+
+
+def _misfit_lines(answer: UnitsAnswer) -> Iterator[str]:
+    """The units that the model describes worse than the others."""
+    if not answer.misfits:
+        return
+    usual = number_text(answer.misfits[0].usual)
+    yield (f"{len(answer.misfits)} of {len(answer.units)} units stand out by what the model leaves there, where it "
+           f"leaves {usual} times the noise of the others: something acts there that it does not have, and their "
+           "parameters are not compared. --then diagnose asks their logs what.")  # fmt: skip
+    for one in answer.misfits[:MAX_PRINTED_UNITS]:
+        yield f"  {one.unit}: {number_text(one.error)} times the noise (p = {p_value_text(one.p_value)})."
+    if len(answer.misfits) > MAX_PRINTED_UNITS:
+        yield f"  and {len(answer.misfits) - MAX_PRINTED_UNITS} more, which are in the JSON."
 
 
 def then_text(then: Campaign) -> TextBlocks:

@@ -124,8 +124,8 @@ def million_text(alone: CampaignCost, empty: Sequence[CampaignCost]) -> str:
         f"analyses. One client can hand out and write down {1.0 / client:.0f} logs a second, which is "
         f"{_hours(client):.1f} hours at least, and work for {analysis / client:.0f} cores. It needs some "
         f"{memory * OUTLOOK_LOGS / 1e3:.1f} GB of memory, for names, places and the numbers of the summary, not for "
-        f"the results; {disk * OUTLOOK_LOGS / 1e6:.1f} GB of Parquet; and {_hours(last):.1f} hours for summary and table. "
-        "Beyond that split the manifest, and query the data sets together."
+        f"the results; {disk * OUTLOOK_LOGS / 1e6:.1f} GB of Parquet; and {_hours(last):.1f} hours for summary and "
+        "table. Beyond that split the manifest, and query the data sets together."
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from wheelpend.benchmarks.fleets.cases import SCATTER_SHARE, Unit, usual_values
 from wheelpend.benchmarks.fleets.trial import Answer, Lack
 from wheelpend.campaigns.fleet import Fleet, OddUnit, UnitEstimate, fleet_of
+from wheelpend.campaigns.misfits import Misfit, misfits
 from wheelpend.proportion import Proportion, proportion_of
 
 
@@ -43,14 +44,16 @@ def count_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> FleetC
     told = [(own, found) for own in whole if (found := _fleet(own, answers)) is not None]
     usable = [u for own in whole for u in own if answers[u.key].failure is None]
     odd = [(u, o) for own, found in told for u, o in _odd_units(own, found)]
-    aged, stand_out, usual = [u for u in usable if u.aged], {u.key for u, _ in odd}, usual_values()
+    of_aged = [u for own in whole for u in own]
+    aged, stand_out, usual = [u for u in usable if u.aged], standing_out(of_aged, answers), usual_values()
+    keys = {u.key for u in stand_out}
     return FleetCount(
         fleets=len(whole),
         units=len(usable),
         failed=sum(map(len, whole)) - len(usable),
-        found=proportion_of(u.key in stand_out for u in aged),
+        found=proportion_of(u.key in keys for u in aged),
         right=proportion_of(o.difference.parameters[0].parameter == u.aged for u, o in odd if u.aged),
-        accused=proportion_of(not u.aged for u, _ in odd),
+        accused=proportion_of(not u.aged for u in stand_out),
         inside=proportion_of(_covers(u, o, found) for own, found in told for u, o in _odd_units(own, found) if u.aged),
         scatter=proportion_of(
             p.scatter_interval[0] <= SCATTER_SHARE * usual[n] <= p.scatter_interval[1]
@@ -69,9 +72,13 @@ def whole_fleets(units: Sequence[Unit], answers: Mapping[str, Answer]) -> list[l
 
 
 def standing_out(units: Sequence[Unit], answers: Mapping[str, Answer]) -> list[Unit]:
-    """The units of whole fleets that stand out."""
-    told = ((own, _fleet(own, answers)) for own in whole_fleets(units, answers))
-    return [u for own, found in told if found is not None for u, _ in _odd_units(own, found)]
+    """The units of whole fleets that stand out, by their parameters or by what the model leaves."""
+    found = []
+    for own in whole_fleets(units, answers):
+        keys, told = {m.unit for m in _misfits(own, answers)}, _fleet(own, answers)
+        keys.update(u.key for u, _ in _odd_units(own, told)) if told else None
+        found += [u for u in own if u.key in keys]
+    return found
 
 
 def count_lacks(units: Sequence[Unit], odd: Sequence[Unit], lacks: Mapping[str, Lack]) -> LackCount | None:
@@ -87,8 +94,13 @@ def count_lacks(units: Sequence[Unit], odd: Sequence[Unit], lacks: Mapping[str, 
     )
 
 
+def _misfits(own: Sequence[Unit], answers: Mapping[str, Answer]) -> tuple[Misfit, ...]:
+    return misfits({u.key: answers[u.key].error for u in own if answers[u.key].failure is None})
+
+
 def _fleet(own: Sequence[Unit], answers: Mapping[str, Answer]) -> Fleet | None:
-    known = [answers[u.key] for u in own if answers[u.key].failure is None]
+    worse = {m.unit for m in _misfits(own, answers)}
+    known = [answers[u.key] for u in own if answers[u.key].failure is None and u.key not in worse]
     return fleet_of([UnitEstimate(a.key, a.names, np.array(a.values), np.array(a.covariance)) for a in known])
 
 

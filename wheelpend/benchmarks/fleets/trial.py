@@ -27,6 +27,7 @@ class Answer:
     names: tuple[str, ...] = ()
     values: tuple[float, ...] = ()
     covariance: tuple[tuple[float, ...], ...] = ()
+    error: float = 1.0  # that the model leaves, over the noise floor
     failure: str | None = None
 
     def to_json(self) -> dict[str, Any]:
@@ -36,6 +37,7 @@ class Answer:
             "names": self.names,
             "values": self.values,
             "covariance": self.covariance,
+            "error": self.error,
             "failure": self.failure,
         }
 
@@ -64,7 +66,8 @@ def try_unit(unit: Unit) -> Answer:
         return Answer(unit.key, failure="there is no covariance")
     names = tuple(found.covariance.names)
     values = tuple(float(found.parameters[n].value) for n in names)
-    return Answer(unit.key, names, values, tuple(map(tuple, np.asarray(found.covariance.matrix).tolist())))
+    matrix = tuple(map(tuple, np.asarray(found.covariance.matrix).tolist()))
+    return Answer(unit.key, names, values, matrix, (found.error or 1.0) / (found.noise_floor or 1.0))
 
 
 def diagnose_unit(unit: Unit) -> Lack:
