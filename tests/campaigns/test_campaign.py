@@ -136,9 +136,10 @@ def test_an_interruption_says_what_is_kept_and_leaves_no_table(workspace, monkey
 def test_the_table_of_an_earlier_campaign_is_no_log_and_no_log_is_written_over(workspace):
     command = ("campaign", "drive0.csv", "drive1.csv", "--method", "inverse")
     run(*command)
-    assert "left out" in run(*command, "campaign.csv").stderr
+    assert "left out" in run(*command, "campaign.csv", "campaign.results").stderr
     assert len(lines(workspace / "campaign.csv")) == 2
     assert "must be another file" in run(*command, "--out", "drive0.csv", code=1).stderr
+    assert "beside the folder" in run(*command, "--out", "all.results", code=1).stderr
 
 
 def test_a_campaign_is_of_measured_or_of_simulated_logs(workspace):
