@@ -56,6 +56,7 @@ def test_a_manifest_lists_logs_from_its_own_folder_on(here, kind):
         ("log,unit\na.csv,u\n,v\n", "row 2 names none"),
         ("log,date\na.csv,yesterday\n", "must be like 2026-03-31"),
         ("log,unit\na.csv,u,extra\n", "cannot be read"),
+        ("log,unit\na\0b.csv,u\n", "row 1 names none"),
     ],
 )
 def test_a_manifest_that_is_wrong_says_where(here, text, words):

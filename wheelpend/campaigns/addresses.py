@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 ADDRESS_BEGINNING = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*://")
 VERSION_KEYS = (
-    "size", "ETag", "etag", "Content-MD5", "content_md5", "Digest", "md5Hash", "generation",
-    "Last-Modified", "LastModified", "last_modified", "updated", "mtime", "modified",
+    "size", "ETag", "etag", "Content-MD5", "content_md5", "Digest", "md5Hash", "sha", "generation",
+    "Last-Modified", "LastModified", "last_modified", "updated", "mtime", "modified", "modify", "created",
 )  # fmt: skip
 CHAIN_MARK = "::"  # of fsspec: an address within another
 
@@ -48,14 +48,14 @@ def matching(pattern: str) -> list[str]:
     return sorted(map(str, found))
 
 
-def address_version(address: str) -> str | None:
-    """What a server says of a file that tells it from a later one: size, tag, time; None where it is not there."""
+def address_version(address: str) -> str:
+    """What a server says of a file that tells it from a later one: size, tag, time; empty where it says nothing."""
     try:
         with _saying(address, "found"):
             system, path = _place_of(address)
             said = system.info(path)
     except Failure:
-        return None  # what is wrong with it its analysis says
+        return ""  # what is wrong with it its analysis says
     return " ".join(str(said[key]) for key in VERSION_KEYS if said.get(key) is not None)
 
 
@@ -83,7 +83,9 @@ def _place_of(address: str) -> tuple[AbstractFileSystem, str]:
 
     if CHAIN_MARK in address:
         raise Failure(f"An address must name one protocol, but {address} names several. Name the file itself.")
-    return url_to_fs(address)
+    system, path = url_to_fs(address)
+    system.invalidate_cache()  # files may have come, or changed, since it was asked
+    return system, path
 
 
 @contextmanager

@@ -94,6 +94,7 @@ def local_client(workers: int) -> Iterator[Client]:
         single_threaded(),
         starting_workers(),  # also while it runs: who is replaced starts in the same way
     ):
+        variables["TMPDIR"] = folder  # what a worker that is killed had fetched goes with the folder
         with without_interruption():
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, memory_limit=0, env=variables,

@@ -53,7 +53,7 @@ def fleet_page(result: Campaign, answer: UnitsAnswer, out: Path, command: str = 
     """Text of the page; ``out`` is the table of the campaign."""
     blocks = [block for block in campaign_text(result, out) if isinstance(block, str)]
     plotly = PLOTTING_SCRIPT.read_text(encoding="utf-8")
-    odd = len(answer.standing_out)
+    odd, units = len(answer.standing_out), max(len(answer.units), answer.judged)
     return rendered_page(
         STYLE_FOLDER,
         "fleet_page.html.j2",
@@ -61,7 +61,7 @@ def fleet_page(result: Campaign, answer: UnitsAnswer, out: Path, command: str = 
         plotly=Markup(plotly),
         drawing=Markup(DRAWING_SCRIPT),
         script_hashes=Markup(" ".join(map(script_hash, (plotly, DRAWING_SCRIPT)))),
-        title=f"A fleet of {len(answer.units)} units: {odd or 'none'} {'stands' if odd <= 1 else 'stand'} out",
+        title=f"A fleet of {units} units: {odd or 'none'} {'stands' if odd <= 1 else 'stand'} out",
         sentences=[line.strip() for line in blocks],
         sections=list(_sections(result, answer, partial(effect_unit, result.model))),
         command=command,
@@ -85,13 +85,15 @@ def _sections(result: Campaign, answer: UnitsAnswer, unit_of: UnitOf) -> Iterato
             [chart_markup("map", deviation_map(answer.fleet))],
         )
     further = result.then.fleet.effects if result.then and result.then.fleet else ()
-    if answer.effects or further:
-        tables = [block for block in then_text(result.then) if isinstance(block, Table)] if result.then else []
+    asked_then = [block for block in then_text(result.then) if isinstance(block, Table)] if result.then else []
+    if answer.effects or asked_then:
         words = (
             "What each unit lacks." if answer.effects else "What the units lack that stand out, the only ones asked."
         )
-        charts = [chart_markup("effects", effect_map(answer.effects or further))]
-        yield Section("Units by effects", words, charts, tables)
+        named = answer.effects or further
+        yield Section(
+            "Units by effects", words, [chart_markup("effects", effect_map(named))] if named else [], asked_then
+        )
     drifting = answer.drifts[:MAX_DRIFTS]
     if drifting:
         known = [(e, day_of(r.date)) for r in result.logs if r.date and (e := log_estimate(r)) is not None]

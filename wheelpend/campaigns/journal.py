@@ -9,7 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from wheelpend.files import read_bytes, read_text, rename, write_errors, write_text
+from derive.files import replacing
+from wheelpend.files import read_bytes, read_text, rename, write_errors
 
 
 class Journal:
@@ -25,7 +26,7 @@ class Journal:
         self.of_other_question = len(rows) > 1 and rows[0] != self._header()
         self.results: dict[str, Any] = {}  # as JSON has them
         if not self.of_other_question:
-            self.results = {row["key"]: row["answer"] for row in rows[1:]}
+            self.results = {row["key"]: row["answer"] for row in rows[1:] if {"key", "answer"} <= row.keys()}
 
     def _header(self) -> dict[str, Any]:
         return {"setting": self.fingerprint}
@@ -39,7 +40,11 @@ class Journal:
             return None
         aside = rename(self.path, f"{self.path.name}.other") if self.of_other_question else None
         rows = [self._header(), *({"key": k, "answer": a} for k, a in self.results.items())]
-        write_text(self.path, "".join(map(_line, rows)))
+        with (
+            write_errors(str(self.path)),
+            replacing([self.path]) as (partial,),
+        ):  # no result: an interruption names none
+            partial.write_text("".join(map(_line, rows)), encoding="utf-8")
         return aside
 
     def add(self, key: str, result: Any) -> None:
@@ -58,7 +63,7 @@ def _complete_rows(path: Path | None) -> list[dict[str, Any]]:
     for line in read_text(path).splitlines():
         with suppress(ValueError, RecursionError):
             rows.append(json.loads(line))
-    return rows
+    return [row for row in rows if isinstance(row, dict)]
 
 
 def _line(row: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from datetime import datetime
@@ -30,22 +31,24 @@ class Listed(NamedTuple):
 
 def is_manifest(source: Path | str) -> bool:
     """True where a file is a table that lists logs: it has a column log, and unit or date beside it."""
-    if isinstance(source, str):
-        head = head_of(source, MAX_HEADER_BYTES)
-    else:
+    if not isinstance(source, str):
         refuse_special_file(source)
-        try:
-            with source.open("rb") as file:
-                head = file.read(MAX_HEADER_BYTES)
-        except OSError:
-            return False
+    try:
+        head = head_of(source, MAX_HEADER_BYTES) if isinstance(source, str) else _head_of(source)
+    except (OSError, ValueError, Failure):
+        return False  # what is wrong with it its analysis says
     if head.startswith(PARQUET_BEGINNING):
         with _local(source) as path:
             names = _parquet_names(path)
     else:
         first = head.decode("utf-8-sig", errors="replace").partition("\n")[0]
-        names = {cell.strip().strip('"') for cell in first.split(",")}
+        names = {cell.strip() for row in csv.reader([first.replace("\0", "")]) for cell in row}
     return LOG_COLUMN in names and bool(names & {UNIT_COLUMN, DATE_COLUMN})
+
+
+def _head_of(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(MAX_HEADER_BYTES)
 
 
 def _local(source: Path | str) -> AbstractContextManager[Path]:
@@ -78,13 +81,15 @@ def read_manifest(source: Path | str) -> list[Listed]:
             table = pl.read_parquet(path) if is_parquet else pl.read_csv(path, infer_schema=False)
     except (pl.exceptions.PolarsError, OSError) as error:
         raise Failure(f"{source}: a manifest must be a CSV or Parquet table, but it cannot be read: {error}") from None
+    if LOG_COLUMN not in map(str.strip, table.columns):
+        raise Failure(f"{source}: a manifest must have the column {LOG_COLUMN}, but it has {', '.join(table.columns)}.")
     return [_listed(source, number, row) for number, row in enumerate(table.iter_rows(named=True), 1)]
 
 
 def _listed(manifest: Path | str, number: int, row: dict[str, Any]) -> Listed:
     cells = {name.strip(): "" if value is None else str(value).strip() for name, value in row.items()}
     log = cells.pop(LOG_COLUMN)
-    if not log:
+    if not log or "\0" in log:
         raise Failure(f"{manifest}: every row must name its log, but row {number} names none. Fill in the column log.")
     date = cells.pop(DATE_COLUMN, "")
     if date:
@@ -118,7 +123,7 @@ def listed_logs(given: Sequence[Path | str]) -> list[Listed]:
 
 def _listed_by(source: Path | str) -> Iterator[Listed]:
     if isinstance(source, str):
-        if any(c in source for c in ADDRESS_PATTERN_MARKS):
+        if any(c in source.partition("://")[2].partition("/")[2] for c in ADDRESS_PATTERN_MARKS):
             yield from map(Listed, matching(source))
         else:
             yield from read_manifest(source) if is_manifest(source) else [Listed(source)]

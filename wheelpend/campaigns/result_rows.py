@@ -15,15 +15,38 @@ from wheelpend.serialise import plain_data
 
 VERSION_COLUMN = "version"  # of the log's file: what tells that it has changed
 BY_NAME_COLUMNS = ("fit_percent", "conditions")  # dictionaries: lists of name and value
+NEVER_NULL = ("log", VERSION_COLUMN, "unit", "date", "named", "effects", "parameters", *BY_NAME_COLUMNS, "warnings")
 Row = dict[str, Any]
 
 
-def row_of(version: str, result: LogResult) -> Row:
-    """A result as a row of plain data, in which what is by name is a list."""
+def row_of(key: str, version: str, result: LogResult) -> Row:
+    """A result as a row of plain data, in which what is by name is a list; ``key`` names its log."""
     data = plain_data(result)
     named = [{"name": name, **estimate} for name, estimate in data.pop("parameters").items()]
     by_name = {c: [{"name": n, "value": v} for n, v in data.pop(c).items()] for c in BY_NAME_COLUMNS}
-    return {VERSION_COLUMN: version, **data, "parameters": named, **by_name}
+    row = {VERSION_COLUMN: version, **data, "log": key, "parameters": named, **by_name}
+    return {name: _with_plain_text(value) for name, value in row.items()}
+
+
+def plain_text(text: str) -> str:
+    """A text that can be written as UTF-8: what of a file's name cannot is escaped."""
+    return text.encode(errors="backslashreplace").decode()
+
+
+def _with_plain_text(value: Any) -> Any:
+    if isinstance(value, str):
+        return plain_text(value)
+    if isinstance(value, list):
+        return [_with_plain_text(v) for v in value]
+    return {n: _with_plain_text(v) for n, v in value.items()} if isinstance(value, dict) else value
+
+
+def holds_result(row: Any, key: str) -> bool:
+    """True of a row, found in a journal, that can be a result of this log."""
+    try:
+        return bool(row["log"] == key and isinstance(row[VERSION_COLUMN], str) and result_of(row))
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return False
 
 
 def result_of(row: Mapping[str, Any]) -> LogResult:
@@ -87,6 +110,9 @@ def read_rows(path: Path, columns: list[str] | None = None) -> list[Row]:
         raise Failure(_no_results(path, f"it cannot be read ({error})")) from None
     if dict(found.schema) != {name: expected[name] for name in columns or expected}:
         raise Failure(_no_results(path, f"its columns are others: {', '.join(found.columns)}"))
+    whole = [name for name in NEVER_NULL if name in found.columns]
+    if any(found.select(whole).null_count().row(0)):
+        raise Failure(_no_results(path, f"there are gaps in {', '.join(whole)}"))
     return found.rows(named=True)
 
 

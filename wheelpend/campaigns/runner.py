@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+from wheelpend.campaigns.addresses import is_address
 from wheelpend.campaigns.cluster import analyses_as_completed
 from wheelpend.campaigns.manifest import Listed, listed_logs
 from wheelpend.campaigns.one_log import (
@@ -24,13 +26,14 @@ from wheelpend.durations import StepTimer
 from wheelpend.errors import Failure, OutOfRange, did_you_mean
 from wheelpend.identification.method_options import METHOD_NAMES, check_tau
 from wheelpend.logs.read import load_log
-from wheelpend.logs.sources import LogLike, LogsLike, as_list, names_of, resolved_paths
+from wheelpend.logs.sources import LogLike, LogsLike, as_list, names_of
 from wheelpend.model import precompile
 from wheelpend.model.record import Model
 from wheelpend.model.user_plants import plant_file
 from wheelpend.simulation.hidden import with_full_parameter_names
 
 Progress = Callable[[str], None]
+MAX_SEED = 2**63
 FURTHER_ANALYSES = ("diagnose", "explain")
 
 
@@ -110,7 +113,8 @@ def campaign(
     found = Campaign(do, identified, simulated, results, summary, model, answer)
     if further is None or answer is None:
         return found
-    theirs = [source for source in sources if source.unit in answer.standing_out]
+    odd = set(answer.standing_out)
+    theirs = [source for source in sources if source.unit in odd]
     lacks = results_of(further, theirs) if theirs else ()
     then_summary = summarise(model, None, lacks)
     return replace(found, then=Campaign(further.do, None, None, lacks, then_summary, model, units_answer(lacks)))
@@ -136,9 +140,11 @@ def check_sources(model: Model, listed: Sequence[Listed], seeds: Collection[int]
         raise Failure("A campaign must have measured logs or the seeds of simulated ones, not "
                       f"{'both' if listed else 'neither'}.")  # fmt: skip
     logs = [found.log for found in listed]
-    files = resolved_paths(logs)
-    if len(set(files)) < len(files):
+    given = [log if is_address(log) else os.path.realpath(log) for log in logs if isinstance(log, (str, Path))]
+    if len(set(given)) < len(given):
         raise Failure("Every log must be given once: a log that counts twice agrees with itself. Leave out the second.")
+    if any(seed >= MAX_SEED for seed in seeds):
+        raise Failure(f"A seed must be below {MAX_SEED:.0e}, but one is {max(seeds)}.")
     named = zip(listed, names_of(logs), strict=True)
     measured = [
         one if isinstance(one.log, (str, Path)) else
@@ -194,12 +200,11 @@ def analyse_logs(
     left = {k: source.log for k, source in enumerate(sources) if not known.knows(source)}
     if left:
         compile_and_try_first(model, setting, sources, progress)
-        known.begin()
     before = len(sources) - len(left)
-    progress(f"{before} of {len(sources)} logs")
-    timer = StepTimer(len(left))
-    with closing(analyses_as_completed(setting, left, scheduler, progress)) as completed:
+    with known.held(bool(left)), closing(analyses_as_completed(setting, left, scheduler, progress)) as completed:
+        progress(f"{before} of {len(sources)} logs")
+        timer = StepTimer(len(left))
         for finished, (k, result) in enumerate(completed, 1):
             known.add(sources[k], result)
             progress(f"{before + finished} of {len(sources)} logs{timer.left_text(finished)}")
-    return known.results(sources)
+        return known.results(sources)

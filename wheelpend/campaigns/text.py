@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from wheelpend.campaigns.one_log import LogResult
     from wheelpend.campaigns.runner import Campaign
 
+MISFIT_ADVICE = "--then diagnose asks their logs what."
 MAX_PRINTED_ITEMS = 5  # logs, or messages, that are printed
 RECOVERY_COLUMNS = ("parameter", "truth", "bias", "±", "spread", "mean σ", "95 %")
 AGREEMENT_COLUMNS = ("parameter", "logs", "mean", "±", "spread", "mean σ", "χ²/dof", "p")
@@ -35,7 +36,8 @@ def campaign_text(result: Campaign, file: Path) -> TextBlocks:
         yield from _verdicts_text(summary)
     yield from _parameters_text(result)
     if result.fleet is not None:
-        yield from units_text(result.fleet, partial(effect_unit, result.model))
+        advice = MISFIT_ADVICE if result.do == "identify" and result.then is None else ""
+        yield from units_text(result.fleet, partial(effect_unit, result.model), advice)
     if result.then is not None:
         yield from then_text(result.then)
     odd = sum(bool(a.warnings) for a in result.logs)

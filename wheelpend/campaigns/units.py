@@ -51,6 +51,7 @@ class UnitsAnswer:
     drifts: tuple[Drift, ...]
     differ: UnitDifference | None = None
     misfits: tuple[Misfit, ...] = ()  # units that the model describes worse, which the fleet leaves out
+    judged: int = 0  # units by what the model leaves of them
 
     @property
     def standing_out(self) -> tuple[str, ...]:
@@ -87,7 +88,8 @@ def units_answer(results: Sequence[LogResult], differ: Sequence[str] = ()) -> Un
     for one in alike:
         by_unit.setdefault(one.estimate.unit, []).append(one.estimate)
     units = {unit: combined(unit, estimates) for unit, estimates in by_unit.items()}
-    worse = misfits(unit_errors(results))
+    errors = unit_errors(results)
+    worse = misfits(errors)
     fitting = [estimate for unit, estimate in units.items() if unit not in {m.unit for m in worse}]
     dated = [(one.estimate, day_of(one.date)) for one in alike if one.date]
     return UnitsAnswer(
@@ -97,16 +99,17 @@ def units_answer(results: Sequence[LogResult], differ: Sequence[str] = ()) -> Un
         drifts([e for e, _ in dated], [day for _, day in dated]) if dated else (),
         _difference(units, differ) if differ else None,
         worse,
+        len(errors),
     )
 
 
-def unit_errors(results: Sequence[LogResult]) -> dict[str, float]:
-    """What the model leaves of each unit's logs over their noise floors: the root mean square."""
-    squares: dict[str, list[float]] = {}
+def unit_errors(results: Sequence[LogResult]) -> dict[str, list[float]]:
+    """What the model leaves of each unit's logs, over their noise floors."""
+    errors: dict[str, list[float]] = {}
     for result in results:
         if result.unit and result.failure is None and result.error and result.noise_floor:
-            squares.setdefault(result.unit, []).append((result.error / result.noise_floor) ** 2)
-    return {unit: float(np.sqrt(np.mean(own))) for unit, own in squares.items()}
+            errors.setdefault(result.unit, []).append(result.error / result.noise_floor)
+    return errors
 
 
 class _Known(NamedTuple):

@@ -21,12 +21,17 @@ MAX_PRINTED_UNITS = 20  # that stand out
 UnitOf = Callable[[str], str]  # a parameter's unit, by its name
 
 
-def units_text(answer: UnitsAnswer, unit_of: UnitOf) -> TextBlocks:
-    """The fleet, the units that stand out, the effects that were named, the drifts, and why two units differ."""
-    count = len(answer.units)
+def units_text(answer: UnitsAnswer, unit_of: UnitOf, advice: str = "") -> TextBlocks:
+    """The fleet, the units that stand out, the effects that were named, the drifts, and why two units differ.
+
+    ``advice`` is what to do about units that the model does not describe.
+    """
+    worse = {m.unit for m in answer.misfits}
+    count = sum(u.unit not in worse for u in answer.units)
     if answer.fleet is None:
-        yield (f"{count} {'unit has' if count == 1 else 'units have'} an estimate with errors; what units have in "
-               f"common is told from {MIN_UNITS} on.")  # fmt: skip
+        yield (f"{count} {'unit has' if count == 1 else 'units have'} an estimate with errors, of a model that "
+               f"describes {'it' if count == 1 else 'them'}; what units have in common is told from "
+               f"{MIN_UNITS} on.")  # fmt: skip
     else:
         rows = [
             (name, *map(number_text, (p.mean, p.mean_sigma, p.scatter)),
@@ -35,7 +40,7 @@ def units_text(answer: UnitsAnswer, unit_of: UnitOf) -> TextBlocks:
         ]  # fmt: skip
         yield Table(f"The fleet of {len(answer.fleet.units)} units, without those that stand out", FLEET_COLUMNS, rows)
         yield from _odd_lines(answer, unit_of)
-    yield from _misfit_lines(answer)
+    yield from _misfit_lines(answer, advice)
     if answer.effects:
         named = [(e.effect, str(len(e.units)), percent_text(len(e.units) / e.of), _some(e.units))
                  for e in answer.effects]  # fmt: skip
@@ -60,14 +65,14 @@ def _odd_lines(answer: UnitsAnswer, unit_of: UnitOf) -> Iterator[str]:
         yield f"  and {len(odd) - MAX_PRINTED_UNITS} more, which are in the JSON."
 
 
-def _misfit_lines(answer: UnitsAnswer) -> Iterator[str]:
+def _misfit_lines(answer: UnitsAnswer, advice: str) -> Iterator[str]:
     """The units that the model describes worse than the others."""
     if not answer.misfits:
         return
     usual = number_text(answer.misfits[0].usual)
-    yield (f"{len(answer.misfits)} of {len(answer.units)} units stand out by what the model leaves there, where it "
-           f"leaves {usual} times the noise of the others: something acts there that it does not have, and their "
-           "parameters are not compared. --then diagnose asks their logs what.")  # fmt: skip
+    yield (f"{len(answer.misfits)} of {answer.judged} units stand out by what the model leaves there, where it leaves "
+           f"{usual} times the noise of the others: something acts there that it does not have, and their parameters "
+           f"are not compared.{advice and ' '}{advice}")  # fmt: skip
     for one in answer.misfits[:MAX_PRINTED_UNITS]:
         yield f"  {one.unit}: {number_text(one.error)} times the noise (p = {p_value_text(one.p_value)})."
     if len(answer.misfits) > MAX_PRINTED_UNITS:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -95,12 +96,13 @@ def campaign_result(model: Model, request: CampaignRequest, update: Callable[[st
 
 def measured_logs(logs: Sequence[Listed], out: Path) -> list[Listed]:
     """The logs without what earlier campaigns wrote beside them; raises Failure where a log would be written over."""
-    here = [one for one in logs if isinstance(one.log, Path)]
-    tables = [one for one in here if is_campaign_table(one.log) or is_result_set(one.log)]
-    kept = [one for one in logs if one not in tables]
+    tables, kept = list[Path](), list[Listed]()
+    for one in logs:
+        is_table = isinstance(one.log, Path) and (is_campaign_table(one.log) or is_result_set(one.log))
+        tables.append(one.log) if is_table else kept.append(one)
     if tables:
-        print_warnings([f"{', '.join(str(t.log) for t in tables)} is left out: it is what a campaign wrote."])
-    if out.resolve() in [one.log.resolve() for one in here if one in kept]:
+        print_warnings([f"{', '.join(map(str, tables))} is left out: it is what a campaign wrote."])
+    if os.path.realpath(out) in {os.path.realpath(one.log) for one in kept if isinstance(one.log, Path)}:
         raise Failure(f"--out must be another file than the logs, but {out} is one of them. Name another.")
     say_what_is_missing([one.log for one in kept])
     return kept

@@ -106,14 +106,16 @@ def say_after_report(asked: Asked, found: Ladder, question: Sequence[str], saved
 
 def say_after_campaign(asked: Asked, found: Campaign) -> None:
     """What to do with many logs: look at the one that is off, ask what all lack, or add what most of them name."""
-    from wheelpend.campaigns.summary import ParameterAgreement  # imported late: loads NumPy
+    from wheelpend.campaigns.addresses import is_address  # imported late: loads NumPy, as this does
+    from wheelpend.campaigns.summary import ParameterAgreement
 
     summary = found.summary
     if found.simulated:
         return
     agreements = [summary.parameters[name] for name in summary.disagreeing]
     off = [p.furthest.log for p in agreements if isinstance(p, ParameterAgreement) and p.furthest]
-    if odd := [log for log in asked.logs if off and off[0] in (str(log), Path(log).name)]:
+    local = [log for log in asked.logs if not is_address(log)]
+    if odd := [log for log in local if off and off[0] in (str(log), Path(log).name)]:
         asked._replace(logs=odd).say_next("what is odd about the log that is furthest off", "inspect")
     if found.do in ("identify", "compare"):
         asked.say_next(

@@ -107,12 +107,12 @@ def _keep(
     """Run a campaign in a folder: seconds of it, of the client's processor in it, and of what follows the last log."""
     begin, begin_client = perf_counter(), process_time()
     known, listed = ResultSet(folder / "c.results", "identify-1"), [Listed(k) for k in range(logs)]
-    known.begin()
-    for number, result in results({k: k for k in range(logs)}):
-        known.add(listed[number], result)
-    seconds, client = perf_counter() - begin, process_time() - begin_client
-    begin = perf_counter()
-    kept = known.results(listed)
+    with known.held(is_new=True):
+        for number, result in results({k: k for k in range(logs)}):
+            known.add(listed[number], result)
+        seconds, client = perf_counter() - begin, process_time() - begin_client
+        begin = perf_counter()
+        kept = known.results(listed)
     found = Campaign("identify", None, played, kept, summarise(model, played, kept), model)
     write_csv(folder / "campaign.csv", found)
     return seconds, client, perf_counter() - begin

@@ -27,7 +27,7 @@ SECONDS_PER_HOUR = 3600.0
 
 
 def main(
-    longest: Annotated[int, typer.Option(min=10, help="Logs of the longest campaign without an analysis.")] = 10_000,
+    longest: Annotated[int, typer.Option(min=100, help="Logs of the longest campaign without an analysis.")] = 10_000,
     identified: Annotated[int, typer.Option(min=2, help="Logs of those that identify.")] = IDENTIFIED_LOGS,
     out: Annotated[Path | None, typer.Option(help="Write tables and picture into this page, docs/fleets.md.")] = None,
 ) -> None:
@@ -120,8 +120,8 @@ def million_text(alone: CampaignCost, empty: Sequence[CampaignCost]) -> str:
     memory = (largest.megabytes - smaller.megabytes) / (largest.logs - smaller.logs)
     disk, last = largest.kilobytes_on_disk / largest.logs, largest.last_seconds / largest.logs
     return (
-        f"**A million logs**, by these figures and not tried: {_hours(analysis):,.0f} hours of one core for the "
-        f"analyses. One client can hand out and write down {1.0 / client:.0f} logs a second, which is "
+        f"**A million logs**, of no stated units, by these figures and not tried: {_hours(analysis):,.0f} hours of one "
+        f"core for the analyses. One client can hand out and write down {1.0 / client:.0f} logs a second, which is "
         f"{_hours(client):.1f} hours at least, and work for {analysis / client:.0f} cores. It needs some "
         f"{memory * OUTLOOK_LOGS / 1e3:.1f} GB of memory, for names, places and the numbers of the summary, not for "
         f"the results; {disk * OUTLOOK_LOGS / 1e6:.1f} GB of Parquet; and {_hours(last):.1f} hours for summary and "

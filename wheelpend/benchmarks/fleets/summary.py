@@ -95,7 +95,7 @@ def count_lacks(units: Sequence[Unit], odd: Sequence[Unit], lacks: Mapping[str, 
 
 
 def _misfits(own: Sequence[Unit], answers: Mapping[str, Answer]) -> tuple[Misfit, ...]:
-    return misfits({u.key: answers[u.key].error for u in own if answers[u.key].failure is None})
+    return misfits({u.key: [answers[u.key].error] for u in own if answers[u.key].failure is None})
 
 
 def _fleet(own: Sequence[Unit], answers: Mapping[str, Answer]) -> Fleet | None:
