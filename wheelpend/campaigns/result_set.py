@@ -261,6 +261,10 @@ class StoredResults(Sequence[LogResult]):
     def __len__(self) -> int:
         return len(self._listed)
 
+    def to_json(self) -> list[LogResult]:
+        """The results, as a list of JSON."""
+        return list(self)
+
     @overload
     def __getitem__(self, place: int) -> LogResult: ...
     @overload

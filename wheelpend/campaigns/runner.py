@@ -56,7 +56,7 @@ class Campaign:
             "do": self.do,
             "method": self.method,
             "simulated": self.simulated,
-            "logs": tuple(self.logs),
+            "logs": self.logs,
             "summary": self.summary,
             "fleet": self.fleet,
             "then": self.then,
