@@ -40,7 +40,7 @@ from wheelpend.model.transaction import held
 
 QUESTION_PREFIX, PART_PATTERN = "question=", "part-[0-9][0-9][0-9][0-9][0-9]-*.parquet"
 JOURNAL_NAME, FAILED_NAME = "_journal.partial", "failed.parquet"
-PART_ROWS, HELD_PARTS, WINDOW_LOGS = 1000, 2, 10_000
+PART_ROWS, HELD_PARTS, WINDOW_LOGS = 1000, 2, 2000
 MEMORY_KEY, SEED_VERSION = "in memory ", "seed"
 SERVER_CONNECTIONS = 32  # over which a server is asked at a time
 STATED_COLUMNS = ("unit", "date", "conditions")
