@@ -34,11 +34,12 @@ def test_an_efficiency_is_the_share_of_its_cores(monkeypatch):
 
 def test_a_million_logs_follow_from_the_largest_campaign():
     empty = [cost(1, n, 0.02 * n) for n in (100, 1000)]
-    text = section_text([cost(0, 40, 20.0), cost(2, 40, 12.5)], empty)
+    client = [cost(0, n, 0.01 * n) for n in (1000, 100_000)]
+    text = section_text([cost(0, 40, 20.0), cost(2, 40, 12.5)], empty, client)
     assert "139 hours of one core" in text, "0.5 s each"
     assert "100 logs a second" in text and "2.8 hours at least" in text and "50 cores" in text
     assert "1.0 GB of memory" in text and "1.0 GB of Parquet" in text and "0.3 hours for summary" in text
-    assert "| 1 | 1,000 | 20.0 | 10.0 | 1.00 | 11 | 1.00 |" in text
+    assert "| 1 | 1,000 | 20.0 | 10.0 |" in text and "| 100,000 | 100.0 | 110 | 1.00 |" in text
 
 
 def test_the_section_and_its_picture_stand_in_the_page(tmp_path, monkeypatch):
@@ -52,7 +53,7 @@ def test_the_section_and_its_picture_stand_in_the_page(tmp_path, monkeypatch):
     page = tmp_path / "fleets.md"
     page.write_text(f"before\n{BEGIN_MARK}\nold\n{END_MARK}\nafter\n")
     main(longest=1000, identified=6, out=page)
-    assert asked[:4] == [(w, 6, "--identify") for w in (0, 1, 2, 8)] and len(asked) == 4 + 9
+    assert asked[:4] == [(w, 6, "--identify") for w in (0, 1, 2, 8)] and len(asked) == 4 + 9 + 3
     assert "old" not in page.read_text() and (tmp_path / "fleet_growth.svg").read_text().startswith("<?xml")
 
 
