@@ -1,10 +1,15 @@
 """Python on the pages runs as it stands there, or the page is listed here with the reason why not."""
 
+import ast
+
 import pytest
 
 from tests.pages import PAGES, blocks
 from tests.support import ROOT
 from wheelpend import Model
+from wheelpend.campaigns.manifest import Listed
+from wheelpend.campaigns.one_log import Estimate, LogResult
+from wheelpend.campaigns.result_set import ResultSet
 from wheelpend.model import workspace
 
 ELSEWHERE = {
@@ -56,6 +61,21 @@ def test_the_imports_of_the_page_on_kernels_run(clone):
     assert names["PARAMETERS"] == names["kernels"].PARAMETERS
 
 
+def test_the_queries_of_the_page_on_fleets_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (code,) = snippets("docs/fleets.md")
+    known, listed = ResultSet(tmp_path / "campaign.results", "identify-1"), [Listed(k, f"robot {k}") for k in range(3)]
+    with known.held(is_new=True):
+        for one in listed:
+            known.add(one, LogResult("", error=2.0, parameters={"X1": Estimate(0.5, 0.1), "X2": Estimate(1.0, None)}))
+        known.results(listed)
+    *first, last = ast.parse(code).body
+    names = run_in({}, "\n".join(map(ast.unparse, first)), "docs/fleets.md")
+    counted, sizes = (eval(ast.unparse(query), names) for query in (first[-1], last))
+    assert counted.rows() == [("identify-1", 3, 2.0)]
+    assert sizes.rows() == [(f"robot {k}", 0.5, 0.1) for k in range(3)]
+
+
 def test_every_page_with_python_is_run_or_listed():
     with_python = {p.name for p in PAGES if any(b.language == "python" for b in blocks(p.read_text(encoding="utf-8")))}
-    assert with_python == {"README.md", "kernels.md", *ELSEWHERE}
+    assert with_python == {"README.md", "kernels.md", "fleets.md", *ELSEWHERE}
