@@ -40,10 +40,8 @@ class Journal:
             return None
         aside = rename(self.path, f"{self.path.name}.other") if self.of_other_question else None
         rows = [self._header(), *({"key": k, "answer": a} for k, a in self.results.items())]
-        with (
-            write_errors(str(self.path)),
-            replacing([self.path]) as (partial,),
-        ):  # no result: an interruption names none
+        # no result, so that an interruption does not name it
+        with write_errors(str(self.path)), replacing([self.path]) as (partial,):
             partial.write_text("".join(map(_line, rows)), encoding="utf-8")
         return aside
 

@@ -73,13 +73,20 @@ class ResultSet:
         self._in_memory: dict[str, LogResult] = {}  # of this campaign: failures, and of logs that are in no file
         self._versions: dict[str, str] = {}
         self._held: dict[int, list[Row]] = {}
+        self._found: list[tuple[Path, int]] = []  # the parts as they were when their places were found
         self._find_places()
+
+    def _state(self) -> list[tuple[Path, int]]:
+        """The parts that are there, and when each was written."""
+        parts = sorted(self.folder.glob(PART_PATTERN)) if self.folder else []
+        return [(path, path.stat().st_mtime_ns) for path in parts]
 
     def _find_places(self) -> None:
         """See which results are where; those that wait in the journal only where no part has them."""
         for found in (self._places, self._outdated, self._held):
             found.clear()
-        self._parts = sorted(self.folder.glob(PART_PATTERN)) if self.folder else []
+        self._found = self._state()
+        self._parts = [path for path, _ in self._found]
         for part, path in enumerate(self._parts):
             self._note(part, read_rows(path, ["log", VERSION_COLUMN, *STATED_COLUMNS]))
         waiting = self._journal.results
@@ -101,7 +108,8 @@ class ResultSet:
         with held(self.folder):
             for path in self.folder.glob(".*.partial*"):  # of a process that was killed
                 path.unlink(missing_ok=True)
-            self._find_places()  # another campaign may have added to them
+            if self._state() != self._found:  # another campaign added to them meanwhile
+                self._find_places()
             if is_new:
                 self._journal.begin()
             yield
@@ -138,13 +146,13 @@ class ResultSet:
         """Take one more result, with what is stated of its log."""
         key = key_of(listed.log)
         version, stated = self._version(key, listed.log), with_what_is_listed(result, listed)
-        if isinstance(listed.log, Log) or result.failure is not None:
+        if self.folder is None or isinstance(listed.log, Log) or result.failure is not None:
             self._in_memory[key] = stated
             if version and key in self._places:  # the file is another one now
                 self._drop(self._places.pop(key))
             return
         self._journal.add(key, row_of(key, version, stated))
-        if self.folder is not None and len(self._journal.results) >= PART_ROWS:
+        if len(self._journal.results) >= PART_ROWS:
             self._write_part(self.folder)
             self._journal.begin()
 
