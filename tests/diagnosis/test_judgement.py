@@ -1,22 +1,32 @@
 """Beside a random force an effect needs evidence, and must lower the error or the force; one of them is enough."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from wheelpend.diagnosis.evidence import CandidateFit
-from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first
+from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first, not_led
 
+TESTS = 60
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
 
 
 def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0, 1.5), relative=CLEAR_RISE, **changed):
-    told = {"p_value": 1e-6, "p_confirmation": 1e-3, "physical": True, "error_after": error_after, **changed}
+    told = {
+        "p_value": 1e-6,
+        "p_discovery": 0.02,
+        "p_confirmation": 1e-3,
+        "physical": True,
+        "error_after": error_after,
+        **changed,
+    }
     on_row = less_force if less_on_row is None else less_on_row
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
     relative = np.array(relative)
-    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, less_force, on_row, np.zeros(1), falls, relative)
+    forces = (less_force, on_row)
+    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, *forces, np.zeros(1), falls, relative, TESTS)
 
 
 @pytest.mark.parametrize(
@@ -72,6 +82,14 @@ def test_an_effect_needs_significance_confirmation_and_a_possible_size(changed):
     assert judged(90.0, 0.1).is_supported(100.0) and not judged(90.0, 0.1, **changed).is_supported(100.0)
 
 
+def test_all_data_together_outweigh_the_number_of_laws_that_were_tried():
+    small = judged(90.0, 0.1)._replace(in_sample=2.0, gains=np.full(20, 0.25))  # 6 nats
+    assert small.is_supported(100.0) and not small._replace(gains=np.full(20, 0.14)).is_supported(100.0)
+    assert not small._replace(tests=600).is_supported(100.0)
+    assert judged(90.0, 0.1, p_discovery=1e-4)._replace(in_sample=2.0, gains=np.full(20, 0.01)).is_supported(100.0)
+    assert not small._replace(in_sample=-1.0, gains=np.full(20, 5.0)).is_supported(100.0)  # a refit that went elsewhere
+
+
 def test_most_blocks_must_be_likelier_or_better_predicted():
     few = judged(90.0, 0.1, falls=(-1.0, -1.0, 5.0))._replace(gains=np.r_[np.full(11, -0.1), np.full(9, 5.0)])
     assert few.evidence > 0.0 and not few.is_supported(100.0)
@@ -80,13 +98,14 @@ def test_most_blocks_must_be_likelier_or_better_predicted():
 
 def rival(effect, in_sample, likelihood, falls, rises=0.0):
     """A judged effect whose held-out blocks have this log-likelihood over the model without it, and these falls."""
-    candidate = CandidateFit(effect, {}, "drive", 1e-6, "", 1.0, (), True, None)
+    candidate = CandidateFit(effect, {}, "drive", 1e-6, "", 1.0, (), True, None, p_discovery=1e-6)
     prediction = SimpleNamespace(log_likelihood=np.array(likelihood))
     module = SimpleNamespace(CONTAINS={"stribeck_drive": {"coulomb_drive": ()}})
     model = SimpleNamespace(problem=SimpleNamespace(module=module))
     rises = rises * np.ones(len(likelihood))
     falls = np.array(falls)
-    return Judged(candidate, model, prediction, np.array(likelihood), in_sample, 0.0, 0.0, rises, falls, falls / 1e3)
+    gains = np.array(likelihood)
+    return Judged(candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, TESTS)
 
 
 BLOCKS = np.linspace(0.9, 1.1, 10)
@@ -138,3 +157,18 @@ def test_effects_that_the_data_of_the_fit_tell_apart_are_not_alike():
     )
     assert offset.is_like(bias) and bias.is_like(offset)
     assert not tilt.is_like(offset) and not bias.is_like(tilt)
+
+
+def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not_worth_a_step():
+    spring = rival("tether_spring", 9.0, 0.7 * BLOCKS, 1.5 * BLOCKS)
+    friction = rival("coulomb_drive", 190.0, 6.5 * BLOCKS, 1.5 * BLOCKS[::-1], 9.0 * BLOCKS)
+    assert not_led([spring], [spring, friction]) == [] and not_led([friction], [spring, friction]) == [friction]
+    assert not_led([spring, friction], [spring, friction]) == [
+        spring,
+        friction,
+    ]  # which comes first is another question
+    elastic = rival("stribeck_drive", 400.0, 9.0 * BLOCKS, 1.5 * BLOCKS[::-1], 19.0 * BLOCKS)
+    assert not_led([friction], [friction, elastic]) == [friction]  # the simple law within it
+    impossible = friction._replace(candidate=replace(friction.candidate, physical=False))
+    unlikely = friction._replace(in_sample=-1.0)
+    assert not_led([spring], [spring, impossible, unlikely]) == [spring]

@@ -11,7 +11,7 @@ from wheelpend import Log, Model
 from wheelpend.diagnosis.likelihood import repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
-from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic
+from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic, joint_p_value
 from wheelpend.diagnosis.likelihood.judgement import JudgedModel
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
 from wheelpend.diagnosis.likelihood.repeatability import (
@@ -284,6 +284,14 @@ def test_tests_that_agree_count_as_one_and_one_of_three_as_three_times_it():
     p_values = 0.5 * erfc(shared / 2.0)
     found = np.mean([combined_p_value(p) < 0.05 for p in p_values])
     assert 0.03 < found < 0.06
+
+
+def test_of_two_independent_tests_one_may_outweigh_the_other():
+    assert joint_p_value(0.015, 3e-13) < 1e-12 and joint_p_value(1.0, 1.0) == 1.0 and joint_p_value(1.0, 0.01) > 0.05
+    assert joint_p_value(0.0, 0.5) < 1e-290
+    chances = np.random.default_rng(6).uniform(size=(20_000, 2))
+    found = np.array([joint_p_value(*pair) for pair in chances])
+    assert 0.046 < np.mean(found < 0.05) < 0.054 and 0.008 < np.mean(found < 0.01) < 0.012
 
 
 def test_of_what_repeats_the_likeliest_place_comes_first_with_its_likeliest_function():

@@ -65,7 +65,7 @@ class CandidateFit(EffectEstimate):
     """An effect after its refit."""
 
     family: str
-    p_value: float  # corrected for the size of the library, the larger of p_discovery and p_confirmation
+    p_value: float  # corrected for the library: the larger of the two below, or with a random force that of both
     blocks_agree: str  # in how many blocks of the validation data the error falls, as "4/5"
     error_after: float  # on validation data [σ]
     equivalent_to: tuple[str, ...]

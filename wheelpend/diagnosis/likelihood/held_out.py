@@ -7,6 +7,7 @@ Leybourne and Newbold, Tests for forecast encompassing, J. Business & Economic S
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -189,6 +190,15 @@ def combined_p_value(p_values: Sequence[float]) -> float:
     bounded = np.clip(p_values, 1e-300, MAX_COMBINED_P_VALUE)
     statistic = float(np.mean(1.0 / np.tan(np.pi * bounded)))
     return float(np.arctan2(1.0, statistic) / np.pi)
+
+
+def joint_p_value(one: float, other: float) -> float:
+    """P-value of two tests of one hypothesis on independent data, by their product: one may outweigh the other.
+
+    Source: Fisher, Statistical Methods for Research Workers, 4th edition (1932), section 21.1.
+    """
+    product = max(one * other, 1e-300)
+    return min(product * (1.0 - math.log(product)), 1.0)
 
 
 def following_p_value(before: Prediction, after: Prediction, inflation: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -28,6 +29,7 @@ from wheelpend.diagnosis.likelihood.held_out import (
     following_p_value,
     gain_in_blocks,
     gain_statistic,
+    joint_p_value,
     one_sided_p_value,
     prediction,
     prediction_at,
@@ -59,6 +61,7 @@ class Judged(NamedTuple):
     rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
+    tests: int  # among which it was found
 
     @property
     def evidence(self) -> float:
@@ -73,13 +76,26 @@ class Judged(NamedTuple):
 
     @property
     def is_certain(self) -> bool:
-        """Significant, physically possible, and better in most blocks of held-out data."""
+        """Significant, physically possible, and better in most blocks of held-out data.
+
+        What the estimation data discover and what those held out confirm count together: where the ones say much, the
+        others may say less, and chance does as well as if each had to reach its own level.
+        """
         one, confirmation = self.candidate, self.candidate.p_confirmation
-        significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL
+        significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
-        likelier = self.in_sample > 0.0 and self.evidence > 0.0
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls))
-        return one.physical and significant and confirmed and likelier and in_most_blocks
+        return one.physical and significant and confirmed and self.is_likelier and in_most_blocks
+
+    @property
+    def is_likelier(self) -> bool:
+        """True where the data of the fit are likelier with the effect than its freedom is worth, and all data together.
+
+        Where the data of the fit alone do not establish it, all must also outweigh that it was chosen among so many.
+        """
+        discovery = self.candidate.p_discovery
+        established = discovery is not None and discovery < FAMILYWISE_SIGNIFICANCE_LEVEL
+        return self.in_sample > 0.0 and self.evidence > (0.0 if established else math.log(self.tests))
 
     def is_supported(self, error_before: float) -> bool:
         """Certain, and lowering the error or the force."""
@@ -174,7 +190,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         effect=effect,
         estimates=own.estimates,
         family=row.family,
-        p_value=discovery,
+        p_value=joint_p_value(discovery, confirmation),
         blocks_agree=agreement(gains, falls),
         error_after=error_after,
         equivalent_to=(),
@@ -190,8 +206,8 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         evidence=np.concatenate([worth, gains]),
     )
     in_sample = base.model.deviance - larger.deviance
-    less_force, less_on_row = falls_of_force(base.model, larger)
-    return Judged(candidate, larger, predicted, gains, in_sample, less_force, less_on_row, rises, falls, relative_falls)
+    forces = falls_of_force(base.model, larger)
+    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, tests)
 
 
 def agreement(*kinds: np.ndarray) -> str:
@@ -275,6 +291,18 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
     within = simpler_than(found[0]) if found else ()
     found.sort(key=lambda j: j.candidate.effect not in within)
     return [_with_equivalents(j, [o for o in found if o is not j and o.is_like(j)]) for j in found]
+
+
+def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
+    """Supported effects that none clearly leads which may be but is not supported itself.
+
+    What is missing then is rather like that one, and the lesser effect stands in for it.
+    """
+    names = {j.candidate.effect for j in supported}
+    others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
+    return [
+        j for j in supported if not any(o.clearly_leads(j) for o in others if j.candidate.effect not in simpler_than(o))
+    ]
 
 
 def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:

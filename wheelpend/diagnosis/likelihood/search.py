@@ -17,6 +17,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     JudgedModel,
     judge,
     most_telling_first,
+    not_led,
 )
 from wheelpend.diagnosis.likelihood.meaning import has_meaning_throughout
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
@@ -116,7 +117,7 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
     base = JudgedModel.of(_relieved(model, refits, progress))
     tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
-    supported = most_telling_first([j for j in judged if j.is_supported(base.validated.error)])
+    supported = most_telling_first(not_led([j for j in judged if j.is_supported(base.validated.error)], judged))
     larger = None
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
