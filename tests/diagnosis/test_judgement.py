@@ -9,7 +9,7 @@ import pytest
 from wheelpend.diagnosis.evidence import CandidateFit
 from wheelpend.diagnosis.likelihood.judgement import Judged, agreement, falls_of_force, most_telling_first, not_led
 
-TESTS = 60
+TESTS, BEHIND_ONE_FILTER = 60, np.zeros(0)
 CLEAR_RISE = (-0.2, -0.1, -0.15)  # of the error: in all segments
 
 
@@ -26,7 +26,19 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
     gains, falls = np.linspace(-1.0, 3.0, 20), np.array(falls)
     relative = np.array(relative)
     forces = (less_force, on_row)
-    return Judged(SimpleNamespace(**told), None, None, gains, 50.0, *forces, np.zeros(1), falls, relative, TESTS)
+    return Judged(
+        SimpleNamespace(**told),
+        None,
+        None,
+        gains,
+        50.0,
+        *forces,
+        np.zeros(1),
+        falls,
+        relative,
+        BEHIND_ONE_FILTER,
+        TESTS,
+    )
 
 
 @pytest.mark.parametrize(
@@ -94,6 +106,7 @@ def test_most_blocks_must_be_likelier_or_better_predicted():
     few = judged(90.0, 0.1, falls=(-1.0, -1.0, 5.0))._replace(gains=np.r_[np.full(11, -0.1), np.full(9, 5.0)])
     assert few.evidence > 0.0 and not few.is_supported(100.0)
     assert few._replace(falls=np.array([1.0, 1.0, -1.5])).is_supported(100.0)
+    assert few._replace(follows=np.r_[np.ones(11), np.full(9, -0.2)]).is_supported(100.0)  # behind one filter
 
 
 def rival(effect, in_sample, likelihood, falls, rises=0.0):
@@ -105,7 +118,9 @@ def rival(effect, in_sample, likelihood, falls, rises=0.0):
     rises = rises * np.ones(len(likelihood))
     falls = np.array(falls)
     gains = np.array(likelihood)
-    return Judged(candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, TESTS)
+    return Judged(
+        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER, TESTS
+    )
 
 
 BLOCKS = np.linspace(0.9, 1.1, 10)

@@ -201,8 +201,15 @@ def joint_p_value(one: float, other: float) -> float:
     return min(product * (1.0 - math.log(product)), 1.0)
 
 
-def following_p_value(before: Prediction, after: Prediction, inflation: float) -> float:
-    """P-value of validation data following the change that an effect makes in what the same filter predicts.
+class Following(NamedTuple):
+    """How validation data follow the change that an effect makes in what the same filter predicts."""
+
+    p_value: float
+    gains: np.ndarray  # (blocks,) of log-likelihood by the change [nats]
+
+
+def following(before: Prediction, after: Prediction, inflation: float) -> Following:
+    """Whether validation data follow the change that an effect makes in what the same filter predicts.
 
     The old innovations are regressed on the change, which the estimation data alone have fixed: a factor of 1 says that
     the effect is there, 0 that it is not. Its standard error is the larger of those for white innovations and from the
@@ -211,4 +218,4 @@ def following_p_value(before: Prediction, after: Prediction, inflation: float) -
     pairs = list(zip(before.whitened, after.whitened, strict=True))
     along = np.array([np.nansum(b * (b - a)) for b, a in pairs])
     power = np.array([np.nansum((b - a) ** 2) for b, a in pairs])
-    return encompassing_p_value(along, power, inflation)
+    return Following(encompassing_p_value(along, power, inflation), along - 0.5 * power)

@@ -24,9 +24,10 @@ from wheelpend.diagnosis.evidence import (
 )
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.held_out import (
+    Following,
     Prediction,
     combined_p_value,
-    following_p_value,
+    following,
     gain_in_blocks,
     gain_statistic,
     joint_p_value,
@@ -61,6 +62,7 @@ class Judged(NamedTuple):
     rises: np.ndarray  # (blocks,) of log-likelihood of the estimation data, over the model without it [nats]
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
+    follows: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it behind the same filter [nats]
     tests: int  # among which it was found
 
     @property
@@ -84,7 +86,7 @@ class Judged(NamedTuple):
         one, confirmation = self.candidate, self.candidate.p_confirmation
         significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
         confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
-        in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls))
+        in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls, self.follows))
         return one.physical and significant and confirmed and self.is_likelier and in_most_blocks
 
     @property
@@ -185,13 +187,14 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     rises, price = larger.point.rises_over(base.model.point), price_of_freedom(base.model, larger)
     worth = rises - price / len(rises)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
-    confirmation = _confirmation(base, larger, predicted, gains, falls)
+    followed = _following(base, larger, predicted)
+    follows, confirmation = followed.gains if followed else np.zeros(0), _confirmation(gains, falls, followed)
     candidate = CandidateFit(
         effect=effect,
         estimates=own.estimates,
         family=row.family,
         p_value=joint_p_value(discovery, confirmation),
-        blocks_agree=agreement(gains, falls),
+        blocks_agree=agreement(gains, falls, follows),
         error_after=error_after,
         equivalent_to=(),
         physical=all(has_meaning(larger.problem, row, c) for c in in_logs)
@@ -207,11 +210,11 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     )
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
-    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, tests)
+    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows, tests)
 
 
 def agreement(*kinds: np.ndarray) -> str:
-    """In how many blocks held-out data are better, and of all, as "14/20": likelier, or nearer over the horizon.
+    """In how many blocks held-out data are better, and of all, as "14/20": likelier, also behind one filter, or nearer.
 
     Of the kind in which more of the blocks agree.
     """
@@ -252,24 +255,28 @@ def price_of_freedom(smaller: FilteredModel, larger: FilteredModel) -> float:
     return 0.5 * (larger.freedom - smaller.freedom) * float(np.log(max(larger.estimator.problem.count, 2)))
 
 
-def _confirmation(
-    base: JudgedModel, larger: FilteredModel, predicted: Prediction, gains: np.ndarray, falls: np.ndarray
-) -> float:
+def _following(base: JudgedModel, larger: FilteredModel, predicted: Prediction) -> Following | None:
+    """Whether held-out data follow the change that the effect makes behind the larger model's filter.
+
+    The model without the effect gets that filter's random sources, and its parameters are refitted to them. None where
+    it cannot be simulated there.
+    """
+    without = at_sources(base.model, larger.point.sources)
+    if not np.isfinite(without.point.deviance):
+        return None
+    before, data = prediction_at(without, _values_of(without), predicted.sources), base.model.problem.data
+    return following(before, predicted, 1.0 + (data.validation_values or data.values) / data.values)
+
+
+def _confirmation(gains: np.ndarray, falls: np.ndarray, followed: Following | None) -> float:
     """P-value of the effect on held-out data, of three tests together, those apart that cannot be made.
 
-    Whether they follow the change that the effect makes behind the larger model's filter; whether they are likelier;
-    and whether they are predicted better over the horizon, where no filter follows what a law has missed: both by the
-    scatter between blocks. For the first the model without the effect gets that filter's random sources, and its
-    parameters are refitted to them.
+    Whether they follow the change that it makes behind one filter; whether they are likelier; and whether they are
+    predicted better over the horizon, where no filter follows what a law has missed. Both of these by the scatter
+    between blocks.
     """
     p_values = [one_sided_p_value(blocks) for blocks in (gains, falls) if len(blocks) > 1]
-    without = at_sources(base.model, larger.point.sources)
-    if np.isfinite(without.point.deviance):
-        before = prediction_at(without, _values_of(without), predicted.sources)
-        problem = base.model.problem
-        held_out = problem.data.validation_values or problem.data.values
-        p_values.append(following_p_value(before, predicted, 1.0 + held_out / problem.data.values))
-    return combined_p_value(p_values)
+    return combined_p_value([*p_values, *([followed.p_value] if followed else [])])
 
 
 def _values_of(model: FilteredModel) -> Fit:
