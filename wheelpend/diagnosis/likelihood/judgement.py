@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -44,7 +43,7 @@ from wheelpend.estimation.problem import simpler_effects
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
-CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data of an effect that the estimation data discovered
+CONFIRMATION_LEVEL = 0.05  # of either part of the data: those of the fit, and those held out
 MIN_FORCE_SHARE = 1e-3  # of the forces that drive the machine: below that a force is negligible
 MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
@@ -63,7 +62,6 @@ class Judged(NamedTuple):
     falls: np.ndarray  # (blocks,) of half the sum of squares of validation residuals over the horizon
     relative_falls: np.ndarray  # (blocks,) over the sum of both, between -1 and 1
     follows: np.ndarray  # (blocks,) of held-out log-likelihood, over the model without it behind the same filter [nats]
-    tests: int  # among which it was found
 
     @property
     def evidence(self) -> float:
@@ -80,24 +78,19 @@ class Judged(NamedTuple):
     def is_certain(self) -> bool:
         """Significant, physically possible, and better in most blocks of held-out data.
 
-        What the estimation data discover and what those held out confirm count together: where the ones say much, the
-        others may say less, and chance does as well as if each had to reach its own level.
+        Both the estimation data and those held out must say so, and where the ones say much the others may say less:
+        by chance both together do so as seldom as if the ones had to reach 1 % and the others 5 %.
         """
-        one, confirmation = self.candidate, self.candidate.p_confirmation
-        significant = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
-        confirmed = confirmation is not None and confirmation < CONFIRMATION_LEVEL
+        one, parts = self.candidate, (self.candidate.p_discovery, self.candidate.p_confirmation)
+        each = all(p is not None and p < CONFIRMATION_LEVEL for p in parts)
+        significant = each and one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls, self.follows))
-        return one.physical and significant and confirmed and self.is_likelier and in_most_blocks
+        return one.physical and significant and self.is_likelier and in_most_blocks
 
     @property
     def is_likelier(self) -> bool:
-        """True where the data of the fit are likelier with the effect than its freedom is worth, and all data together.
-
-        Where the data of the fit alone do not establish it, all must also outweigh that it was chosen among so many.
-        """
-        discovery = self.candidate.p_discovery
-        established = discovery is not None and discovery < FAMILYWISE_SIGNIFICANCE_LEVEL
-        return self.in_sample > 0.0 and self.evidence > (0.0 if established else math.log(self.tests))
+        """True where the data of the fit, and all data, are likelier with the effect than its freedom is worth."""
+        return self.in_sample > 0.0 and self.evidence > 0.0
 
     def is_supported(self, error_before: float) -> bool:
         """Certain, and lowering the error or the force."""
@@ -188,7 +181,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     worth = rises - price / len(rises)
     discovery = min(1.0, _discovery(base.model, larger, fitted, effect, worth) * tests)
     followed = _following(base, larger, predicted)
-    follows, confirmation = followed.gains if followed else np.zeros(0), _confirmation(gains, falls, followed)
+    follows, confirmation = followed.gains if followed else np.zeros(0), _confirmation(gains, relative_falls, followed)
     candidate = CandidateFit(
         effect=effect,
         estimates=own.estimates,
@@ -210,7 +203,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
     )
     in_sample = base.model.deviance - larger.deviance
     forces = falls_of_force(base.model, larger)
-    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows, tests)
+    return Judged(candidate, larger, predicted, gains, in_sample, *forces, rises, falls, relative_falls, follows)
 
 
 def agreement(*kinds: np.ndarray) -> str:
@@ -268,14 +261,15 @@ def _following(base: JudgedModel, larger: FilteredModel, predicted: Prediction) 
     return following(before, predicted, 1.0 + (data.validation_values or data.values) / data.values)
 
 
-def _confirmation(gains: np.ndarray, falls: np.ndarray, followed: Following | None) -> float:
+def _confirmation(gains: np.ndarray, relative_falls: np.ndarray, followed: Following | None) -> float:
     """P-value of the effect on held-out data, of three tests together, those apart that cannot be made.
 
     Whether they follow the change that it makes behind one filter; whether they are likelier; and whether they are
     predicted better over the horizon, where no filter follows what a law has missed. Both of these by the scatter
-    between blocks.
+    between blocks, the last of the relative change: where something happens at random over the horizon no single
+    segment decides.
     """
-    p_values = [one_sided_p_value(blocks) for blocks in (gains, falls) if len(blocks) > 1]
+    p_values = [one_sided_p_value(blocks) for blocks in (gains, relative_falls) if len(blocks) > 1]
     return combined_p_value([*p_values, *([followed.p_value] if followed else [])])
 
 
