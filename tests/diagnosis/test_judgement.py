@@ -86,6 +86,11 @@ def test_an_effect_needs_significance_confirmation_and_a_possible_size(changed):
     assert judged(90.0, 0.1).is_supported(100.0) and not judged(90.0, 0.1, **changed).is_supported(100.0)
 
 
+def test_all_data_must_be_likelier_than_the_freedom_is_worth():
+    lost = judged(90.0, 0.1)._replace(in_sample=-14.0, gains=np.full(20, 0.5))  # held out it gains more
+    assert lost.is_supported(100.0) and not lost._replace(gains=np.full(20, 0.3)).is_supported(100.0)
+
+
 def test_most_blocks_must_be_likelier_or_better_predicted():
     few = judged(90.0, 0.1, falls=(-1.0, -1.0, 5.0))._replace(gains=np.r_[np.full(11, -0.1), np.full(9, 5.0)])
     assert few.evidence > 0.0 and not few.is_supported(100.0)
@@ -169,5 +174,5 @@ def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not
     elastic = rival("stribeck_drive", 400.0, 9.0 * BLOCKS, 1.5 * BLOCKS[::-1], 19.0 * BLOCKS)
     assert not_led([friction], [friction, elastic]) == [friction]  # the simple law within it
     impossible = friction._replace(candidate=replace(friction.candidate, physical=False))
-    unlikely = friction._replace(in_sample=-1.0)
+    unlikely = friction._replace(in_sample=-200.0)
     assert not_led([spring], [spring, impossible, unlikely]) == [spring]
