@@ -38,6 +38,7 @@ def test_friction_of_the_axis_is_found_and_then_its_direction_dependence(axis):
     names = [s.effect for s in axis.steps]
     assert names[:2] == ["viscous_drive", "coulomb_drive"] and "viscous_asymmetry" in names
     assert all(s.error_after < 0.6 * s.error_before and s.force_after < s.force_before for s in axis.steps)
+    assert [s.error_before for s in axis.steps[1:]] + [axis.error] == [s.error_after for s in axis.steps]
     assert axis.verdict == "unexplained"  # hundreds of times the encoder's noise are left, and said to be
 
 

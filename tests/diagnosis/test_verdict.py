@@ -10,7 +10,7 @@ import derive
 from tests.support import X, simulated
 from wheelpend import Model, diagnose
 from wheelpend.diagnosis.evidence import Comparisons, ValidatedFit, evaluate_candidate
-from wheelpend.diagnosis.explain import overall_verdict
+from wheelpend.diagnosis.explain import overall_verdict, step_between
 from wheelpend.diagnosis.ranking import rank_candidates
 from wheelpend.diagnosis.score_test import ScoreTest, find_twins, score_test
 from wheelpend.diagnosis.stepwise import selection_done
@@ -240,3 +240,13 @@ def test_an_effect_of_an_impossible_size_is_no_rival_of_a_simpler_one(rough):
     simple = replace(candidate, effect="viscous_drive", error_after=1.01 * far)
     order = rank_candidates(problem, [larger, simple, impossible])
     assert [c.effect for c in order if c.physical] == ["viscous_drive", "presliding_drive"]
+
+
+@pytest.mark.parametrize(("by_likelihood", "error_after"), [(True, 6.0), (False, 4.0)])
+def test_a_step_beside_a_random_force_leaves_the_error_of_the_model_fitted_to_its_end(by_likelihood, error_after):
+    unknown = ("estimates", "p_value", "equivalent_to", "per_log", "blocks_agree", "held_out_gain")
+    told = {**dict.fromkeys(unknown), "effect": "slope", "error_after": 4.0, "fit": SimpleNamespace(values={})}
+    rest = {"problem": SimpleNamespace(base=()), "remainder": None, "by_likelihood": by_likelihood}
+    before = SimpleNamespace(named=[SimpleNamespace(**told)], error=9.0, **rest)
+    step = step_between(before, SimpleNamespace(error=6.0, **rest))
+    assert (step.error_before, step.error_after, step.force_after) == (9.0, error_after, None)

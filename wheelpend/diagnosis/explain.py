@@ -174,15 +174,12 @@ def explain(
 
 def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: float | None) -> Ladder:
     """The ladder of some rounds, with the first and the last diagnosis as they are concluded."""
-    forces = [remaining_force(r) for r in (*rounds[:-1], last)]
     steps = tuple(
         replace(
-            ladder_step(r.problem, r.named[0], r.error),
-            force_before=before,
-            force_after=after,
-            probability=probability_of(and_what_replaced(r.named[0].effect, rounds), last.structures),
+            step_between(before, after),
+            probability=probability_of(and_what_replaced(before.named[0].effect, rounds), last.structures),
         )
-        for r, (before, after) in zip(rounds[:-1], pairwise(forces), strict=True)
+        for before, after in pairwise([*rounds[:-1], last])
     )
     problem = last.problem
     return Ladder(
@@ -206,6 +203,17 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
         last=last,
         fit=last.fit,
         problem=problem,
+    )
+
+
+def step_between(before: Diagnosis, after: Diagnosis) -> Step:
+    """The step from one diagnosis to the next; beside a random force its effect was judged before the fit's end."""
+    step = ladder_step(before.problem, before.named[0], before.error)
+    return replace(
+        step,
+        error_after=after.error if before.by_likelihood else step.error_after,
+        force_before=remaining_force(before),
+        force_after=remaining_force(after),
     )
 
 
