@@ -174,5 +174,7 @@ def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not
     elastic = rival("stribeck_drive", 400.0, 9.0 * BLOCKS, 1.5 * BLOCKS[::-1], 19.0 * BLOCKS)
     assert not_led([friction], [friction, elastic]) == [friction]  # the simple law within it
     impossible = friction._replace(candidate=replace(friction.candidate, physical=False))
+    lesser = friction._replace(gains=0.01 * BLOCKS, in_sample=5.0)  # ahead in places, with less evidence
+    assert not_led([spring], [spring, lesser]) == [spring]
     unlikely = friction._replace(in_sample=-200.0)
     assert not_led([spring], [spring, impossible, unlikely]) == [spring]

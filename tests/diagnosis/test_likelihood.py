@@ -11,7 +11,15 @@ from wheelpend import Log, Model
 from wheelpend.diagnosis.likelihood import repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
-from wheelpend.diagnosis.likelihood.held_out import combined_p_value, gain_statistic, joint_p_value
+from wheelpend.diagnosis.likelihood.held_out import (
+    Prediction,
+    bounded_p_value,
+    combined_p_value,
+    following,
+    gain_statistic,
+    joint_p_value,
+    one_sided_p_value,
+)
 from wheelpend.diagnosis.likelihood.judgement import JudgedModel
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
 from wheelpend.diagnosis.likelihood.repeatability import (
@@ -271,6 +279,29 @@ def test_gains_that_scatter_about_nothing_are_none():
     assert abs(gain_statistic(np.array([1.0, -1.0, 2.0, -2.0]))) < 1e-12
     assert gain_statistic(np.array([5.0, 5.5, 4.5, 5.2])) > 10.0
     assert gain_statistic(np.array([5.0, -np.inf])) == 0.0
+    assert gain_statistic(np.ones(4)) == np.inf and gain_statistic(-np.ones(4)) == -np.inf
+    assert gain_statistic(np.zeros(4)) == 0.0
+
+
+def test_a_few_blocks_count_no_more_than_that_they_all_agree():
+    nearly_alike = np.array([1.0, 1.0, 0.999, 1.0])  # errors that ran away without an effect in all four
+    assert one_sided_p_value(nearly_alike) < 1e-9
+    assert bounded_p_value(one_sided_p_value(nearly_alike), 4) == 0.0625 and bounded_p_value(0.3, 4) == 0.3
+
+
+def test_data_follow_a_change_that_takes_their_errors_away_and_not_one_beside_them():
+    random = np.random.default_rng(7)
+    change = random.standard_normal((20, 50, 1))
+    error = random.standard_normal((20, 50, 1))
+
+    def along(part):
+        before = Prediction(list(error + part * change), [], [])
+        return following(before, Prediction(list(error + (part - 1.0) * change), [], []), 1.0)
+
+    there, absent = along(1.0), along(0.0)
+    assert there.p_value < 1e-10 and (there.gains > 0.0).sum() >= 18
+    assert there.gains.sum() == pytest.approx(0.5 * 1000, rel=0.15)  # nats: half the change's square
+    assert absent.p_value > 0.05 and (absent.gains > 0.0).sum() <= 2
 
 
 def test_tests_that_agree_count_as_one_and_one_of_three_as_three_times_it():

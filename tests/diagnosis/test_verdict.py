@@ -245,8 +245,9 @@ def test_an_effect_of_an_impossible_size_is_no_rival_of_a_simpler_one(rough):
 @pytest.mark.parametrize(("by_likelihood", "error_after"), [(True, 6.0), (False, 4.0)])
 def test_a_step_beside_a_random_force_leaves_the_error_of_the_model_fitted_to_its_end(by_likelihood, error_after):
     unknown = ("estimates", "p_value", "equivalent_to", "per_log", "blocks_agree", "held_out_gain")
-    told = {**dict.fromkeys(unknown), "effect": "slope", "error_after": 4.0, "fit": SimpleNamespace(values={})}
-    rest = {"problem": SimpleNamespace(base=()), "remainder": None, "by_likelihood": by_likelihood}
+    told = {**dict.fromkeys(unknown), "effect": "slope", "error_after": 4.0, "fit": SimpleNamespace(values={"X1": 2.0})}
+    rest = {"problem": SimpleNamespace(base=("X1",)), "remainder": None, "by_likelihood": by_likelihood}
     before = SimpleNamespace(named=[SimpleNamespace(**told)], error=9.0, **rest)
-    step = step_between(before, SimpleNamespace(error=6.0, **rest))
+    step = step_between(before, SimpleNamespace(error=6.0, fit=SimpleNamespace(values={"X1": 3.0}), **rest))
     assert (step.error_before, step.error_after, step.force_after) == (9.0, error_after, None)
+    assert step.parameters == {"X1": 3.0 if by_likelihood else 2.0}

@@ -209,12 +209,10 @@ def _error_ladder(rounds: Rounds, first: Diagnosis, last: Diagnosis, nominal: fl
 def step_between(before: Diagnosis, after: Diagnosis) -> Step:
     """The step from one diagnosis to the next; beside a random force its effect was judged before the fit's end."""
     step = ladder_step(before.problem, before.named[0], before.error)
-    return replace(
-        step,
-        error_after=after.error if before.by_likelihood else step.error_after,
-        force_before=remaining_force(before),
-        force_after=remaining_force(after),
-    )
+    if before.by_likelihood:
+        base = {n: after.fit.values[n] for n in before.problem.base}
+        step = replace(step, error_after=after.error, parameters=base)
+    return replace(step, force_before=remaining_force(before), force_after=remaining_force(after))
 
 
 def remaining_force(found: Diagnosis) -> float | None:

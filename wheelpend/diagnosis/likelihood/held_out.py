@@ -165,11 +165,11 @@ def gain_in_blocks(before: Prediction, after: Prediction) -> np.ndarray:
 
 
 def gain_statistic(gains: np.ndarray) -> float:
-    """The mean of some gains over its standard error from their scatter."""
+    """The mean of some gains over its standard error from their scatter; infinite where they are all alike."""
     if len(gains) < 2 or not np.isfinite(gains).all():
         return 0.0
-    error = float(np.std(gains, ddof=1)) / np.sqrt(len(gains))
-    return float(np.mean(gains)) / error if error > 0.0 else 0.0
+    error, mean = float(np.std(gains, ddof=1)) / np.sqrt(len(gains)), float(np.mean(gains))
+    return mean / error if error > 0.0 else math.copysign(math.inf, mean) if mean else 0.0
 
 
 def one_sided_p_value(gains: np.ndarray) -> float:
@@ -177,6 +177,14 @@ def one_sided_p_value(gains: np.ndarray) -> float:
     from scipy.special import stdtr  # imported late: scipy.special takes longer to load than most commands
 
     return float(stdtr(max(len(gains) - 1, 1), -gain_statistic(gains)))
+
+
+def bounded_p_value(p_value: float, blocks: int) -> float:
+    """A p-value from the scatter of so many blocks, but none below that of all of them having one sign by chance.
+
+    Of few blocks the scatter is hardly known, so that far smaller ones say nothing.
+    """
+    return max(p_value, 0.5**blocks)
 
 
 def combined_p_value(p_values: Sequence[float]) -> float:

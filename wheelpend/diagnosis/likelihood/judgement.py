@@ -25,6 +25,7 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.likelihood.held_out import (
     Following,
     Prediction,
+    bounded_p_value,
     combined_p_value,
     following,
     gain_in_blocks,
@@ -78,8 +79,8 @@ class Judged(NamedTuple):
     def is_certain(self) -> bool:
         """Significant, physically possible, and better in most blocks of held-out data.
 
-        Both the estimation data and those held out must say so, and where the ones say much the others may say less:
-        by chance both together do so as seldom as if the ones had to reach 1 % and the others 5 %.
+        Both the estimation data and those held out must say so at 5 %, and together at a two-thousandth, the product of
+        1 % and 5 %: where the ones say much the others may say less.
         """
         one, parts = self.candidate, (self.candidate.p_discovery, self.candidate.p_confirmation)
         each = all(p is not None and p < CONFIRMATION_LEVEL for p in parts)
@@ -181,7 +182,7 @@ def judge(base: JudgedModel, larger: FilteredModel, effect: str, tests: int) -> 
         effect=effect,
         estimates=own.estimates,
         family=row.family,
-        p_value=joint_p_value(discovery, confirmation),
+        p_value=_p_value_of_both(base, discovery, confirmation),
         blocks_agree=agreement(gains, falls, follows),
         error_after=error_after,
         equivalent_to=(),
@@ -262,10 +263,17 @@ def _confirmation(gains: np.ndarray, relative_falls: np.ndarray, followed: Follo
     Whether they follow the change that it makes behind one filter; whether they are likelier; and whether they are
     predicted better over the horizon, where no filter follows what a law has missed. Both of these by the scatter
     between blocks, the last of the relative change: where something happens at random over the horizon no single
-    segment decides.
+    segment decides. None counts more than the number of blocks allows.
     """
-    p_values = [one_sided_p_value(blocks) for blocks in (gains, relative_falls) if len(blocks) > 1]
-    return combined_p_value([*p_values, *([followed.p_value] if followed else [])])
+    tests = [(one_sided_p_value(blocks), len(blocks)) for blocks in (gains, relative_falls) if len(blocks) > 1]
+    tests += [(followed.p_value, len(followed.gains))] if followed else []
+    return combined_p_value([bounded_p_value(*test) for test in tests])
+
+
+def _p_value_of_both(base: JudgedModel, discovery: float, confirmation: float) -> float:
+    """P-value of what the estimation data discover and held-out data confirm; the larger where none are held out."""
+    independent = bool(base.model.problem.data.validation)
+    return joint_p_value(discovery, confirmation) if independent else max(discovery, confirmation)
 
 
 def _values_of(model: FilteredModel) -> Fit:
@@ -290,15 +298,19 @@ def most_telling_first(supported: Sequence[Judged]) -> list[Judged]:
 
 
 def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judged]:
-    """Supported effects that none clearly leads which may be but is not supported itself.
+    """Supported effects that none clearly leads, with more evidence, which may be but is not supported itself.
 
     What is missing then is rather like that one, and the lesser effect stands in for it.
     """
     names = {j.candidate.effect for j in supported}
     others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.evidence > 0.0]
-    return [
-        j for j in supported if not any(o.clearly_leads(j) for o in others if j.candidate.effect not in simpler_than(o))
-    ]
+    return [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
+
+
+def _stands_in_for(one: Judged, other: Judged) -> bool:
+    """True of an effect that another clearly leads, which does not have it in it."""
+    leads = other.evidence > one.evidence and other.clearly_leads(one)
+    return leads and one.candidate.effect not in simpler_than(other)
 
 
 def improves_on_nested(one: Judged, others: Sequence[Judged]) -> bool:

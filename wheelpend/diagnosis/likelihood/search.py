@@ -117,14 +117,20 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
     base = JudgedModel.of(_relieved(model, refits, progress))
     tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
-    supported = most_telling_first(not_led([j for j in judged if j.is_supported(base.validated.error)], judged))
+    able = [j for j in judged if j.is_supported(base.validated.error)]
+    named = not_led(able, judged)
+    supported = most_telling_first(named)
     larger = None
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
         larger = settled(supported[0].model)
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
-    judged = [j if j.improves(base.validated.error) else j.without_evidence() for j in judged]
+    stand_ins = {j.candidate.effect for j in able}.difference(j.candidate.effect for j in named)
+    judged = [
+        j if j.improves(base.validated.error) and j.candidate.effect not in stand_ins else j.without_evidence()
+        for j in judged
+    ]
     if larger is not None:
         return Round((_diagnosis(base, supported, judged, progress),), larger)
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
