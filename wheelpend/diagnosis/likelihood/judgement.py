@@ -86,7 +86,12 @@ class Judged(NamedTuple):
         each = all(p is not None and p < CONFIRMATION_LEVEL for p in parts)
         significant = each and one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls, self.follows))
-        return one.physical and significant and self.evidence > 0.0 and in_most_blocks
+        return one.physical and significant and self.is_likelier and in_most_blocks
+
+    @property
+    def is_likelier(self) -> bool:
+        """True where the data of the fit, and all data, are likelier with the effect than its freedom is worth."""
+        return self.in_sample > 0.0 and self.evidence > 0.0
 
     def is_supported(self, error_before: float) -> bool:
         """Certain, and lowering the error or the force."""
@@ -303,7 +308,7 @@ def not_led(supported: Sequence[Judged], judged: Sequence[Judged]) -> list[Judge
     What is missing then is rather like that one, and the lesser effect stands in for it.
     """
     names = {j.candidate.effect for j in supported}
-    others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.evidence > 0.0]
+    others = [j for j in judged if j.candidate.effect not in names and j.candidate.physical and j.is_likelier]
     return [j for j in supported if not any(_stands_in_for(j, o) for o in others)]
 
 
