@@ -80,10 +80,22 @@ def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
 
 
 @pytest.mark.parametrize(
-    "changed", [{"p_value": 1e-3}, {"p_discovery": 0.06}, {"p_confirmation": 0.06}, {"physical": False}]
+    "changed",
+    [
+        {"p_value": 1e-3},
+        {"p_discovery": 0.06},
+        {"p_confirmation": 0.06},
+        {"physical": False},
+        {"p_value": 1e-3, "p_discovery": 0.005, "p_confirmation": 0.06},
+        {"p_discovery": None},
+    ],
 )
 def test_an_effect_needs_significance_confirmation_and_a_possible_size(changed):
     assert judged(90.0, 0.1).is_supported(100.0) and not judged(90.0, 0.1, **changed).is_supported(100.0)
+
+
+def test_just_enough_in_each_part_of_the_data_is_enough():
+    assert judged(90.0, 0.1, p_value=2e-3, p_discovery=0.0025, p_confirmation=0.048).is_supported(100.0)
 
 
 def test_the_data_of_the_fit_and_all_data_must_be_likelier_than_the_freedom_is_worth():

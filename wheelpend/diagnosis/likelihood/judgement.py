@@ -44,7 +44,7 @@ from wheelpend.estimation.problem import simpler_effects
 from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
-CONFIRMATION_LEVEL = 0.05  # of either part of the data: those of the fit, and those held out
+CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
 MIN_FORCE_SHARE = 1e-3  # of the forces that drive the machine: below that a force is negligible
 MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
@@ -79,12 +79,15 @@ class Judged(NamedTuple):
     def is_certain(self) -> bool:
         """Significant, physically possible, and better in most blocks of held-out data.
 
-        Both the estimation data and those held out must say so at 5 %, and together at a two-thousandth, the product of
-        1 % and 5 %: where the ones say much the others may say less.
+        The estimation data must discover it at 1 % and those held out confirm it at 5 %; or both say so at 5 %, and
+        together at the product of these levels: where the ones say much the others may say less.
         """
-        one, parts = self.candidate, (self.candidate.p_discovery, self.candidate.p_confirmation)
-        each = all(p is not None and p < CONFIRMATION_LEVEL for p in parts)
-        significant = each and one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
+        one, discovery, confirmation = self.candidate, self.candidate.p_discovery, self.candidate.p_confirmation
+        if discovery is None or confirmation is None:
+            return False
+        discovered = discovery < FAMILYWISE_SIGNIFICANCE_LEVEL
+        together = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
+        significant = max(discovery, confirmation) < CONFIRMATION_LEVEL and (discovered or together)
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls, self.follows))
         return one.physical and significant and self.is_likelier and in_most_blocks
 
