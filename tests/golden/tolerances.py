@@ -45,8 +45,8 @@ LOOSER = (
     Looser(r"diagnose\.without\.answer\.candidates\[1\]\.(sigma\.|p_discovery)", Tolerance(rtol=1.0)),
     # a fit with a random force that these three seconds hardly tell from the model, between two processors: 0.1
     Looser(r"identify\.save\.", Tolerance(rtol=0.3, atol=1e-3)),
-    # a random force refitted from another start: 0.02
-    Looser(r"change\.remove\.model\.toml", Tolerance(rtol=0.05, atol=1e-3)),
+    # size and time of a random force that three seconds hardly tell from the model, between two processors: 0.024
+    Looser(r"change\.remove\.model\.toml\[(74|75|79|80)\]", Tolerance(rtol=0.03)),
     # replicas of a closed loop, which is unstable, between two processors: 5e-3
     Looser(r"identify\.\w+\.answer\.bias\.", Tolerance(rtol=5e-2, atol=1e-9)),
     # what is left to chance, kept in the model file, between two processors: 4e-4
