@@ -27,6 +27,7 @@ from wheelpend.logs.log import Log
 
 NO_STEPS = -1  # of a filter are stored, nor its innovations
 START_SPREAD_RANGES = 10.0  # ranges of a state within a log, its standard deviation where the filter starts: unknown
+INTERNAL_SPREAD_RAD = 1.0  # the same of what moves inside the machine: where it may swing, a wider one is not linear
 
 
 class FilterTrack(NamedTuple):
@@ -212,6 +213,9 @@ def start_spread(module: KernelModule, log: Log, starts: np.ndarray) -> np.ndarr
     spread = np.zeros(module.NV + (module.LAG >= 0))
     spread[:half] = START_SPREAD_RANGES * reach
     spread[half : module.NX] = START_SPREAD_RANGES * reach / max(10.0 * log.dt, 1e-3)
+    inside = np.array(module.RATES[module.NQ :], dtype=np.int64)  # rates of internal coordinates, these before them
+    spread[inside - 1] = INTERNAL_SPREAD_RAD
+    spread[inside] = float(np.abs(starts[:, half : module.NX]).max(initial=1.0))
     if module.LAG >= 0:
         spread[-1] = START_SPREAD_RANGES * float(np.nanmax(np.abs(log.inputs), initial=0.0))
     return spread
