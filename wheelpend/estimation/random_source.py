@@ -103,6 +103,18 @@ def with_forces(sources: Sequence[Sources], share: float, slowness: float, short
     return tuple(tuple(map(changed, own)) for own in sources)
 
 
+def with_small_forces(
+    sources: Sequence[Sources], largest: float, slowness: float, shortest: float
+) -> tuple[Sources, ...]:
+    """Each log's sources with no force larger than ``largest``, that much slower, but no faster than shortest [s]."""
+
+    def changed(source: RandomSource) -> RandomSource:
+        time = max(source.correlation_time * slowness, shortest)
+        return source.with_noise(min(source.rms, largest), time) if source.is_force else source
+
+    return tuple(tuple(map(changed, own)) for own in sources)
+
+
 def with_one_changed(
     sources: Sequence[Sources], number: int, *, share: float = 1.0, slowness: float = 1.0
 ) -> tuple[Sources, ...]:

@@ -23,13 +23,14 @@ from wheelpend.diagnosis.likelihood.filtered_model import (
 )
 from wheelpend.diagnosis.refit import clip_to_bounds, replace_contained
 from wheelpend.diagnosis.score_test import EffectSize
-from wheelpend.estimation.filter_fit import Effort
+from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
-from wheelpend.estimation.problem import EstimationProblem, extended_effects
-from wheelpend.estimation.random_source import Sources, with_forces
+from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
+from wheelpend.estimation.random_source import Sources, with_forces, with_small_forces
 from wheelpend.estimation.source_search import without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
+ANEW_FORCE_SHARE = 0.03  # of the drive: a random force, at most, with which a fit begins from what is known
 RANKING_SAMPLES = 5_000  # of all logs together, on which it is found which refits lead
 FIRST_EFFORT = Effort(4, 1.0, False, holds_times=True)  # of a fit that finds the best of several sizes, at held forces
 REFIT_EFFORT = Effort(8, 2.0, False, holds_times=True, holds_sensors=True)  # of the fit that goes on from it
@@ -65,7 +66,10 @@ def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize])
     """The model with one effect more, from the best of some sizes; of long logs on a part."""
     started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
-    return _begun_refit(replace(model, problem=problem), started)
+    if not derive.effects.find(effect).releases:
+        return _begun_refit(replace(model, problem=problem), started)
+    stiff = replace(model, problem=with_stable_step(problem, started[0][0]))  # what moves inside may be stiffer
+    return BegunRefit((*_begun_refit(stiff, started).models, _begun_anew(stiff, started)))
 
 
 def with_both(model: FilteredModel, sizes: Mapping[str, EffectSize]) -> FilteredModel | None:
@@ -142,16 +146,43 @@ def _likeliest_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> F
 
 def _begun_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> BegunRefit:
     """The same, not yet to its end."""
-    found = []
-    wholes = [estimator_of(model.problem, values) for values in log_values]
-    estimators = [e.on_part(RANKING_SAMPLES) for e in wholes]
-    for share, slowness in FORCE_STARTS:
-        sources = with_forces(model.point.sources, share, slowness, estimators[0].correlation_bounds[0])
-        begun = [e.fit(e.problem.space.start(), sources, FIRST_EFFORT, fixed_noise=True) for e in estimators]
-        number = int(np.argmin([p.deviance for p in begun]))
-        point = estimators[number].fit(begun[number].theta, sources, REFIT_EFFORT)
-        found.append(FilteredModel(model.problem, estimators[number], point))
-    return BegunRefit(tuple(found))
+    estimators = _ranking_estimators(model.problem, log_values)
+    shortest = estimators[0].correlation_bounds[0]
+    starts = [with_forces(model.point.sources, share, slowness, shortest) for share, slowness in FORCE_STARTS]
+    return BegunRefit(tuple(_best_begun(model.problem, estimators, sources) for sources in starts))
+
+
+def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues]) -> FilteredModel:
+    """A fit that begins with what is known of the machine before any fit, and with small and fast random forces.
+
+    A model that lacks a motion inside may have ended so far away that no refit leads back from there.
+    """
+    known = _without_own(next(iter(model.problem.fallback_starts), {}))
+    estimators = _ranking_estimators(model.problem, [[{**v, **known} for v in own] for own in log_values])
+    largest, shortest = ANEW_FORCE_SHARE * model.estimator.force_scale, estimators[0].correlation_bounds[0]
+    sources = with_small_forces(model.point.sources, largest, FORCE_STARTS[-1][1], shortest)
+    return _best_begun(model.problem, estimators, sources)
+
+
+def _ranking_estimators(problem: EstimationProblem, log_values: Sequence[LogValues]) -> list[FilterEstimator]:
+    """Estimators at several values in each log, of long logs on a part."""
+    return [estimator_of(problem, values).on_part(RANKING_SAMPLES) for values in log_values]
+
+
+def _best_begun(
+    problem: EstimationProblem, estimators: Sequence[FilterEstimator], sources: Sequence[Sources]
+) -> FilteredModel:
+    """The likeliest of short fits at held sources, gone on with."""
+    begun = [e.fit(e.problem.space.start(), sources, FIRST_EFFORT, fixed_noise=True) for e in estimators]
+    number = int(np.argmin([p.deviance for p in begun]))
+    point = estimators[number].fit(begun[number].theta, sources, REFIT_EFFORT)
+    return FilteredModel(problem, estimators[number], point)
+
+
+def on_ranking_part(model: FilteredModel) -> FilteredModel:
+    """A model where it is, on the part of long logs on which refits are ranked."""
+    part = model.estimator.on_part(RANKING_SAMPLES)
+    return FilteredModel(model.problem, part, part.point(model.point.theta, model.point.sources))
 
 
 def refined(model: FilteredModel) -> FilteredModel:

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+import derive
+from derive.effects import Effect, InternalPlay
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
 from wheelpend.diagnosis.likelihood.judgement import (
@@ -24,6 +26,7 @@ from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, suppo
 from wheelpend.diagnosis.likelihood.refits import (
     BegunRefit,
     fitted_to_all,
+    on_ranking_part,
     refined,
     refitted,
     settled,
@@ -36,6 +39,7 @@ from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
     detectable_sizes,
+    internal_effects,
     judged_effects,
     leading_effects,
     linear_effects,
@@ -48,7 +52,7 @@ from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
-INTERNAL_REASON = "moves by itself, and is judged only where sensor noise is reached with it"
+PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
 Rounds = list[Diagnosis]
@@ -113,7 +117,7 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
     A pair is added only where the search ``goes_on`` after both: the first of the two alone is worth no step.
     """
     progress("scoring every effect behind the filter")
-    refits = _refits(model, leading_effects(model), progress)
+    refits = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
     base = JudgedModel.of(_relieved(model, refits, progress))
     tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
@@ -186,8 +190,24 @@ def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Pro
         begun = sorted(pool.map(begin, leaders, repeat(model)), key=lambda r: r.deviance)
         goal = begun[MAX_JUDGED - 1].deviance if len(begun) >= MAX_JUDGED else np.inf
         found = [f for f in pool.map(lambda refit: refit.ended(goal), begun) if f is not None]
-        leading = sorted(found, key=lambda f: f.deviance)[:MAX_JUDGED]
-        return {f.problem.model.effects[-1]: f for f in pool.map(refined, leading)}
+        leading = _leading(model, sorted(found, key=lambda f: f.deviance))
+        return {_added_effect(f).name: f for f in pool.map(refined, leading)}
+
+
+def _leading(model: FilteredModel, found: Sequence[FilteredModel]) -> list[FilteredModel]:
+    """Refits that are judged, of all with the likeliest first: so many of them, and what may move inside.
+
+    A motion inside has more freedom than other effects, which only longer data pay for: on the part on which refits are
+    ranked it is enough that data are likelier than without it, whatever its freedom is worth.
+    """
+    limit = on_ranking_part(model).point.deviance
+    inside = [f for f in found[MAX_JUDGED:] if _added_effect(f).releases and f.point.deviance < limit]
+    return [*found[:MAX_JUDGED], *inside]
+
+
+def _added_effect(model: FilteredModel) -> Effect:
+    """The effect that a refit added."""
+    return derive.effects.find(model.problem.model.effects[-1])
 
 
 def _relieved(model: FilteredModel, refits: Mapping[str, FilteredModel], progress: Progress) -> FilteredModel:
@@ -214,7 +234,7 @@ def _diagnosis(
     named = tuple(j.candidate for j in supported)
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
-    internal = {e.name: INTERNAL_REASON for e in problem.candidates() if e.releases}
+    play = {e.name: PLAY_REASON for e in problem.candidates() if isinstance(e.enters, InternalPlay)}
     verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
     if not named:
         progress("looking for what repeats")
@@ -228,7 +248,7 @@ def _diagnosis(
         found,
         detectable=detectable_sizes(base.model) if verdict == "nothing_missing" else {},
         where=where_it_shows(problem, missing, found.fit),
-        not_judged={**found.not_judged, **internal},
+        not_judged={**found.not_judged, **play},
         missing=missing,
         refitted=tuple(j.candidate for j in judged),
         remainder=remainder,

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from derive.effects import Effect
+from derive.effects import Effect, InternalPlay
 from derive.parameter_name import effect_of, short_name
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, estimator_of
 from wheelpend.diagnosis.score_test import EffectSize, linear_names
@@ -33,7 +33,7 @@ class ScoredEffect(NamedTuple):
     """An effect with the sizes from which its refits start."""
 
     effect: Effect
-    gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square
+    gain: float  # expected fall of −2 log-likelihood, in units of the innovations' mean square; inf where none can tell
     starts: tuple[EffectSize, ...]  # best first
 
 
@@ -58,7 +58,7 @@ class LinearScores(NamedTuple):
 
 def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
     """The union of the leaders behind all filters, the largest gain first, each with its starts of all of them."""
-    candidates = judged_effects(model)
+    candidates = scorable_effects(model)
     grids = profile_grids(model.problem, Fit.at(model.log_values[0]), [e for e in candidates if e.profiled])
     found: dict[str, ScoredEffect] = {}
     for share in FORCE_SHARES:
@@ -73,8 +73,33 @@ def leading_effects(model: FilteredModel) -> list[ScoredEffect]:
 
 
 def judged_effects(model: FilteredModel) -> list[Effect]:
-    """Effects that are judged with a random force: all that the model may be missing but events and internal motion."""
-    return [e for e in model.problem.candidates() if not e.event and not e.releases]
+    """Effects that are judged with a random force: all that the model may be missing but events and play.
+
+    Whether play is closed at a moment depends on every contact before: a filter that expands the motion about its mean
+    cannot follow it.
+    """
+    return [e for e in model.problem.candidates() if not e.event and not isinstance(e.enters, InternalPlay)]
+
+
+def scorable_effects(model: FilteredModel) -> list[Effect]:
+    """Judged effects of which a score can tell by how much they raise the likelihood: those without a motion inside."""
+    return [e for e in judged_effects(model) if not e.releases]
+
+
+def internal_effects(model: FilteredModel) -> list[ScoredEffect]:
+    """Judged effects that move by themselves inside the machine, with every start that their parameters have.
+
+    Their motion changes all others so much that no score at a start tells what a refit would reach from there: a model
+    without an elastic shaft may have five times the inertia. So each is refitted.
+    """
+    effects = [e for e in judged_effects(model) if e.releases]
+    grids = profile_grids(model.problem, Fit.at(model.log_values[0]), effects)
+    found = []
+    for effect in (e for e in effects if e.name in grids):
+        typical = {effect.name_of(p): p.typical for p in effect.parameters}
+        starts = tuple(EffectSize({**typical, **setting}, {}) for setting in grids[effect.name].settings)
+        found.append(ScoredEffect(effect, np.inf, starts))
+    return found
 
 
 def scored_effects(
@@ -133,8 +158,8 @@ def detectable_sizes(model: FilteredModel) -> dict[str, dict[str, float]]:
 
 
 def linear_effects(model: FilteredModel) -> list[Effect]:
-    """Judged effects that are scored at their absence, without an inner parameter."""
-    return [e for e in judged_effects(model) if e.profiled is None]
+    """Scorable effects that are scored at their absence, without an inner parameter."""
+    return [e for e in scorable_effects(model) if e.profiled is None]
 
 
 def _linear_scores(
