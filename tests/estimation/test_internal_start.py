@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 
-from tests.support import simulated
+from tests.support import X, simulated
 from wheelpend import Model
 from wheelpend.diagnosis.likelihood.filtered_model import estimator_of
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.problem import with_stable_step
 from wheelpend.estimation.starts import best_start
-from wheelpend.simulation.hidden import with_full_parameter_names
 
-TRUE = {"X1": 0.0436, "X2": 0.0178, "X3": 0.1149, "X4": 0.8719, "X5": 4.6701, "X6": 0.7268, "X7": 0.7256}
 SHAFT = {"drive_compliance.stiffness": 60.0, "drive_compliance.damping": 0.3}
 SLIP = {"wheel_slip.stiffness": 5.0, "wheel_slip.limit": 5.0}
 
@@ -22,7 +20,7 @@ def innovations_at_the_truth(hidden: dict[str, float]) -> np.ndarray:
     log = simulated(duration=4.0, seed=3, **{n.replace(".", "__"): v for n, v in hidden.items()})
     problem, start = best_start(prepare(Model.default(), [log]))
     problem = with_stable_step(problem.with_effects([effect]), {})
-    estimator = estimator_of(problem, [{**start, **TRUE, **with_full_parameter_names(hidden)}])
+    estimator = estimator_of(problem, [{**start, **X, **hidden}])
     assert estimator.problem.segments[0].bounds[0, 0] > 100  # the shaft is wound up by then
     found = estimator.problem.inside_innovations(estimator.problem.space.start(), [()])
     return np.concatenate(found)[..., 0]

@@ -105,7 +105,7 @@ def refit(problem: EstimationProblem, short: Fit, starts: Sequence[CandidateStar
 
 def refit_backlash(problem: EstimationProblem, short: Fit, effect: Effect) -> Fit | None:
     """Refit with backlash from a start before any fit that follows its contacts; None where that does not pay."""
-    origin = {**short.values, **(problem.fallback_starts[0] if problem.fallback_starts else {})}
+    origin = {**short.values, **problem.unfitted_start}
     problem = with_stable_step(problem.with_candidates(effect.name), origin)
     free = free_names_with(problem, short, effect.name)
     start = find_backlash_start(problem, origin, short.per_log, free, effect.full_names[0])

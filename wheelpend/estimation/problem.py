@@ -71,6 +71,11 @@ class EstimationProblem:
         return self.module.PARAMETERS[: self.module.OWN_PARAMETERS]
 
     @property
+    def unfitted_start(self) -> Mapping[str, float]:
+        """Values before any fit, the nominal ones where the model has some; empty where no start was sought."""
+        return next(iter(self.fallback_starts), {})
+
+    @property
     def logs(self) -> tuple[Log, ...]:
         """Estimation logs."""
         return self.data.logs

@@ -93,24 +93,17 @@ def scaled_sources(sources: Sequence[Sources], force_share: float, error_share: 
     return tuple(tuple(s.with_noise(s.rms * shares[s.is_force], s.correlation_time) for s in own) for own in sources)
 
 
-def with_forces(sources: Sequence[Sources], share: float, slowness: float, shortest: float) -> tuple[Sources, ...]:
-    """Each log's sources with the forces a share as large, and that much slower, but no faster than shortest [s]."""
-
-    def changed(source: RandomSource) -> RandomSource:
-        time = max(source.correlation_time * slowness, shortest)
-        return source.with_noise(source.rms * share, time) if source.is_force else source
-
-    return tuple(tuple(map(changed, own)) for own in sources)
-
-
-def with_small_forces(
-    sources: Sequence[Sources], largest: float, slowness: float, shortest: float
+def with_forces(
+    sources: Sequence[Sources], share: float, slowness: float, shortest: float, largest: float = np.inf
 ) -> tuple[Sources, ...]:
-    """Each log's sources with no force larger than ``largest``, that much slower, but no faster than shortest [s]."""
+    """Each log's sources with the forces a share as large, and that much slower, but no faster than shortest [s].
+
+    None is larger than ``largest``.
+    """
 
     def changed(source: RandomSource) -> RandomSource:
-        time = max(source.correlation_time * slowness, shortest)
-        return source.with_noise(min(source.rms, largest), time) if source.is_force else source
+        rms, time = min(source.rms * share, largest), max(source.correlation_time * slowness, shortest)
+        return source.with_noise(rms, time) if source.is_force else source
 
     return tuple(tuple(map(changed, own)) for own in sources)
 

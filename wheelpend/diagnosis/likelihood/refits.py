@@ -26,7 +26,7 @@ from wheelpend.diagnosis.score_test import EffectSize
 from wheelpend.estimation.filter_fit import Effort, FilterEstimator
 from wheelpend.estimation.free_parameters import effect_parameter, values_of_model_effects
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
-from wheelpend.estimation.random_source import Sources, with_forces, with_small_forces
+from wheelpend.estimation.random_source import Sources, with_forces
 from wheelpend.estimation.source_search import without_needless
 
 FORCE_STARTS = ((1.0, 1.0), (0.3, 0.1))  # share of the found force's size and time, from which refits start
@@ -157,10 +157,10 @@ def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues]) -> Filter
 
     A model that lacks a motion inside may have ended so far away that no refit leads back from there.
     """
-    known = _without_own(next(iter(model.problem.fallback_starts), {}))
+    known = _without_own(model.problem.unfitted_start)
     estimators = _ranking_estimators(model.problem, [[{**v, **known} for v in own] for own in log_values])
     largest, shortest = ANEW_FORCE_SHARE * model.estimator.force_scale, estimators[0].correlation_bounds[0]
-    sources = with_small_forces(model.point.sources, largest, FORCE_STARTS[-1][1], shortest)
+    sources = with_forces(model.point.sources, 1.0, FORCE_STARTS[-1][1], shortest, largest)
     return _best_begun(model.problem, estimators, sources)
 
 

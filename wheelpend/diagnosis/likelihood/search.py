@@ -200,9 +200,9 @@ def _leading(model: FilteredModel, found: Sequence[FilteredModel]) -> list[Filte
     A motion inside has more freedom than other effects, which only longer data pay for: on the part on which refits are
     ranked it is enough that data are likelier than without it, whatever its freedom is worth.
     """
-    limit = on_ranking_part(model).point.deviance
-    inside = [f for f in found[MAX_JUDGED:] if _added_effect(f).releases and f.point.deviance < limit]
-    return [*found[:MAX_JUDGED], *inside]
+    inside = [f for f in found[MAX_JUDGED:] if _added_effect(f).releases]
+    limit = on_ranking_part(model).point.deviance if inside else np.inf
+    return [*found[:MAX_JUDGED], *(f for f in inside if f.point.deviance < limit)]
 
 
 def _added_effect(model: FilteredModel) -> Effect:

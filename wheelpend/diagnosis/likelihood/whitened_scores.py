@@ -95,7 +95,7 @@ def internal_effects(model: FilteredModel) -> list[ScoredEffect]:
     effects = [e for e in judged_effects(model) if e.releases]
     grids = profile_grids(model.problem, Fit.at(model.log_values[0]), effects)
     found = []
-    for effect in (e for e in effects if e.name in grids):
+    for effect in effects:
         typical = {effect.name_of(p): p.typical for p in effect.parameters}
         starts = tuple(EffectSize({**typical, **setting}, {}) for setting in grids[effect.name].settings)
         found.append(ScoredEffect(effect, np.inf, starts))
