@@ -21,6 +21,7 @@ from wheelpend.diagnosis.compare import Comparison
 from wheelpend.diagnosis.evidence import CandidateFit, LogEstimate
 from wheelpend.diagnosis.explain import Ladder, Step
 from wheelpend.diagnosis.horizons import HorizonError
+from wheelpend.diagnosis.likelihood.remaining import ImpossibleLaw
 from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
 from wheelpend.diagnosis.missing_force.estimate import ForceConcentration
 from wheelpend.diagnosis.missing_force.law_search import FreeLaw
@@ -54,8 +55,9 @@ KEYS = {
     "bias guide force_error cutoff_hz remainder covariance widening fixed at_bounds",
     Covariance: "names matrix",
     Widening: "factors correlation_times_s",
-    Remainder: "force sensors places repeatable_share repeating resonances slow",
+    Remainder: "force sensors places repeatable_share repeating resonances slow impossible",
     SlowSource: "place is_force correlation_time_s gain p_value",
+    ImpossibleLaw: "effect coefficients p_value",
     RowForce: "rms unit rms_torque share_of_drive correlation_time_s place at_bound",
     SensorError: "rms unit sigmas correlation_time_s lag_s",
     Estimate: "value sigma identifiable",

@@ -134,8 +134,8 @@ class Diagnosis(DrawnResult):
     def p_value_of_rest(self) -> float:
         """P-value of nothing more being there, with the first candidate where there is one."""
         if self.remainder is not None:
-            rings = [r for r in self.remainder.resonances if r.repeats]
-            if told := [found.p_value for found in (*rings, *self.remainder.repeating, *self.remainder.slow)]:
+            left = self.remainder
+            if told := [found.p_value for found in (*left.what_repeats, *left.repeating, *left.slow)]:
                 return float(min(told))
         return self.named[0].p_rest if self.named else self.p_rest
 

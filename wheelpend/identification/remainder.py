@@ -77,6 +77,12 @@ class Remainder:
     repeating: tuple[Any, ...] = ()  # what was found in looking for it, by row, port or reading
     resonances: tuple[Any, ...] = ()  # narrow bands in which the filter misses far more than around them, by channel
     slow: tuple[Any, ...] = ()  # forces and errors of sensors as slow as is allowed, and whether they would be slower
+    impossible: tuple[Any, ...] = ()  # laws of effects that data follow with sizes that nothing has
+
+    @property
+    def what_repeats(self) -> tuple[Any, ...]:
+        """What of it does not look like chance, of all that was found."""
+        return tuple(f for f in (*self.repeating, *self.slow, *self.resonances, *self.impossible) if f.repeats)
 
     @property
     def strongest(self) -> RowForce | None:
@@ -93,6 +99,7 @@ class Remainder:
             "repeating": self.repeating,
             "resonances": self.resonances,
             "slow": self.slow,
+            "impossible": self.impossible,
         }
 
 

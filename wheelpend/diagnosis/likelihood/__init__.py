@@ -15,4 +15,5 @@ Question: what is left that repeats, on a machine that feels more than any libra
 - `repeatability`: whether what is left to chance is a smooth function of known signals.
 - `resonance`: whether what the filter misses rings at a frequency of its own.
 - `slow_sources`: whether what is left to chance is slower than chance may be.
+- `remaining`: what is left to chance with all of that, and laws that data follow with sizes that nothing has.
 """

@@ -77,19 +77,24 @@ class Judged(NamedTuple):
 
     @property
     def is_certain(self) -> bool:
-        """Significant, physically possible, and better in most blocks of held-out data.
+        """Physically possible, significant, and better in most blocks of held-out data.
 
         The estimation data must discover it at 1 % and those held out confirm it at 5 %; or both say so at 5 %, and
         together at the product of these levels: where the ones say much the others may say less.
         """
-        one, discovery, confirmation = self.candidate, self.candidate.p_discovery, self.candidate.p_confirmation
+        return self.candidate.physical and self.is_followed
+
+    @property
+    def is_followed(self) -> bool:
+        """Certain, whatever size the effect came out with: significant, and better in most blocks of held-out data."""
+        discovery, confirmation = self.candidate.p_discovery, self.candidate.p_confirmation
         if discovery is None or confirmation is None:
             return False
         discovered = discovery < FAMILYWISE_SIGNIFICANCE_LEVEL
-        together = one.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
+        together = self.candidate.p_value < FAMILYWISE_SIGNIFICANCE_LEVEL * CONFIRMATION_LEVEL
         significant = max(discovery, confirmation) < CONFIRMATION_LEVEL and (discovered or together)
         in_most_blocks = any(2 * np.count_nonzero(b > 0.0) > len(b) for b in (self.gains, self.falls, self.follows))
-        return one.physical and significant and self.is_likelier and in_most_blocks
+        return significant and self.is_likelier and in_most_blocks
 
     @property
     def is_likelier(self) -> bool:

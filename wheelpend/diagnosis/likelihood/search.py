@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import repeat
 from math import comb
@@ -33,9 +33,7 @@ from wheelpend.diagnosis.likelihood.refits import (
     with_effect,
     without_effect,
 )
-from wheelpend.diagnosis.likelihood.repeatability import repeatable_share, what_repeats
-from wheelpend.diagnosis.likelihood.resonance import resonances
-from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
+from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.whitened_scores import (
     ScoredEffect,
     detectable_sizes,
@@ -130,24 +128,54 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
         larger = settled(supported[0].model)
         if not has_meaning_throughout(larger):
             supported, larger = supported[1:], None
-    stand_ins = {j.candidate.effect for j in able}.difference(j.candidate.effect for j in named)
-    judged = [
-        j if j.improves(base.validated.error) and j.candidate.effect not in stand_ins else j.without_evidence()
-        for j in judged
-    ]
+    stand_ins = _effects_of(able) - _effects_of(named)
+    worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
     if larger is not None:
-        return Round((_diagnosis(base, supported, judged, progress),), larger)
+        return Round((_diagnosis(base, supported, _with_evidence_of(worth, judged), progress),), larger)
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
-    added = pair and _round_of_pair(pair, judged, progress)
+    added = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), progress)
     if added and added.larger is not None and goes_on(added.found):
         return added
+    return _last_round(base, judged, worth, progress)
+
+
+def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], progress: Progress) -> Round:
+    """A round in which no effect lowers the error or the force: it adds none, or one without which something repeats.
+
+    ``worth`` are effects whose evidence counts in what may be missing.
+    """
     progress("fitting all samples")
-    small = [j.candidate for j in judged if j.is_negligible(base.validated.error)]
+    small = [j for j in judged if j.is_negligible(base.validated.error)]
     last = fitted_to_all(base.model)
-    base = base if last is base.model else JudgedModel.of(last)
-    found = _diagnosis(base, (), judged, progress)
-    told = negligible_sentences(small, "the error and the random force")
-    return Round((replace(found, warnings=(*found.warnings, *told)),), None)
+    ended = base if last is base.model else JudgedModel.of(last)
+    found = _diagnosis(ended, (), _with_evidence_of(worth, judged), progress)
+    accounting = most_telling_first(not_led(small, judged)) if found.verdict == "unexplained" else []
+    if accounting and (larger := _without_rest(accounting[0], progress)):
+        told = _with_evidence_of(worth | _effects_of(accounting), judged)
+        return Round((_diagnosis(base, accounting, told, progress),), larger)
+    lines = negligible_sentences([j.candidate for j in small], "the error and the random force")
+    return Round((replace(found, warnings=(*found.warnings, *lines)),), None)
+
+
+def _effects_of(judged: Iterable[Judged]) -> set[str]:
+    """Names of effects."""
+    return {j.candidate.effect for j in judged}
+
+
+def _with_evidence_of(worth: Collection[str], judged: Sequence[Judged]) -> list[Judged]:
+    """Effects that were judged, with evidence only of those that would be worth naming: other ones are not missing."""
+    return [j if j.candidate.effect in worth else j.without_evidence() for j in judged]
+
+
+def _without_rest(one: Judged, progress: Progress) -> FilteredModel | None:
+    """The model with an effect that is certain, if nothing repeats in it any more; else None.
+
+    Such an effect is worth naming though it lowers neither the error nor the force.
+    """
+    progress(f"looking for what repeats with {one.candidate.effect}")
+    larger = settled(one.model)
+    accounts = has_meaning_throughout(larger) and not searched_remainder(fitted_to_all(larger)).what_repeats
+    return larger if accounts else None
 
 
 def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress) -> Round:
@@ -235,14 +263,13 @@ def _diagnosis(
     impossible = tuple(j.candidate for j in judged if not j.candidate.physical and j.evidence > 0.0)
     missing = base.model.smoothed_forces()
     play = {e.name: PLAY_REASON for e in problem.candidates() if isinstance(e.enters, InternalPlay)}
-    verdict, remainder = "ambiguous" if named and named[0].equivalent_to else "effect_missing", base.model.remainder()
-    if not named:
+    if named:
+        verdict, remainder = "ambiguous" if named[0].equivalent_to else "effect_missing", base.model.remainder()
+    else:
         progress("looking for what repeats")
-        repeating, rings, slow = what_repeats(base.model), resonances(base.model), slow_sources(base.model)
-        repeats = any([*(f.repeats for f in repeating), *(r.repeats for r in rings), *(s.repeats for s in slow)])
-        verdict = "unexplained" if repeats or is_mostly_chance(remainder) else "nothing_missing"
-        share = repeatable_share(repeating)
-        remainder = replace(remainder, repeatable_share=share, repeating=repeating, resonances=rings, slow=slow)
+        remainder = searched_remainder(base.model, judged)
+        left = remainder.what_repeats or is_mostly_chance(remainder)
+        verdict = "unexplained" if left else "nothing_missing"
     found = Diagnosis.of(problem, base.validated, verdict, [*named, *impossible])
     return replace(
         found,

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from derive.plant_signature import PlantSignature, PortSpec
     from wheelpend.diagnosis.evidence import CandidateFit
     from wheelpend.diagnosis.explain import Ladder, Step
+    from wheelpend.diagnosis.likelihood.remaining import ImpossibleLaw
     from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
     from wheelpend.diagnosis.verdict import Diagnosis
     from wheelpend.identification.remainder import Remainder
@@ -72,7 +73,7 @@ def verdict_beside_force_text(result: Diagnosis) -> str:
 
 def has_repeating(left: Remainder | None) -> bool:
     """True where a part of what is left to chance is known to repeat."""
-    return left is None or any(f.repeats for f in (*left.repeating, *left.slow, *left.resonances))
+    return left is None or bool(left.what_repeats)
 
 
 def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
@@ -83,8 +84,10 @@ def repeating_text(left: Remainder | None, plant: PlantSignature) -> str:
     repeating, slow, rings = ([f for f in kind if f.repeats] for kind in (left.repeating, left.slow, left.resonances))
     if slow and not repeating:
         return slow_text(slow[0], ports)
+    if not repeating and rings:
+        return f"It rings at {digits_text(rings[0].frequency_hz, 3)} Hz."
     if not repeating:
-        return f"It rings at {digits_text(rings[0].frequency_hz, 3)} Hz." if rings else ""
+        return impossible_text(left.impossible[0]) if left.impossible else ""
     first = repeating[0]
     what = f"A function of {' and '.join(first.depends_on)}" if first.depends_on else "A constant"
     if first.is_in_reading:
@@ -101,6 +104,13 @@ def slow_text(source: SlowSource, ports: Mapping[str, PortSpec]) -> str:
     where = "" if source.is_force else ": look at that sensor first"
     return (f"{what} is likelier the slower it may be ({time_text(source.correlation_time_s)} and more): no chance, "
             f"but an offset, a drift or a slow law that is missing{where}.")  # fmt: skip
+
+
+def impossible_text(law: ImpossibleLaw) -> str:
+    """A law that data follow with a size that nothing has, in a sentence."""
+    sizes = ", ".join(f"{name} {digits_text(value, 3)}" for name, value in law.coefficients.items())
+    return (f"Data follow the law of {law.effect}, but with a size that nothing has ({sizes}): something else that "
+            "goes with the same signals is missing.")  # fmt: skip
 
 
 def force_place_text(place: str, ports: Mapping[str, PortSpec]) -> str:
