@@ -20,8 +20,9 @@ from wheelpend.diagnosis.likelihood.held_out import (
     joint_p_value,
     one_sided_p_value,
 )
-from wheelpend.diagnosis.likelihood.judgement import JudgedModel
+from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
+from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.repeatability import (
     FORCE_KIND,
     READING_KIND,
@@ -35,6 +36,7 @@ from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
 from wheelpend.diagnosis.likelihood.slow_sources import slow_sources
 from wheelpend.diagnosis.likelihood.whitened_scores import linear_effects, linear_scores
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.estimate import Estimate
 from wheelpend.estimation.starts import best_start
 from wheelpend.identification.filter_error_method import estimator_at
 
@@ -81,6 +83,12 @@ def searched(dry: float, seed: int = 1, without: tuple[str, ...] = ()):
     """Diagnoses of a log, with at most two effects added."""
     problem, start = begun(dry, seed, without)
     return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
+
+
+def filtered_with(effect: str):
+    """The model with one effect more, refitted on that log."""
+    problem, start = begun(DRY, 1)
+    return filtered_model(problem.with_effects(["viscous_drive", effect]), [start], lambda text: None)
 
 
 @pytest.fixture(scope="module")
@@ -152,6 +160,41 @@ def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():
     found = searched(DRY, 1, FRICTION)[-1]
     assert found.verdict == "unexplained"
     assert 0.0 < found.remainder.repeatable_share <= 1.0
+
+
+def searched_where_nothing_lowers(monkeypatch, without=OTHERS):
+    """Diagnoses of a log with dry friction, of which no effect is let lower the error or the force."""
+    monkeypatch.setattr(Judged, "lowers", lambda self, error: False)
+    monkeypatch.setattr(search, "leading_pairs", lambda model: [])
+    problem, start = begun(DRY, 1, without)
+    return rounds_by_likelihood(problem, start, lambda rounds: len(rounds) > 2, lambda text: None)
+
+
+def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_nothing(monkeypatch):
+    named, last = searched_where_nothing_lowers(monkeypatch)
+    assert named.named[0].effect == "coulomb_drive" and not named.warnings
+    assert last.verdict == "nothing_missing" and last.problem.model.effects == ("viscous_drive", "coulomb_drive")
+    told = {c.effect: c.evidence is not None for c in named.refitted}
+    assert told["coulomb_drive"] and not all(told.values())  # what else was tried is not missing
+
+
+def test_an_effect_that_leaves_what_repeats_and_lowers_nothing_is_only_told_of(monkeypatch):
+    monkeypatch.setattr(search, "_without_rest", lambda one, progress: None)
+    (alone,) = searched_where_nothing_lowers(monkeypatch)
+    assert alone.verdict == "unexplained" and not alone.named
+    assert "too small to matter: coulomb_drive" in alone.warnings[-1]
+
+
+@pytest.mark.parametrize(("sigma", "told"), [(0.01, ["viscous_drive"]), (0.2, [])])
+def test_a_law_that_data_follow_with_an_impossible_size_repeats(filtered, sigma, told):
+    of_dry = judge(JudgedModel.of(filtered), filtered_with("coulomb_drive"), "coulomb_drive", 40)
+    size = Estimate(-0.1, sigma, "V s/m")
+    driving = replace(of_dry.candidate, effect="viscous_drive", estimates={"coefficient": size}, physical=False)
+    left = searched_remainder(filtered, [of_dry, of_dry._replace(candidate=driving)])
+    assert [law.effect for law in left.impossible] == told
+    assert [law in left.what_repeats for law in left.impossible] == [True] * len(told)
+    quiet = of_dry._replace(candidate=replace(driving, p_confirmation=0.5))
+    assert searched_remainder(filtered, [quiet]).impossible == ()  # of chance
 
 
 def test_functions_do_not_predict_a_force_at_random_that_made_them():

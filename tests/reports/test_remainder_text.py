@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from wheelpend import Model
+from wheelpend.diagnosis.likelihood.remaining import ImpossibleLaw
 from wheelpend.diagnosis.likelihood.repeatability import FORCE_KIND, READING_KIND, RepeatingFunction
 from wheelpend.diagnosis.likelihood.resonance import Resonance
 from wheelpend.diagnosis.likelihood.slow_sources import SlowSource
@@ -87,6 +88,7 @@ def test_a_sensor_behind_a_low_pass_filter_is_said_to_lag():
 
 
 REPEATING = RepeatingFunction(FORCE_KIND, "drive", ("t", "v_in"), 0.37, 158.0, 1e-9, 700)
+DRIVING = ImpossibleLaw("ground_viscous", {"coefficient": -0.002381}, 1e-6)
 SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta_w", 100.2, 0.01, 0.2, 1e-9)
 
 
@@ -105,6 +107,9 @@ SLOW, RINGING = SlowSource("dtheta_p", False, 5.0, 14.8, 1e-5), Resonance("theta
          "likelier the slower it may be (5 s and more): no chance, but an offset, a drift or a slow law that is "
          "missing."),
         (Remainder(slow=(SlowSource("wheel", True, 0.6, 0.4, 0.3),), resonances=(RINGING,)), "It rings at 100 Hz."),
+        (Remainder(impossible=(DRIVING,)), "Data follow the law of ground_viscous, but with a size that nothing has "
+         "(coefficient -0.00238): something else that goes with the same signals is missing."),
+        (Remainder(impossible=(DRIVING,), resonances=(RINGING,)), "It rings at 100 Hz."),
         (Remainder(), ""),
         (None, ""),
     ],
