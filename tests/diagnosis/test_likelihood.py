@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -160,6 +161,38 @@ def test_what_repeats_is_unexplained_where_the_library_does_not_hold_it():
     found = searched(DRY, 1, FRICTION)[-1]
     assert found.verdict == "unexplained"
     assert 0.0 < found.remainder.repeatable_share <= 1.0
+
+
+def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
+    """What a model of deviance 1000 ends with whose refits lead to another minimum, and from where they were made."""
+    begun_from = []
+
+    def refits(model, leaders, progress):
+        begun_from.append(model.deviance)
+        best = {"coulomb_drive": model.deviance - added, "voltage_offset": model.deviance + 1.0}
+        if model.deviance == 1000.0:
+            best["voltage_offset"] = relieved - 2.0
+        return {e: SimpleNamespace(deviance=d, name=e) for e, d in best.items()}
+
+    monkeypatch.setattr(search, "_refits", refits)
+    monkeypatch.setattr(search, "leading_effects", lambda model: [])
+    monkeypatch.setattr(search, "internal_effects", lambda model: [])
+    monkeypatch.setattr(search, "_relieved", lambda model, refits, progress: SimpleNamespace(deviance=relieved))
+    monkeypatch.setattr(search, "_added_effect", lambda model: SimpleNamespace(name=model.name, releases=""))
+    model, found = search._with_refits(SimpleNamespace(deviance=1000.0), lambda text: None)
+    return begun_from, model.deviance, {e: m.deviance for e, m in found.items()}
+
+
+def test_refits_from_a_minimum_in_which_the_model_was_stuck_are_made_once_more(monkeypatch):
+    begun_from, deviance, found = with_refits_that_lead_to(monkeypatch, relieved=400.0, added=50.0)
+    assert begun_from == [1000.0, 400.0] and deviance == 400.0
+    assert found == {"coulomb_drive": 350.0, "voltage_offset": 398.0}  # each from where it is likelier
+
+
+@pytest.mark.parametrize(("relieved", "added"), [(993.0, 1.0), (900.0, 500.0)])
+def test_a_little_relief_or_less_than_an_effect_adds_makes_no_refit_anew(monkeypatch, relieved, added):
+    begun_from, deviance, _ = with_refits_that_lead_to(monkeypatch, relieved, added)
+    assert begun_from == [1000.0] and deviance == relieved
 
 
 def searched_where_nothing_lowers(monkeypatch, without=OTHERS):

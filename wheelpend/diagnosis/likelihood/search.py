@@ -50,6 +50,7 @@ from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
+MAX_RELIEFS, MIN_RELIEF = 2, 10.0  # times that a model is led out of a minimum, and fall of −2 log-likelihood by that
 PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
@@ -114,9 +115,8 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
 
     A pair is added only where the search ``goes_on`` after both: the first of the two alone is worth no step.
     """
-    progress("scoring every effect behind the filter")
-    refits = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
-    base = JudgedModel.of(_relieved(model, refits, progress))
+    model, refits = _with_refits(model, progress)
+    base = JudgedModel.of(model)
     tests = _single_tests(model)
     judged = [judge(base, larger, effect, tests) for effect, larger in refits.items()]
     able = [j for j in judged if j.is_supported(base.validated.error)]
@@ -205,6 +205,31 @@ def _single_tests(model: FilteredModel) -> int:
 def _pair_tests(model: FilteredModel) -> int:
     """Number of tests of a search that comes to pairs: the single ones, and every pair that was scored."""
     return _single_tests(model) + comb(len(linear_effects(model)), 2)
+
+
+def _with_refits(model: FilteredModel, progress: Progress) -> tuple[FilteredModel, dict[str, FilteredModel]]:
+    """The model, as likely as its refits show that it can be, and these refits with one effect more, by effect.
+
+    Where the way out of a minimum in which the model was stuck gains more than the best effect then adds, refits from
+    that minimum tell nothing: they are made once more from where it led.
+    """
+    progress("scoring every effect behind the filter")
+    refits = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
+    for _ in range(MAX_RELIEFS):
+        before, model = model, _relieved(model, refits, progress)
+        relief = before.deviance - model.deviance
+        added = model.deviance - min((m.deviance for m in refits.values()), default=np.inf)
+        if relief <= max(MIN_RELIEF, added):
+            break
+        progress("scoring every effect once more, behind a likelier filter")
+        anew = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
+        both = sorted([*refits.values(), *anew.values()], key=lambda m: m.deviance)
+        likeliest = {_added_effect(m).name: m for m in reversed(both)}
+        ranked = sorted(likeliest.items(), key=lambda pair: pair[1].deviance)
+        refits = {
+            e: m for k, (e, m) in enumerate(ranked) if k < MAX_JUDGED or (e in anew and _added_effect(m).releases)
+        }
+    return model, refits
 
 
 def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Progress) -> dict[str, FilteredModel]:
