@@ -66,10 +66,9 @@ def with_effect(model: FilteredModel, effect: str, starts: Sequence[EffectSize])
     """The model with one effect more, from the best of some sizes; of long logs on a part."""
     started = [_started(model.problem, model.log_values, effect, start) for start in starts]
     problem = model.problem.with_effects(extended_effects(model.problem.model, effect))
-    if not derive.effects.find(effect).releases:
-        return _begun_refit(replace(model, problem=problem), started)
-    stiff = replace(model, problem=with_stable_step(problem, started[0][0]))  # what moves inside may be stiffer
-    return BegunRefit((*_begun_refit(stiff, started).models, _begun_anew(stiff, started)))
+    if derive.effects.find(effect).releases:
+        problem = with_stable_step(problem, started[0][0])  # what moves inside may be stiffer
+    return _begun_refit(replace(model, problem=problem), started)
 
 
 def with_both(model: FilteredModel, sizes: Mapping[str, EffectSize]) -> FilteredModel | None:
@@ -149,7 +148,8 @@ def _begun_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> Begun
     estimators = _ranking_estimators(model.problem, log_values)
     shortest = estimators[0].correlation_bounds[0]
     starts = [with_forces(model.point.sources, share, slowness, shortest) for share, slowness in FORCE_STARTS]
-    return BegunRefit(tuple(_best_begun(model.problem, estimators, sources) for sources in starts))
+    begun = [_best_begun(model.problem, estimators, sources) for sources in starts]
+    return BegunRefit((*begun, _begun_anew(model, log_values)))
 
 
 def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues]) -> FilteredModel:
