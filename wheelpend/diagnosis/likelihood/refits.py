@@ -1,7 +1,8 @@
 """Refits of a model with one effect more, or without one, the random force free from fast and slow starts.
 
 A wrong model's slow force is no argument against a law that makes it small, so that each refit begins with the force as
-it was found and with a smaller and faster one.
+it was found and with a smaller and faster one. And a wrong model may have gone astray, so that a third refit begins
+with what is known of the machine before any fit.
 """
 
 from __future__ import annotations
@@ -155,7 +156,7 @@ def _begun_refit(model: FilteredModel, log_values: Sequence[LogValues]) -> Begun
 def _begun_anew(model: FilteredModel, log_values: Sequence[LogValues]) -> FilteredModel:
     """A fit that begins with what is known of the machine before any fit, and with small and fast random forces.
 
-    A model that lacks a motion inside may have ended so far away that no refit leads back from there.
+    A model that lacks something may have ended so far away that no refit leads back from there.
     """
     known = _without_own(model.problem.unfitted_start)
     estimators = _ranking_estimators(model.problem, [[{**v, **known} for v in own] for own in log_values])
