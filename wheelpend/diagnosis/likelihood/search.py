@@ -215,11 +215,11 @@ def _with_refits(model: FilteredModel, progress: Progress) -> tuple[FilteredMode
     """
     progress("scoring every effect behind the filter")
     refits = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
-    for _ in range(MAX_RELIEFS):
+    for reliefs in range(MAX_RELIEFS + 1):
         before, model = model, _relieved(model, refits, progress)
         relief = before.deviance - model.deviance
         added = model.deviance - min((m.deviance for m in refits.values()), default=np.inf)
-        if relief <= max(MIN_RELIEF, added):
+        if reliefs == MAX_RELIEFS or relief <= max(MIN_RELIEF, added):
             break
         progress("scoring every effect once more, behind a likelier filter")
         anew = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
