@@ -59,6 +59,7 @@ def test_an_effect_is_the_answer_where_further_ones_explain_the_rest():
     assert result.candidates[0].error_after > 1.1 * result.noise_floor
 
 
+@pytest.mark.slow
 def test_two_effects_that_hide_each_other_are_tried_together():
     result = explain(
         Model.default(), [simulated(seed=2, voltage_dead_zone__threshold=0.327, tether_spring__stiffness=0.0491)]
@@ -122,6 +123,7 @@ def late_diagnosis(late_sensor):
     return diagnose(Model.default(), [late_sensor], without=OTHERS)
 
 
+@pytest.mark.slow
 def test_an_effect_that_leaves_a_rest_that_nothing_explains_is_not_the_answer(late_diagnosis):
     result = late_diagnosis
     assert (result.verdict, result.experiment) == ("unexplained", None)
@@ -137,6 +139,7 @@ def test_a_ladder_that_leaves_a_rest_says_so_and_where_it_is(late_sensor):
     assert result.last.where
 
 
+@pytest.mark.slow
 def test_an_effect_that_would_feed_energy_is_listed_as_impossible_and_not_named(late_diagnosis):
     impossible = [t for t in late_diagnosis.candidates if not t.physical]
     assert all(t not in late_diagnosis.named for t in impossible)
