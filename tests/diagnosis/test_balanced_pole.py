@@ -55,4 +55,4 @@ def test_dry_friction_under_a_balanced_pole_is_named_alone():
     assert found.steps == ("coulomb_drive",)
     first = found.named[0]
     assert first.coefficients["torque"] == pytest.approx(DRY / GAIN, rel=0.06)
-    assert first.error_after < 0.4 * found.error  # the model without it had lost the pole's gravity
+    assert first.error_after < 0.4 * found.error

@@ -167,7 +167,7 @@ def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
     """What a model of deviance 1000 ends with whose refits lead to another minimum, and from where they were made."""
     begun_from = []
 
-    def refits(model, leaders, progress):
+    def refits(model, progress):
         begun_from.append(model.deviance)
         best = {"coulomb_drive": model.deviance - added, "voltage_offset": model.deviance + 1.0}
         if model.deviance == 1000.0:
@@ -175,8 +175,6 @@ def with_refits_that_lead_to(monkeypatch, relieved: float, added: float):
         return {e: SimpleNamespace(deviance=d, name=e) for e, d in best.items()}
 
     monkeypatch.setattr(search, "_refits", refits)
-    monkeypatch.setattr(search, "leading_effects", lambda model: [])
-    monkeypatch.setattr(search, "internal_effects", lambda model: [])
     monkeypatch.setattr(search, "_relieved", lambda model, refits, progress: SimpleNamespace(deviance=relieved))
     monkeypatch.setattr(search, "_added_effect", lambda model: SimpleNamespace(name=model.name, releases=""))
     model, found = search._with_refits(SimpleNamespace(deviance=1000.0), lambda text: None)
@@ -213,6 +211,14 @@ def test_an_effect_without_which_something_repeats_is_named_though_it_lowers_not
 
 def test_an_effect_that_leaves_what_repeats_and_lowers_nothing_is_only_told_of(monkeypatch):
     monkeypatch.setattr(search, "_without_rest", lambda one, progress: None)
+    (alone,) = searched_where_nothing_lowers(monkeypatch)
+    assert alone.verdict == "unexplained" and not alone.named
+    assert "too small to matter: coulomb_drive" in alone.warnings[-1]
+
+
+def test_where_nothing_repeats_a_small_effect_is_only_told_of_however_much_is_left_to_chance(monkeypatch):
+    monkeypatch.setattr(search, "searched_remainder", lambda model, judged=(): model.remainder())
+    monkeypatch.setattr(search, "is_mostly_chance", lambda left: True)
     (alone,) = searched_where_nothing_lowers(monkeypatch)
     assert alone.verdict == "unexplained" and not alone.named
     assert "too small to matter: coulomb_drive" in alone.warnings[-1]

@@ -149,12 +149,20 @@ def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], pr
     last = fitted_to_all(base.model)
     ended = base if last is base.model else JudgedModel.of(last)
     found = _diagnosis(ended, (), _with_evidence_of(worth, judged), progress)
-    accounting = most_telling_first(not_led(small, judged)) if found.verdict == "unexplained" else []
+    accounting = most_telling_first(not_led(small, judged)) if _repeats(found) else []
     if accounting and (larger := _without_rest(accounting[0], progress)):
         told = _with_evidence_of(worth | _effects_of(accounting), judged)
         return Round((_diagnosis(base, accounting, told, progress),), larger)
     lines = negligible_sentences([j.candidate for j in small], "the error and the random force")
     return Round((replace(found, warnings=(*found.warnings, *lines)),), None)
+
+
+def _repeats(found: Diagnosis) -> bool:
+    """True where something repeats in what a diagnosis leaves, laws of impossible size aside.
+
+    These are known only of a model with which every effect was judged, and so cannot be seen to go with one of them.
+    """
+    return found.remainder is not None and bool(replace(found.remainder, impossible=()).what_repeats)
 
 
 def _effects_of(judged: Iterable[Judged]) -> set[str]:
@@ -214,26 +222,32 @@ def _with_refits(model: FilteredModel, progress: Progress) -> tuple[FilteredMode
     that minimum tell nothing: they are made once more from where it led.
     """
     progress("scoring every effect behind the filter")
-    refits = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
-    for reliefs in range(MAX_RELIEFS + 1):
-        before, model = model, _relieved(model, refits, progress)
-        relief = before.deviance - model.deviance
-        added = model.deviance - min((m.deviance for m in refits.values()), default=np.inf)
-        if reliefs == MAX_RELIEFS or relief <= max(MIN_RELIEF, added):
-            break
+    refits = _refits(model, progress)
+    for _ in range(MAX_RELIEFS):
+        likelier = _relieved(model, refits, progress)
+        added = likelier.deviance - min((m.deviance for m in refits.values()), default=np.inf)
+        if model.deviance - likelier.deviance <= max(MIN_RELIEF, added):
+            return likelier, refits
         progress("scoring every effect once more, behind a likelier filter")
-        anew = _refits(model, [*internal_effects(model), *leading_effects(model)], progress)
-        both = sorted([*refits.values(), *anew.values()], key=lambda m: m.deviance)
-        likeliest = {_added_effect(m).name: m for m in reversed(both)}
-        ranked = sorted(likeliest.items(), key=lambda pair: pair[1].deviance)
-        refits = {
-            e: m for k, (e, m) in enumerate(ranked) if k < MAX_JUDGED or (e in anew and _added_effect(m).releases)
-        }
-    return model, refits
+        refits = _likelier_of_each(refits, _refits(likelier, progress))
+        model = likelier
+    return _relieved(model, refits, progress), refits
 
 
-def _refits(model: FilteredModel, leaders: Sequence[ScoredEffect], progress: Progress) -> dict[str, FilteredModel]:
-    """The model refitted with each of some effects, by effect."""
+def _likelier_of_each(
+    refits: Mapping[str, FilteredModel], anew: Mapping[str, FilteredModel]
+) -> dict[str, FilteredModel]:
+    """Refits from where they are likelier: so many as are judged, and what may move inside by those made anew."""
+    found: dict[str, FilteredModel] = {}
+    for one in sorted([*refits.values(), *anew.values()], key=lambda m: m.deviance):
+        found.setdefault(_added_effect(one).name, one)
+    inside = {e for e, m in anew.items() if _added_effect(m).releases}
+    return {e: m for k, (e, m) in enumerate(found.items()) if k < MAX_JUDGED or e in inside}
+
+
+def _refits(model: FilteredModel, progress: Progress) -> dict[str, FilteredModel]:
+    """The model refitted with each effect that leads the scores or moves inside, by effect: those that are judged."""
+    leaders = [*internal_effects(model), *leading_effects(model)]
 
     def begin(one: ScoredEffect, of: FilteredModel) -> BegunRefit:
         progress(f"refitting with {one.effect.name} and a random force")
