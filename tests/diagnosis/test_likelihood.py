@@ -9,7 +9,7 @@ import pytest
 from scipy.special import erfc
 
 from wheelpend import Log, Model
-from wheelpend.diagnosis.likelihood import repeatability, search
+from wheelpend.diagnosis.likelihood import filter_response, repeatability, search
 from wheelpend.diagnosis.likelihood.filter_response import drift_responses
 from wheelpend.diagnosis.likelihood.filtered_model import filtered_model
 from wheelpend.diagnosis.likelihood.held_out import (
@@ -23,6 +23,7 @@ from wheelpend.diagnosis.likelihood.held_out import (
 )
 from wheelpend.diagnosis.likelihood.judgement import Judged, JudgedModel, judge
 from wheelpend.diagnosis.likelihood.pairs import ScoredPair, supported_pair
+from wheelpend.diagnosis.likelihood.refits import settled
 from wheelpend.diagnosis.likelihood.remaining import searched_remainder
 from wheelpend.diagnosis.likelihood.repeatability import (
     FORCE_KIND,
@@ -112,6 +113,20 @@ def test_dry_friction_beside_it_is_named_first_and_with_its_size():
     assert first.coefficients["torque"] == pytest.approx(DRY, abs=4.0 * first.sigma["torque"])
     assert first.sigma["torque"] < 0.1 * DRY
     assert first.held_out_gain > 20.0
+
+
+def test_an_effect_is_told_with_the_size_that_it_has_in_the_model_fitted_to_its_end(monkeypatch):
+    ended = []
+
+    def keep(model):
+        ended.append(settled(model))
+        return ended[-1]
+
+    monkeypatch.setattr(search, "settled", keep)
+    (found,) = rounds_by_likelihood(*begun(DRY, 1, OTHERS), lambda rounds: True, lambda text: None)
+    first = found.named[0]
+    assert first.coefficients["torque"] == ended[0].log_values[0]["coulomb_drive.torque"]
+    assert any(c.fit is first.fit for c in found.refitted)
 
 
 def test_with_the_friction_added_no_more_is_left_than_was_played():
@@ -305,6 +320,19 @@ def test_a_constant_force_is_no_chance_and_one_at_random_as_slow_as_is_allowed_i
 def test_nothing_is_said_to_repeat_where_no_filter_can_be_followed(filtered, monkeypatch):
     monkeypatch.setattr(repeatability, "drift_responses", lambda model, number: None)
     assert what_repeats(filtered) == ()
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-9])
+def test_a_covariance_that_rounding_has_made_indefinite_is_followed(rounding):
+    """Behind a force far larger than the machine: its covariance is 1e12 times that of a sensor's noise."""
+    predicted = 1e12 * np.array([[1.0, 1.0 + rounding], [1.0 + rounding, 1.0]])
+    filters = SimpleNamespace(
+        module=SimpleNamespace(NX=2, NY=2, OUTPUT_MATRIX=np.eye(2)), segments=[SimpleNamespace(sigma=np.ones(2))]
+    )
+    track = SimpleNamespace(covariances=np.stack([predicted, predicted])[None])
+    update = filter_response._Update.of(filters, 0, track, (), 2, np.ones((1, 2), dtype=bool))
+    assert update.variance == pytest.approx(predicted.diagonal()[None], rel=1e-6)
+    assert np.isfinite(update.gain).all() and np.isfinite(update.whitens).all()
 
 
 def test_a_stretch_of_readings_begins_with_what_is_known_there(filtered):

@@ -49,6 +49,14 @@ def test_what_a_turned_part_does_to_every_effect_follows_from_its_law():
     assert {"voltage_offset", "voltage_asymmetry"} == turns["leads"]
 
 
+def test_an_effect_that_moves_by_itself_is_not_rehearsed_and_the_others_are():
+    problem, first = misaligned()
+    said = advice(problem, replace(first, equivalent_to=("slosh", *first.equivalent_to)))
+    assert said == f"{advice(problem, first)} Not rehearsed, since a motion of its own goes with it: slosh."
+    for lacking in (replace(first, equivalent_to=("slosh",)), replace(first, effect="slosh")):
+        assert advice(problem, lacking).startswith(f"To tell {lacking.effect}, {lacking.equivalent_to[0]} apart, rec")
+
+
 def test_a_phase_is_another_one_after_a_turn():
     assert {reversals.sign_after_reversal(t, "wheel_runout.sine") for t in wheel_pendulum.REVERSALS} == {0}
 

@@ -12,7 +12,7 @@ from wheelpend.diagnosis.criteria import (
     MIDDLE_HORIZON_SHARE,
     MIN_RELATIVE_ERROR_DECREASE,
 )
-from wheelpend.diagnosis.likelihood.search import rounds_by_likelihood
+from wheelpend.diagnosis.likelihood.search import rounds_behind_a_force, rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
@@ -89,7 +89,8 @@ def stepwise(
     to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
-    sought.
+    sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood
+    too; and if it shows that something was amiss, so is all the rest.
     """
     first = first_round(problem, start, progress)
     rounds, is_paired = forward_pass(first, is_done, progress), False
@@ -113,7 +114,36 @@ def stepwise(
         if not (best_result(other)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best_result(rounds)[0]):
             break
         rounds = other
-    return rounds
+    return rounds if is_paired else _with_what_shows_later(rounds, problem, start, is_done, progress)
+
+
+def _with_what_shows_later(
+    rounds: Rounds,
+    problem: EstimationProblem,
+    start: dict[str, float],
+    is_done: Callable[[Rounds], bool],
+    progress: Progress,
+) -> Rounds:
+    """The rounds that reached sensor noise, or those by likelihood where these say more.
+
+    Where effects were named already, those count only if they leave nothing that repeats.
+    """
+    added = [r for r in rounds if r.named]
+    later = _what_shows_later(rounds, is_done, progress)
+    if all(r.is_explained and not r.named for r in later):
+        return rounds
+    if not added:
+        return later
+    anew = rounds_by_likelihood(problem, start, is_done, progress)
+    explaining = [found for found in (anew, [*added, *later]) if found[-1].is_explained]
+    return explaining[0] if explaining else rounds
+
+
+def _what_shows_later(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+    """Rounds by likelihood from the model with which sensor noise was reached, where that leaves a random force."""
+    _, problem, fitted = best_result(rounds)
+    added = [r for r in rounds if r.named]
+    return rounds_behind_a_force(problem, fitted.of_log(0), lambda found: is_done([*added, *found]), progress)
 
 
 def _with_backlash_instead(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:

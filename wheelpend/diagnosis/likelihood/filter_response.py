@@ -15,6 +15,7 @@ from wheelpend.diagnosis.missing_force.smoothed_force import variables_of
 from wheelpend.estimation.filter_error import FilterProblem, FilterTrack
 from wheelpend.estimation.parameters import kernel_parameters
 from wheelpend.estimation.random_source import RandomSource, Sources, mixing_matrix
+from wheelpend.estimation.scaled_inverse import positive_semidefinite
 from wheelpend.estimation.smoother import FILTERED, PREDICTED, stretch_beginnings
 from wheelpend.identification.filter_error_method import estimator_at
 from wheelpend.kernels.kernel_module import KernelModule
@@ -125,7 +126,8 @@ class _Update(NamedTuple):
         )
         by = np.where(read[:, :, None], by, 0.0)
         crossed = track.covariances[:, PREDICTED, :kept, :kept] @ by.transpose(0, 2, 1)
-        variance = by @ crossed + np.diag(filters.segments[number].sigma ** 2)
+        predicted = positive_semidefinite(by @ crossed)  # behind a huge force rounding exceeds the sensors' noise
+        variance = predicted + np.diag(filters.segments[number].sigma ** 2)
         gain = np.linalg.solve(variance, crossed.transpose(0, 2, 1)).transpose(0, 2, 1)
         root = np.linalg.cholesky(variance)
         whitens = np.linalg.solve(root, np.where(read[:, :, None], np.eye(module.NY), 0.0))

@@ -13,14 +13,17 @@ from wheelpend.estimation.problem import EstimationProblem
 from wheelpend.estimation.profiled_starts import magnitude
 
 
-def has_meaning_throughout(model: FilteredModel) -> bool:
-    """True where every effect of a model is physically possible as it was fitted."""
+def without_meaning(model: FilteredModel) -> list[str]:
+    """The effects of a model that are physically impossible as they were fitted."""
     rows, log_values = [model.problem.effect(e) for e in model.problem.model.effects], model.log_values
-    return all(
-        has_meaning(model.problem, row, {p.name: values[row.name_of(p)] for p in row.parameters})
+    return [
+        row.name
         for row in rows
-        for values in log_values
-    )
+        if not all(
+            has_meaning(model.problem, row, {p.name: values[row.name_of(p)] for p in row.parameters})
+            for values in log_values
+        )
+    ]
 
 
 def rest_has_meaning(model: FilteredModel, fitted: Fit, effect: str) -> bool:

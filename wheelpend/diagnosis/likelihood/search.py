@@ -21,7 +21,7 @@ from wheelpend.diagnosis.likelihood.judgement import (
     most_telling_first,
     not_led,
 )
-from wheelpend.diagnosis.likelihood.meaning import has_meaning_throughout
+from wheelpend.diagnosis.likelihood.meaning import without_meaning
 from wheelpend.diagnosis.likelihood.pairs import FoundPair, leading_pairs, supported_pair
 from wheelpend.diagnosis.likelihood.refits import (
     BegunRefit,
@@ -51,6 +51,7 @@ from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
 MAX_RELIEFS, MIN_RELIEF = 2, 10.0  # times that a model is led out of a minimum, and fall of −2 log-likelihood by that
+MIN_FORCE_SHARE = 5e-3  # of the drive: a random force below is not worth a search
 PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
@@ -75,14 +76,36 @@ def rounds_by_likelihood(
     An effect that later ones have made needless is taken out, and the search made once more without it.
     """
     progress("fitting with random forces")
-    model = refitted(filtered_model(problem, [start], progress))
+    return _rounds_from(filtered_model(problem, [start], progress), is_done, progress)
+
+
+def rounds_behind_a_force(
+    problem: EstimationProblem, start: Mapping[str, float], is_done: Callable[[Rounds], bool], progress: Progress
+) -> Rounds:
+    """The same of a model that reaches sensor noise over the horizon; none where it leaves no force worth a word.
+
+    What is small and lasts, damping above all, hardly shows over so short a time when every segment has a start of its
+    own. The filter sees it over the whole log, and a random force takes its place.
+    """
+    progress("looking for a random force behind sensor noise")
+    model = filtered_model(problem, [start], progress)
+    left = model.remainder().strongest
+    if left is None or left.share_of_drive < MIN_FORCE_SHARE:
+        return []
+    return _rounds_from(model, is_done, progress)
+
+
+def _rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+    """Rounds that begin with a model at its likeliest random forces."""
+    model = refitted(model)
     rounds, needless = _forward(model, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
         if not needless:
             break
         progress(f"{needless} is needless beside the others: once more without it")
-        problem = replace(problem, redundant_effects=(*problem.redundant_effects, needless))
-        rounds, needless = _forward(replace(model, problem=problem), is_done, progress)
+        problem = replace(model.problem, redundant_effects=(*model.problem.redundant_effects, needless))
+        model = replace(model, problem=problem)
+        rounds, needless = _forward(model, is_done, progress)
     return rounds
 
 
@@ -94,7 +117,7 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
         return not is_done([*rounds, *found])
 
     while True:
-        found, larger = _round(model, goes_on, progress)
+        found, larger = _round(model, [r.named[0].effect for r in rounds], goes_on, progress)
         if larger is None:
             return [*rounds, *found], ""
         for one in found:
@@ -105,13 +128,27 @@ def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: 
             progress(f"added {best.effect}: {best.held_out_gain:.4g} nats likelier on held-out data")
         model, added = larger, [r.named[0].effect for r in rounds[:-1]]
         for effect in (e for e in added if e in model.problem.model.effects):
-            smaller = without_effect(model, effect)
-            if smaller is not None and smaller.deviance <= model.deviance:
+            if _is_needless(model, effect):
                 return rounds, effect
 
 
-def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool], progress: Progress) -> Round:
+def _is_needless(model: FilteredModel, effect: str) -> bool:
+    """True where a model is no less likely without one of its effects than with it, or this has no meaning in it."""
+    if effect in without_meaning(model):
+        return True
+    smaller = without_effect(model, effect)
+    return smaller is not None and smaller.deviance <= model.deviance
+
+
+def _round(
+    model: FilteredModel,
+    added: Collection[str],
+    goes_on: Callable[[Sequence[Diagnosis]], bool],
+    progress: Progress,
+) -> Round:
     """One diagnosis of a model, which is first made as likely as its refits show that it can be.
+
+    ``added`` are the effects of it that the search has added.
 
     A pair is added only where the search ``goes_on`` after both: the first of the two alone is worth no step.
     """
@@ -126,17 +163,31 @@ def _round(model: FilteredModel, goes_on: Callable[[Sequence[Diagnosis]], bool],
     while supported and larger is None:
         progress(f"settling {supported[0].candidate.effect}")
         larger = settled(supported[0].model)
-        if not has_meaning_throughout(larger):
+        if without_meaning(larger):
             supported, larger = supported[1:], None
     stand_ins = _effects_of(able) - _effects_of(named)
     worth = _effects_of(j for j in judged if j.improves(base.validated.error)) - stand_ins
     if larger is not None:
-        return Round((_diagnosis(base, supported, _with_evidence_of(worth, judged), progress),), larger)
+        first = _as_settled(base, supported[0], larger, tests)
+        judged = [first if j.candidate.effect == first.candidate.effect else j for j in judged]
+        found = _diagnosis(base, [first, *supported[1:]], _with_evidence_of(worth, judged), progress)
+        return Round((found,), larger)
     pair = supported_pair(base, leading_pairs(base.model), _pair_tests(base.model), progress)
-    added = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), progress)
-    if added and added.larger is not None and goes_on(added.found):
-        return added
+    both = pair and _round_of_pair(pair, _with_evidence_of(worth, judged), added, progress)
+    if both and both.larger is not None and goes_on(both.found):
+        return both
     return _last_round(base, judged, worth, progress)
+
+
+def _as_settled(base: JudgedModel, one: Judged, larger: FilteredModel, tests: int) -> Judged:
+    """An effect that is named, judged once more in the model fitted to its end: with the size that it will have there.
+
+    A refit may end short of it (a delay of 4 ms on its way to 12).
+    """
+    again = judge(base, larger, one.candidate.effect, tests)
+    if not again.is_supported(base.validated.error):
+        return one
+    return again._replace(candidate=replace(again.candidate, equivalent_to=one.candidate.equivalent_to))
 
 
 def _last_round(base: JudgedModel, judged: Sequence[Judged], worth: set[str], progress: Progress) -> Round:
@@ -182,12 +233,16 @@ def _without_rest(one: Judged, progress: Progress) -> FilteredModel | None:
     """
     progress(f"looking for what repeats with {one.candidate.effect}")
     larger = settled(one.model)
-    accounts = has_meaning_throughout(larger) and not searched_remainder(fitted_to_all(larger)).what_repeats
+    accounts = not without_meaning(larger) and not searched_remainder(fitted_to_all(larger)).what_repeats
     return larger if accounts else None
 
 
-def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress) -> Round:
-    """A round that adds two effects, one after the other."""
+def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], added: Collection[str], progress: Progress) -> Round:
+    """A round that adds two effects, one after the other.
+
+    They may take the place of one that was ``added`` before, down to a size below zero: where they are likelier without
+    it than it was without them, it will be taken out.
+    """
     progress(f"settling {pair.first.candidate.effect} and {pair.second.candidate.effect}")
     larger = settled(pair.second.model)
     first, second = (_with_twins(pair.base.model.problem, j) for j in (pair.first, pair.second))
@@ -196,7 +251,14 @@ def _round_of_pair(pair: FoundPair, judged: Sequence[Judged], progress: Progress
         _diagnosis(pair.base, [first], [first, *others], progress),
         _diagnosis(pair.with_first, [second], [second], progress),
     )
-    return Round(found, larger if has_meaning_throughout(larger) else None)
+    can_stay = all(e in added and _is_replaced(e, pair.base.model, larger) for e in without_meaning(larger))
+    return Round(found, larger if can_stay else None)
+
+
+def _is_replaced(effect: str, model: FilteredModel, larger: FilteredModel) -> bool:
+    """True where what is in the larger model besides is likelier without an effect than the model with it."""
+    other = without_effect(larger, effect)
+    return other is not None and other.deviance < model.deviance
 
 
 def _with_twins(problem: EstimationProblem, one: Judged) -> Judged:

@@ -1,0 +1,54 @@
+"""Damping of a pendulum that a camera watches is named, though no single half second shows it over the noise."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wheelpend import Log, Model, diagnose
+from wheelpend.diagnosis.verdict import Diagnosis
+
+INERTIA = 0.0244  # s²: of the link over the torque that gravity has on it where it is level
+RATE_HZ, SPAN_S, BEGIN_RAD, NOISE_RAD = 60.0, 40.0, 1.1, 0.002
+MODEL = 'plant = "pendulum"\neffects = []\n'
+SHARPNESS_S = 1e3  # 1/(rad/s): of a dry friction that the integrator can follow
+
+
+def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0) -> Log:
+    """A pendulum let go from 63 degrees, by SciPy's integrator, with white noise of the camera."""
+
+    def rates(_, state):
+        angle, speed = state
+        drag = viscous * speed + dry * np.tanh(SHARPNESS_S * speed) + quadratic * speed * abs(speed)
+        return speed, -(np.sin(angle) + drag) / INERTIA
+
+    t = np.arange(0.0, SPAN_S, 1.0 / RATE_HZ)
+    swing = solve_ivp(rates, (0.0, SPAN_S), (BEGIN_RAD, 0.0), "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.02)
+    seen = swing.y[0] + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
+    return Log("camera", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
+
+
+@lru_cache
+def diagnosed(**sizes: float) -> Diagnosis:
+    return diagnose(Model.parse(MODEL), [swinging_log(**sizes)])
+
+
+def test_a_pendulum_without_damping_keeps_its_swing_and_lacks_nothing():
+    assert np.abs(swinging_log().measured[-120:]).max() == pytest.approx(BEGIN_RAD, abs=0.02)
+    found = diagnosed()
+    assert found.verdict == "nothing_missing" and not found.named
+
+
+def test_viscous_damping_is_named_with_its_size_where_every_prediction_is_already_as_good_as_the_noise():
+    found = diagnosed(viscous=0.004)
+    assert found.error < 1.1 * found.noise_floor and found.verdict == "effect_missing"
+    assert found.named[0].effect == "viscous_drive"
+    assert found.named[0].coefficients["coefficient"] == pytest.approx(0.004, rel=0.03)
+
+
+@pytest.mark.slow
+def test_dry_friction_and_drag_are_named_though_viscous_friction_alone_resembles_both():
+    found = diagnosed(dry=0.004, quadratic=0.0004)
+    assert found.steps == ("coulomb_drive", "quadratic_drive")
+    assert 0.0035 < found.named[0].coefficients["torque"] < 0.009  # alone it stands for the drag too
