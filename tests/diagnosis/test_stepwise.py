@@ -69,11 +69,15 @@ def test_a_climb_begins_anew_without_a_needless_effect_only_if_it_then_gets_as_f
 @dataclass(frozen=True)
 class Problem:
     redundant_effects: tuple[str, ...]
+    only_lasting: bool = False
 
 
 def ended(*effects, verdict="nothing_missing", by_likelihood=False):
     """Rounds that have added these effects and end with a verdict."""
-    below = [SimpleNamespace(named=(e,), verdict="effect_missing", is_explained=False) for e in effects]
+    below = [
+        SimpleNamespace(named=(SimpleNamespace(effect=e),), verdict="effect_missing", is_explained=False)
+        for e in effects
+    ]
     explained = verdict == "nothing_missing"
     last = SimpleNamespace(named=(), verdict=verdict, is_explained=explained, by_likelihood=by_likelihood)
     return [*below, last]
@@ -98,7 +102,7 @@ def test_two_effects_that_hide_each_other_are_sought_where_likelihood_finds_none
     monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
     monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
-    monkeypatch.setattr(stepwise, "_what_shows_later", lambda rounds, *rest: [])
+    monkeypatch.setattr(stepwise, "_with_what_shows_later", lambda rounds, *rest: rounds)
     found = stepwise.stepwise(None, {}, lambda rounds: False)
     assert seen == ([first] if tried else [])
     assert found == (pair if tried else likely)
@@ -116,40 +120,46 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
     monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: next(needless))
     monkeypatch.setattr(stepwise, "best_result", lambda rounds: (1.0, None, None))
-    monkeypatch.setattr(stepwise, "_what_shows_later", lambda rounds, *rest: [])
+    monkeypatch.setattr(stepwise, "_with_what_shows_later", lambda rounds, *rest: rounds)
     problem = Problem(redundant_effects=())
     assert stepwise.stepwise(problem, {}, lambda rounds: False) == pair
     assert seen == [first, again]
 
 
-QUIET, FOUND = ended(by_likelihood=True), ended("coulomb_drive", by_likelihood=True)
+QUIET, FOUND, OTHER = (ended(*e, by_likelihood=True) for e in ((), ("coulomb_drive",), ("slope",)))
 LEFT = ended("coulomb_drive", verdict="unexplained", by_likelihood=True)
 
 
 @pytest.mark.parametrize(
-    ("reached", "later", "anew", "answer"),
+    ("reached", "likely", "error", "answer"),
     [
-        (ended(), [], None, "reached"),  # no random force is left
-        (ended("slope"), QUIET, None, "reached"),  # one is, and nothing can be said of it
-        (ended(), FOUND, None, "later"),  # from the model as it came: no second search
-        (ended("slope"), FOUND, FOUND, "anew"),
-        (ended("slope"), LEFT, FOUND, "anew"),
-        (ended(), LEFT, None, "later"),
-        (ended("slope"), LEFT, LEFT, "reached"),  # no better than what reached sensor noise
-        (ended("slope"), FOUND, LEFT, "added and later"),  # what likelihood cannot name, such as an event
+        (ended(), None, 1.0, "reached"),  # no random force is left
+        (ended(), QUIET, 1.0, "reached"),  # one is, and nothing can be said of it
+        (ended(), FOUND, 1.0, "likely"),
+        (ended(), LEFT, 1.0, "likely"),
+        (ended("slope"), FOUND, 1.0, "likely"),  # the name had been that of what resembles it
+        (ended("slope"), FOUND, 1.1, "reached"),  # which predicts worse
+        (ended("slope"), LEFT, 1.0, "reached"),  # and does not explain the rest
+        (ended("slope"), OTHER, 1.0, "reached"),  # the same once more
     ],
 )
-def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, later, anew, answer, monkeypatch):
-    calls = []
+def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, likely, error, answer, monkeypatch):
     monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: reached[0])
     monkeypatch.setattr(stepwise, "forward_pass", lambda first, is_done, progress: reached)
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
-    monkeypatch.setattr(stepwise, "_what_shows_later", lambda rounds, *rest: later)
-    monkeypatch.setattr(stepwise, "rounds_by_likelihood", lambda *rest: calls.append(rest) or anew)
-    found = stepwise.stepwise(None, {}, lambda rounds: False)
-    added = [r for r in reached if r.named]
-    assert found == {"reached": reached, "later": later, "anew": anew, "added and later": [*added, *later]}[answer]
-    assert bool(calls) == (anew is not None)
+    monkeypatch.setattr(stepwise, "leaves_a_force", lambda *rest: likely is not None)
+    fitted = SimpleNamespace(of_log=lambda number: {})
+    monkeypatch.setattr(stepwise, "best_result", lambda r: (error if r is likely else 1.0, None, fitted))
+    asked = []
+
+    def by_likelihood(problem, *rest):
+        asked.append(problem.only_lasting)
+        return likely
+
+    monkeypatch.setattr(stepwise, "rounds_by_likelihood", by_likelihood)
+    found = stepwise.stepwise(Problem(()), {}, lambda rounds: False)
+    assert found is {"reached": reached, "likely": likely}[answer]
+    assert asked == ([] if likely is None else [True])
 
 
 def test_there_is_room_for_two_more_effects_only_where_both_may_be_added():

@@ -11,6 +11,7 @@ from tests.support import simulated
 from wheelpend import Log, Model, simulate
 from wheelpend.benchmarks.hidden_effects.nonideal_sensors import complete_log, student
 from wheelpend.estimation import data
+from wheelpend.logs import white_noise
 from wheelpend.logs.coloured_noise import angle_rate_inconsistency
 from wheelpend.logs.noise import find_quantum, sensor_noise
 from wheelpend.logs.outliers import find_outliers, without_outliers
@@ -32,6 +33,21 @@ def test_noise_is_estimated_within_a_tenth_though_the_controller_shakes_the_robo
 def test_a_slow_log_with_stated_encoder_counts_keeps_the_rounding_error():
     log = simulate(Model.default(), sample=0.005, duration=20)
     assert abs(noise_of(log, STEP).sigma[0] / TRUE[0] - 1) < 0.001
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.01])
+def test_samples_at_unequal_times_do_not_pass_for_noise(noise):
+    random = np.random.default_rng(3)
+    t = np.sort(random.uniform(0.0, 40.0, 1600))
+    swing = np.sin(6.3 * t) + noise * random.standard_normal(t.size)
+    sigma = noise_of(Log("camera", t, np.zeros(t.size), swing[:, None], ("theta_1",), rates={})).sigma[0]
+    assert sigma == pytest.approx(noise, rel=0.15)
+
+
+def test_a_gap_makes_no_times_unequal():
+    t = np.r_[np.arange(500), np.arange(700, 1200)] * 0.01
+    values = np.sin(t) + 0.01 * np.random.default_rng(4).standard_normal(t.size)
+    assert white_noise.difference_estimates(values, t) == white_noise.difference_estimates(values)
 
 
 def test_missing_values_do_not_pass_for_noise():

@@ -12,7 +12,7 @@ from wheelpend.diagnosis.criteria import (
     MIDDLE_HORIZON_SHARE,
     MIN_RELATIVE_ERROR_DECREASE,
 )
-from wheelpend.diagnosis.likelihood.search import rounds_behind_a_force, rounds_by_likelihood
+from wheelpend.diagnosis.likelihood.search import leaves_a_force, rounds_by_likelihood
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
@@ -126,24 +126,23 @@ def _with_what_shows_later(
 ) -> Rounds:
     """The rounds that reached sensor noise, or those by likelihood where these say more.
 
-    Where effects were named already, those count only if they leave nothing that repeats.
+    Every segment has a start of its own, and what is small and lasts, damping above all, hardly shows over so short a
+    time. The filter sees it over the whole log, and a random force takes its place. Where effects were named already,
+    others count only if they predict as well and leave nothing that repeats.
     """
-    added = [r for r in rounds if r.named]
-    later = _what_shows_later(rounds, is_done, progress)
-    if all(r.is_explained and not r.named for r in later):
+    error, reached, fitted = best_result(rounds)
+    if not leaves_a_force(reached, fitted.of_log(0), progress):
         return rounds
-    if not added:
-        return later
-    anew = rounds_by_likelihood(problem, start, is_done, progress)
-    explaining = [found for found in (anew, [*added, *later]) if found[-1].is_explained]
-    return explaining[0] if explaining else rounds
+    likely = rounds_by_likelihood(replace(problem, only_lasting=True), start, is_done, progress)
+    if not any(r.named for r in rounds):
+        return likely if any(r.named or not r.is_explained for r in likely) else rounds
+    as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * error
+    return likely if as_good and likely[-1].is_explained and _names(likely) != _names(rounds) else rounds
 
 
-def _what_shows_later(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
-    """Rounds by likelihood from the model with which sensor noise was reached, where that leaves a random force."""
-    _, problem, fitted = best_result(rounds)
-    added = [r for r in rounds if r.named]
-    return rounds_behind_a_force(problem, fitted.of_log(0), lambda found: is_done([*added, *found]), progress)
+def _names(rounds: Rounds) -> set[str]:
+    """Effects that rounds name first."""
+    return {r.named[0].effect for r in rounds if r.named}
 
 
 def _with_backlash_instead(rounds: Rounds, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:

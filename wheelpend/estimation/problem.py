@@ -37,6 +37,7 @@ class EstimationProblem:
     fallback_starts: tuple[dict[str, float], ...] = ()  # starts before any fit: nominal values or the slowest filters
     without: tuple[str, ...] = ()  # effects that are no candidates, on request
     redundant_effects: tuple[str, ...] = ()  # nor are these: others explain what they do
+    only_lasting: bool = False  # nor is what moves by itself inside the machine, where the horizon would have shown it
     carries: bool = False  # True for a coupled model, in which each segment takes over from the one before
     restrictions: Restrictions = (
         NO_RESTRICTIONS  # parameters that are fixed, at the model's values, and bounds of others
@@ -110,6 +111,8 @@ class EstimationProblem:
             return "was left out on request"
         if effect.name in self.redundant_effects:
             return "lowers the error, but not beside the effects that explain the rest"
+        if self.only_lasting and effect.releases:
+            return "moves inside the machine, which would have shown over the horizon: it was judged there"
         free = released_coordinates(self.model.effects)
         if effect.releases and free and effect.releases not in free:
             return f"releases a second internal coordinate, beside {', '.join(free)}"

@@ -80,7 +80,7 @@ def channel_noise(
     step = quantum_of(_richest_stretch(signal, log.breaks), stated_step)
     if stated_sigma:
         return stated_sigma, step, 1.0
-    rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted)
+    rounding, scatter = rounding_sigma(step), white_sigma(signal, predicted, log.t)
     if not step:
         scatter = max(scatter, coloured_noise(log, channel))
     limit = MIN_SCATTER_RATIO_STATED if step == stated_step else MIN_SCATTER_RATIO

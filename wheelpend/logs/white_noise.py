@@ -15,6 +15,7 @@ from wheelpend.numerics import last_true
 
 DIFFERENCE_ORDERS = range(2, 7)  # differences of these orders: the higher, the less of a smooth signal remains
 VARIANCE_WINDOW_SAMPLES = 50  # samples over which a variance is taken
+IRREGULAR_SHARE = 0.01  # of the median interval, by which half of all differ where times are not taken as equal
 BURST_SIGMAS = 5.0  # standard deviations of a window's variance above the median one from which it is a burst
 MAX_PREDICTORS = 160  # past samples, of all signals together, that predict the next; the noise in n adds 1/n or so
 INPUT_GAIN_LAGS = 3  # samples of the input whose effect may depend on where the machine is
@@ -24,12 +25,15 @@ MAX_PREDICTED_SAMPLES = 4_000  # samples, which give a standard deviation to 1.1
 RANK_TOLERANCE = 1e-10  # relative singular value below which a direction of the regressors says nothing
 
 
-def white_sigma(signal: np.ndarray, predicted: tuple[float, float] = (np.inf, 0.0)) -> float:
+def white_sigma(
+    signal: np.ndarray, predicted: tuple[float, float] = (np.inf, 0.0), t: np.ndarray | None = None
+) -> float:
     """Standard deviation of the white part of a signal (N,): the surest estimate that the least one does not exclude.
 
-    ``predicted`` is σ by prediction, and its relative standard error. The least of all would be low by chance.
+    ``predicted`` is σ by prediction, and its relative standard error; ``t`` (N,) are the times of its values, equal
+    steps where they are not known. The least of all would be low by chance.
     """
-    estimates = [(v, e) for v, e in (*difference_estimates(signal), predicted) if np.isfinite(v)]
+    estimates = [(v, e) for v, e in (*difference_estimates(signal, t), predicted) if np.isfinite(v)]
     if not estimates:
         return float(np.nanstd(signal)) if np.isfinite(signal).any() else np.nan
     limit = min(value * (1.0 + error) for value, error in estimates)
@@ -41,17 +45,45 @@ def difference_noise(signal: np.ndarray) -> float:
     return white_sigma(signal)
 
 
-def difference_estimates(signal: np.ndarray) -> list[tuple[float, float]]:
-    """σ and its relative standard error from the differences of each order of a signal (N,), without bursts."""
+def difference_estimates(signal: np.ndarray, t: np.ndarray | None = None) -> list[tuple[float, float]]:
+    """σ and its relative standard error from the differences of each order of a signal (N,), without bursts.
+
+    At unequal times ``t`` (N,) from divided differences too, which remove what is smooth in time; and even so from
+    those of equal steps, since the times may be what is wrong.
+    """
     found = []
-    for order in DIFFERENCE_ORDERS:
-        squares = np.diff(signal, order) ** 2 / comb(2 * order, order)
-        squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
-        if squares.size <= 10:
-            break
-        inflation = _correlation_of_squares(order)
-        found.append((mean_without_bursts(squares, inflation) ** 0.5, (inflation / (2.0 * squares.size)) ** 0.5))
+    for times in (None,) if t is None or _is_regular(t) else (None, t):
+        for order in DIFFERENCE_ORDERS:
+            squares = _differences(signal, times, order) ** 2
+            squares = squares[np.isfinite(squares)]  # a missing value leaves no difference
+            if squares.size <= 10:
+                break
+            inflation = _correlation_of_squares(order)
+            found.append((mean_without_bursts(squares, inflation) ** 0.5, (inflation / (2.0 * squares.size)) ** 0.5))
     return found
+
+
+def _is_regular(t: np.ndarray) -> bool:
+    """True of times (N,) in equal steps, gaps apart."""
+    steps = np.diff(t)
+    if not steps.size:
+        return True
+    middle = np.median(steps)
+    return bool(np.median(np.abs(steps - middle)) <= IRREGULAR_SHARE * middle)
+
+
+def _differences(signal: np.ndarray, t: np.ndarray | None, order: int) -> np.ndarray:
+    """Differences (N − order,) of a signal (N,) at times (N,), divided where they are given, of the size of its noise.
+
+    Those of white noise have its variance.
+    """
+    if t is None:
+        return np.diff(signal, order) / comb(2 * order, order) ** 0.5
+    times = np.lib.stride_tricks.sliding_window_view(t, order + 1)
+    places = range(order + 1)
+    weights = np.stack([1.0 / np.prod([times[:, k] - times[:, m] for m in places if m != k], axis=0) for k in places])
+    weights /= np.sqrt((weights**2).sum(axis=0))
+    return np.einsum("kn,nk->n", weights, np.lib.stride_tricks.sliding_window_view(signal, order + 1))
 
 
 def _correlation_of_squares(order: int) -> float:

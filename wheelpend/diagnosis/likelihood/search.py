@@ -76,28 +76,7 @@ def rounds_by_likelihood(
     An effect that later ones have made needless is taken out, and the search made once more without it.
     """
     progress("fitting with random forces")
-    return _rounds_from(filtered_model(problem, [start], progress), is_done, progress)
-
-
-def rounds_behind_a_force(
-    problem: EstimationProblem, start: Mapping[str, float], is_done: Callable[[Rounds], bool], progress: Progress
-) -> Rounds:
-    """The same of a model that reaches sensor noise over the horizon; none where it leaves no force worth a word.
-
-    What is small and lasts, damping above all, hardly shows over so short a time when every segment has a start of its
-    own. The filter sees it over the whole log, and a random force takes its place.
-    """
-    progress("looking for a random force behind sensor noise")
-    model = filtered_model(problem, [start], progress)
-    left = model.remainder().strongest
-    if left is None or left.share_of_drive < MIN_FORCE_SHARE:
-        return []
-    return _rounds_from(model, is_done, progress)
-
-
-def _rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
-    """Rounds that begin with a model at its likeliest random forces."""
-    model = refitted(model)
+    model = refitted(filtered_model(problem, [start], progress))
     rounds, needless = _forward(model, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
         if not needless:
@@ -107,6 +86,13 @@ def _rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progre
         model = replace(model, problem=problem)
         rounds, needless = _forward(model, is_done, progress)
     return rounds
+
+
+def leaves_a_force(problem: EstimationProblem, values: Mapping[str, float], progress: Progress) -> bool:
+    """True where a model that reaches sensor noise over the horizon leaves a random force worth a search."""
+    progress("looking for a random force behind sensor noise")
+    left = filtered_model(problem, [values], progress).remainder().strongest
+    return left is not None and left.share_of_drive >= MIN_FORCE_SHARE
 
 
 def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
