@@ -51,7 +51,8 @@ from wheelpend.parallel import KernelPool
 
 MAX_JUDGED = 5  # effects that are judged on held-out data, the likeliest refits
 MAX_RELIEFS, MIN_RELIEF = 2, 10.0  # times that a model is led out of a minimum, and fall of −2 log-likelihood by that
-MIN_FORCE_SHARE = 5e-3  # of the drive: a random force below is not worth a search
+MIN_SEARCHED_SHARE = 5e-3  # of the drive: a random force below is not worth a search
+SLOW_RATIO = 3.0  # of the shortest correlation time, from which a force is not white
 PLAY_REASON = "depends on every contact before, and is judged only where sensor noise is reached with it"
 
 Progress = Callable[[str], None]
@@ -89,10 +90,16 @@ def rounds_by_likelihood(
 
 
 def leaves_a_force(problem: EstimationProblem, values: Mapping[str, float], progress: Progress) -> bool:
-    """True where a model that reaches sensor noise over the horizon leaves a random force worth a search."""
+    """True where a model that reaches sensor noise over the horizon leaves a random force worth a search.
+
+    Where a surface sticks the filter, which expands about its mean, leaves a white one of its own.
+    """
     progress("looking for a random force behind sensor noise")
-    left = filtered_model(problem, [values], progress).remainder().strongest
-    return left is not None and left.share_of_drive >= MIN_FORCE_SHARE
+    model = filtered_model(problem, [values], progress)
+    left, (shortest, _) = model.remainder().strongest, model.estimator.correlation_bounds
+    if left is None or left.share_of_drive < MIN_SEARCHED_SHARE:
+        return False
+    return not problem.module.SURFACES or left.correlation_time_s > SLOW_RATIO * shortest
 
 
 def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
