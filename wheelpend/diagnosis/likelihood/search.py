@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 import derive
-from derive.effects import Effect, InternalPlay
+from derive.effects import DryForce, Effect, InternalPlay
 from wheelpend.diagnosis.criteria import MAX_BACKWARD_STEPS
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel, filtered_model
 from wheelpend.diagnosis.likelihood.judgement import (
@@ -99,7 +99,8 @@ def leaves_a_force(problem: EstimationProblem, values: Mapping[str, float], prog
     left, (shortest, _) = model.remainder().strongest, model.estimator.correlation_bounds
     if left is None or left.share_of_drive < MIN_SEARCHED_SHARE:
         return False
-    return not problem.module.SURFACES or left.correlation_time_s > SLOW_RATIO * shortest
+    sticks = any(isinstance(derive.effects.find(e).enters, DryForce) for e in problem.model.effects)
+    return not sticks or left.correlation_time_s > SLOW_RATIO * shortest
 
 
 def _forward(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> tuple[Rounds, str]:
