@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from tests.support import simulated
@@ -160,6 +161,21 @@ def test_where_sensor_noise_hides_what_lasts_likelihood_judges_it(reached, likel
     found = stepwise.stepwise(Problem(()), {}, lambda rounds: False)
     assert found is {"reached": reached, "likely": likely}[answer]
     assert asked == ([] if likely is None else [True])
+
+
+def test_where_no_filter_can_follow_the_model_the_answer_of_the_horizon_stands_with_a_warning(monkeypatch):
+    def fails(*rest):
+        raise np.linalg.LinAlgError
+
+    @dataclass(frozen=True)
+    class Last:
+        warnings: tuple[str, ...] = ("first",)
+
+    monkeypatch.setattr(stepwise, "best_result", lambda rounds: (1.0, None, SimpleNamespace(of_log=lambda number: {})))
+    monkeypatch.setattr(stepwise, "leaves_a_force", fails)
+    one, last = stepwise._with_what_shows_later(["one", Last()], None, {}, lambda rounds: False, lambda text: None)
+    assert one == "one" and last.warnings[0] == "first"
+    assert last.warnings[1].startswith("What sensor noise hides could not be sought: ")
 
 
 def test_there_is_room_for_two_more_effects_only_where_both_may_be_added():

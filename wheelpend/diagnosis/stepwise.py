@@ -33,6 +33,7 @@ from wheelpend.estimation.free_parameters import free_names, values_of_model_eff
 from wheelpend.estimation.problem import EstimationProblem, extended_effects, with_stable_step
 from wheelpend.estimation.starts import best_start
 from wheelpend.estimation.validation import validation_residuals
+from wheelpend.identification.remainder_at import found_or_warning
 from wheelpend.logs.sources import LogsLike
 from wheelpend.model.record import Model
 from wheelpend.parallel import with_one_blas_thread
@@ -131,9 +132,15 @@ def _with_what_shows_later(
     others count only if they predict as well and leave nothing that repeats.
     """
     error, reached, fitted = best_result(rounds)
-    if not leaves_a_force(reached, fitted.of_log(0), progress):
-        return rounds
-    likely = rounds_by_likelihood(replace(problem, only_lasting=True), start, is_done, progress)
+
+    def sought() -> Rounds:
+        if not leaves_a_force(reached, fitted.of_log(0), progress):
+            return []
+        return rounds_by_likelihood(replace(problem, only_lasting=True), start, is_done, progress)
+
+    likely, warnings = found_or_warning("What sensor noise hides could not be sought", sought)
+    if not likely:
+        return [*rounds[:-1], replace(rounds[-1], warnings=(*rounds[-1].warnings, *warnings))] if warnings else rounds
     if not any(r.named for r in rounds):
         return likely if any(r.named or not r.is_explained for r in likely) else rounds
     as_good = best_result(likely)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * error
