@@ -189,3 +189,11 @@ def test_a_needless_effect_is_said_not_to_be_judged(begun):
     problem = replace(begun[0], redundant_effects=("slope",))
     assert "slope" not in [e.name for e in problem.candidates()]
     assert "beside" in problem.why_not_testable(next(e for e in begun[0].candidates() if e.name == "slope"))
+
+
+def test_behind_sensor_noise_what_moves_inside_is_said_to_be_judged_over_the_horizon(begun):
+    moving = [e for e in begun[0].candidates() if e.releases]
+    lasting = replace(begun[0], only_lasting=True)
+    assert "slosh" in [e.name for e in moving]
+    assert {e.name for e in begun[0].candidates()} - {e.name for e in lasting.candidates()} == {e.name for e in moving}
+    assert all("over the horizon" in lasting.why_not_testable(e) for e in moving)
