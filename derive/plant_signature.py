@@ -173,7 +173,9 @@ class PlantSignature:
 
     @property
     def input_word(self) -> str:
-        """What the input is, in a word."""
+        """What the input is, in a word; of a plant without one, what moves it."""
+        if not self.driven:
+            return "torque" if self.coordinates[0].unit == "rad" else "force"
         return self.words.input or INPUT_WORDS.get(self.input_unit, self.input)
 
     @property

@@ -92,6 +92,12 @@ def test_effects_parameters_and_columns_have_the_unit_of_the_input():
     assert signature.usual_limits == (0.4, 0.0)  # of the paper's commands, in V
 
 
+def test_sentences_on_a_plant_without_input_speak_of_what_moves_it():
+    signature = Model.parse('plant = "pendulum"\neffects = []\n').plant_signature
+    row = in_plant_words(derive.effects.find("coulomb_drive"), signature)
+    assert row.means.startswith("Part of the drive torque is spent")
+
+
 def test_the_generated_text_and_the_equations_speak_of_the_input():
     text = derive.render(derive.compose("pendulum", model("pendulum", "N m").assumptions, ()))
     assert "torques in N m" in text
