@@ -174,9 +174,8 @@ class PlantSignature:
     @property
     def input_word(self) -> str:
         """What the input is, in a word; of a plant without one, what moves it."""
-        if not self.driven:
-            return "torque" if self.coordinates[0].unit == "rad" else "force"
-        return self.words.input or INPUT_WORDS.get(self.input_unit, self.input)
+        undriven = "torque" if self.coordinates[0].unit == "rad" else "force"
+        return self.words.input or (INPUT_WORDS.get(self.input_unit, self.input) if self.driven else undriven)
 
     @property
     def inputs_phrase(self) -> str:

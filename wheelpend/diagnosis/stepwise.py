@@ -90,8 +90,7 @@ def stepwise(
     to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
-    sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood
-    too; and if it shows that something was amiss, so is all the rest.
+    sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
     """
     first = first_round(problem, start, progress)
     rounds, is_paired = forward_pass(first, is_done, progress), False
@@ -134,7 +133,7 @@ def _with_what_shows_later(
     error, reached, fitted = best_result(rounds)
 
     def sought() -> Rounds:
-        if not leaves_a_force(reached, fitted.of_log(0), progress):
+        if not leaves_a_force(reached, fitted, progress):
             return []
         return rounds_by_likelihood(replace(problem, only_lasting=True), start, is_done, progress)
 

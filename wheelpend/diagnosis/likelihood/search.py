@@ -45,7 +45,10 @@ from wheelpend.diagnosis.likelihood.whitened_scores import (
 from wheelpend.diagnosis.missing_force.smoothed_force import where_it_shows
 from wheelpend.diagnosis.negligible import negligible_sentences
 from wheelpend.diagnosis.verdict import Diagnosis, structurally_equivalent
+from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.estimation.random_source import correlation_bounds
+from wheelpend.identification.remainder_at import refitted_remainder
 from wheelpend.identification.remainder_warnings import is_mostly_chance
 from wheelpend.parallel import KernelPool
 
@@ -89,16 +92,18 @@ def rounds_by_likelihood(
     return rounds
 
 
-def leaves_a_force(problem: EstimationProblem, values: Mapping[str, float], progress: Progress) -> bool:
+def leaves_a_force(problem: EstimationProblem, fitted: Fit, progress: Progress) -> bool:
     """True where a model that reaches sensor noise over the horizon leaves a random force worth a search.
 
     Where a surface sticks the filter, which expands about its mean, leaves a white one of its own.
+    Raises what `refitted_remainder` does where no filter can follow the model.
     """
     progress("looking for a random force behind sensor noise")
-    model = filtered_model(problem, [values], progress)
-    left, (shortest, _) = model.remainder().strongest, model.estimator.correlation_bounds
+    logs = problem.logs
+    left = refitted_remainder(problem, [fitted.of_log(k) for k in range(len(logs))]).strongest
     if left is None or left.share_of_drive < MIN_SEARCHED_SHARE:
         return False
+    shortest, _ = correlation_bounds([log.duration for log in logs], min(log.dt for log in logs))
     sticks = any(isinstance(derive.effects.find(e).enters, DryForce) for e in problem.model.effects)
     return not sticks or left.correlation_time_s > SLOW_RATIO * shortest
 
