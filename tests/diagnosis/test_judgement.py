@@ -69,14 +69,22 @@ def test_blocks_are_those_of_the_kind_that_agrees_more():
 
 
 def test_the_falls_of_a_force_are_those_of_all_rows_and_of_the_best():
-    def force(*squares):
-        return SimpleNamespace(row_forces_squared=np.array(squares), estimator=SimpleNamespace(force_scale=6.0))
+    def force(*squares, drives=(6.0, 6.0, 6.0)):
+        return SimpleNamespace(row_forces_squared=np.array(squares), row_drives=np.array(drives[: len(squares)]))
 
     total, on_row = falls_of_force(force(0.09, 4e-4, 0.0), force(0.09, 1e-4, 0.0))
     assert on_row == pytest.approx(0.5) and total == pytest.approx(1.0 - np.sqrt(0.0901 / 0.0904))
     total, on_row = falls_of_force(force(0.0625, 1e-8), force(0.0631, 4e-9))  # 0.1 mV of 6 V, which wanders
     assert total < 0.0 and on_row == pytest.approx(total, abs=1e-3) and on_row < 0.0
     assert falls_of_force(force(0.0, 0.0), force(0.0, 0.0)) == (0.0, 0.0)
+
+
+def test_the_force_of_a_row_is_measured_by_the_drive_on_that_row_whatever_the_unit_is():
+    def force(cart, pole):  # V, and V m on a pole of a tenth of a metre
+        return SimpleNamespace(row_forces_squared=np.array([cart, pole]) ** 2, row_drives=np.array([0.5, 2e-3]))
+
+    total, on_row = falls_of_force(force(0.063, 3.7e-4), force(0.0633, 1.6e-4))
+    assert on_row == pytest.approx(1.0 - 1.6 / 3.7) and 0.3 < total < 0.4
 
 
 @pytest.mark.parametrize(

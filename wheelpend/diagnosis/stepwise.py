@@ -13,6 +13,7 @@ from wheelpend.diagnosis.criteria import (
     MIN_RELATIVE_ERROR_DECREASE,
 )
 from wheelpend.diagnosis.likelihood.search import leaves_a_force, rounds_by_likelihood
+from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
 from wheelpend.diagnosis.verdict import (
@@ -82,6 +83,25 @@ def stepwise(
     start: dict[str, float],
     is_done: Callable[[Rounds], bool],
     progress: Progress = lambda text: None,
+) -> Rounds:
+    """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
+
+    Where something outside moves the machine for a short time of a log, they are of the log without that time.
+    """
+    rounds = _search(problem, start, is_done, progress)
+    calm = without_outside_forces(rounds[-1]) if rounds[-1].by_likelihood else None
+    if calm is None:
+        return rounds
+    progress("searching once more without the times in which something outside moves the machine")
+    again = _search(*best_start(calm.with_effects(problem.model.effects)), is_done, progress)
+    return again if is_far_calmer(again[-1], rounds[-1]) else rounds
+
+
+def _search(
+    problem: EstimationProblem,
+    start: dict[str, float],
+    is_done: Callable[[Rounds], bool],
+    progress: Progress,
 ) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
@@ -21,7 +22,7 @@ from wheelpend.estimation.random_source import Sources, possible_errors, possibl
 from wheelpend.estimation.source_search import Progress, likeliest_sources
 from wheelpend.estimation.starts import start_candidates
 from wheelpend.identification.filter_error_method import estimator_at, remainder_at_point
-from wheelpend.identification.remainder import Remainder
+from wheelpend.identification.remainder import Remainder, modelled_forces
 from wheelpend.kernels.load import free_force_module
 
 MAX_SAMPLES = 10_000  # of all logs together, to which a model is fitted: half from the beginning, half from the middle
@@ -72,6 +73,12 @@ class FilteredModel:
     def force_squared(self) -> float:
         """The same, summed over rows."""
         return float(self.row_forces_squared.sum())
+
+    @cached_property
+    def row_drives(self) -> np.ndarray:
+        """Size of the modelled forces on each row (rows,), in the rows' own unit; the largest where a row has none."""
+        drives = modelled_forces(self.problem.module, self.problem.logs, self.log_values[0])
+        return np.where(drives > 0.0, drives, drives.max())
 
     def remainder(self) -> Remainder:
         """What the model leaves to chance."""

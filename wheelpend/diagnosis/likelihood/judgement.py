@@ -45,7 +45,7 @@ from wheelpend.estimation.profiled_starts import null_values
 from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
-MIN_FORCE_SHARE = 1e-3  # of the forces that drive the machine: below that a force is negligible
+MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
 MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
 
@@ -227,14 +227,16 @@ def agreement(*kinds: np.ndarray) -> str:
 def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float, float]:
     """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row.
 
-    A row whose force is negligible against the drive tells nothing.
+    Each row's force is measured by the drive on that row, as rows may have different units. A row whose force is
+    negligible against its drive tells nothing.
     """
-    before, after = smaller.row_forces_squared, larger.row_forces_squared
-    if not before.sum() > 0.0:
+    drives = smaller.row_drives
+    before, after = (np.sqrt(m.row_forces_squared) / drives for m in (smaller, larger))
+    if not before.any():
         return 0.0, 0.0
-    total = 1.0 - np.sqrt(after.sum() / before.sum())
-    acting = np.sqrt(before) > MIN_FORCE_SHARE * smaller.estimator.force_scale
-    on_rows = 1.0 - np.sqrt(after[acting] / before[acting])
+    total = 1.0 - np.linalg.norm(after) / np.linalg.norm(before)
+    acting = before > MIN_FORCE_SHARE
+    on_rows = 1.0 - after[acting] / before[acting]
     return float(total), float(max([total, *on_rows]))
 
 

@@ -1,0 +1,125 @@
+"""A hand that holds the machine, or a blow, does not hide what the rest of a log shows."""
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from wheelpend import Log, Model, diagnose
+from wheelpend.diagnosis.missing_force.estimate import MissingForce
+from wheelpend.diagnosis.outside_force import Span, log_without, spans_of
+from wheelpend.diagnosis.verdict import Diagnosis
+
+INERTIA = 0.0244  # s²: of the link over the torque that gravity has on it where it is level
+RATE_HZ, SPAN_S, HELD_S, NOISE_RAD, VISCOUS = 100.0, 12.0, 1.2, 0.003, 0.008
+BLOW_S, BLOW_LASTS_S = 5.0, 0.06
+MODEL = 'plant = "pendulum"\neffects = []\n'
+HORIZON_S = 0.5
+
+
+def swing(begin: float, state: tuple[float, float], end: float, push: float = 0.0) -> np.ndarray:
+    """Angles and speeds (2, N) from a moment on, by SciPy's integrator, with a constant push."""
+
+    def rates(_, now):
+        return now[1], (push - np.sin(now[0]) - VISCOUS * now[1]) / INERTIA
+
+    t = np.arange(begin, end + 0.5 / RATE_HZ, 1.0 / RATE_HZ)
+    return solve_ivp(rates, (begin, t[-1]), state, "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.01).y
+
+
+def log_of(angle: np.ndarray) -> Log:
+    seen = angle + NOISE_RAD * np.random.default_rng(3).standard_normal(angle.size)
+    t = np.arange(angle.size) / RATE_HZ
+    return Log("bench", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
+
+
+def held_log() -> Log:
+    """A pendulum that a hand, which is not quite still, holds at about 52 degrees for 1.2 s and lets go."""
+    held = 0.9 + 0.05 * np.sin(2.0 * np.pi * 1.25 * np.arange(round(HELD_S * RATE_HZ)) / RATE_HZ)
+    return log_of(np.r_[held, swing(0.0, (0.9, 0.0), SPAN_S - HELD_S)[0]])
+
+
+def struck_log() -> Log:
+    """A pendulum that swings, and is struck once with twice the weight of its link."""
+    before = swing(0.0, (0.9, 0.0), BLOW_S)
+    during = swing(0.0, before[:, -1], BLOW_LASTS_S, push=2.0)
+    after = swing(0.0, during[:, -1], SPAN_S - BLOW_S - BLOW_LASTS_S)
+    return log_of(np.r_[before[0], during[0, 1:], after[0, 1:]])
+
+
+@lru_cache
+def diagnosed(make) -> Diagnosis:
+    return diagnose(Model.parse(MODEL), [make()])
+
+
+def span_told(found: Diagnosis) -> list[str]:
+    return [w for w in found.warnings if "something outside the model moves it" in w]
+
+
+@pytest.mark.parametrize("make", [held_log, struck_log])
+def test_damping_is_named_with_its_size_beside_a_force_from_outside_and_the_time_of_that_is_told(make):
+    found = diagnosed(make)
+    assert found.verdict == "effect_missing" and found.named[0].effect == "viscous_drive"
+    assert found.named[0].coefficients["coefficient"] == pytest.approx(VISCOUS, rel=0.08)
+    assert len(span_told(found)) == 1
+
+
+def test_the_time_that_is_left_out_holds_that_of_the_force_and_not_much_more():
+    held = next(w for w in diagnosed(held_log).warnings if "Between 0 and" in w)
+    end = float(held.split("Between 0 and ")[1].split(" s ")[0])
+    assert HELD_S - 0.02 < end < HELD_S + 0.4
+    struck = span_told(diagnosed(struck_log))[0].split("Between ")[1]
+    begin, end = (float(part.split(" s ")[0]) for part in struck.split(" and ", 1))
+    assert BLOW_S - 0.4 < begin < BLOW_S and BLOW_S + BLOW_LASTS_S < end < BLOW_S + 0.5
+
+
+def missing(force: np.ndarray, dt: float = 0.01) -> MissingForce:
+    t = np.arange(len(force)) * dt
+    return MissingForce(t, np.atleast_2d(force.T).T, np.ones_like(force), {}, "log")
+
+
+def spans(force: np.ndarray) -> list[Span]:
+    found = missing(force)
+    return spans_of(found, (0.0, float(found.t[-1])), HORIZON_S)
+
+
+def random_force(samples: int = 2000) -> np.ndarray:
+    """A Gaussian force of first order with a correlation time of 50 ms."""
+    white = np.random.default_rng(5).standard_normal(samples)
+    force = np.zeros(samples)
+    for k in range(1, samples):
+        force[k] = 0.82 * force[k - 1] + white[k]
+    return force[:, None]
+
+
+def test_a_gaussian_force_has_no_such_span_and_one_blow_on_it_has_one():
+    assert spans(random_force()) == []
+    struck = random_force()
+    struck[600:620] += 40.0
+    (span,) = spans(struck)
+    assert 5.5 < span.begin <= 5.9 and 6.29 <= span.end < 6.7 and span.ratio > 15.0
+
+
+def test_blows_that_come_again_and_again_or_last_are_how_the_force_is():
+    often, long = random_force(), random_force()
+    for first in range(100, 2000, 400):
+        often[first : first + 20] += 40.0
+    long[600:1000] += 40.0
+    assert spans(often) == [] and spans(long) == []
+
+
+def test_a_force_on_one_row_alone_is_found_behind_a_larger_one_that_is_always_there():
+    both = np.column_stack([100.0 * random_force()[:, 0], random_force()[::-1, 0]])
+    both[600:620, 1] += 40.0
+    (span,) = spans(both)
+    assert span.begin == pytest.approx(5.9, abs=0.3)
+
+
+def test_no_segment_of_the_log_that_is_left_reaches_into_the_span():
+    log = held_log()
+    left = log_without(log, [Span(2.0, 3.0, 20.0)])
+    assert log_without(log, []) is log
+    ranges = [(float(log.t[s.begin]), float(log.t[s.end - 1])) for s in left.stretches]
+    assert ranges == [pytest.approx((0.0, 1.99)), pytest.approx((3.01, float(log.t[-1])))]
+    assert np.isfinite(log.voltage).all() and "Between 2 and 3 s" in left.warnings[-1]

@@ -1,0 +1,142 @@
+"""Short times in which something outside the machine moves it: a hand that holds it, a blow, a stop, a dead sensor.
+
+A random force that is as large in one second of a log as in another describes none of these. It grows until it covers
+them, and hides behind itself whatever law the rest of the log would show. So where a search leaves such a force, and
+the smoother finds most of it in a few short spans, the search is made once more on the logs without these. It counts if
+far less is left to chance: without a few hundredths of its samples a force that is always there would hardly be less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from wheelpend.diagnosis.missing_force.estimate import MissingForce
+from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
+from wheelpend.diagnosis.verdict import Diagnosis
+from wheelpend.errors import Failure
+from wheelpend.estimation.data import prepare
+from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.logs.log import Log
+
+MAX_SPANS, MAX_SPAN_SHARE = 3, 0.15  # of a log that are left out, and their share of its time: more is no exception
+PEAK_SHARE = 0.3  # of the largest missing force, above which a span holds it
+MIN_PEAK_RATIO = 5.0  # of that largest to the rms elsewhere: four standard deviations are nothing odd in a log
+EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsewhere
+MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
+MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
+CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
+
+
+class Span(NamedTuple):
+    """A short time of a log in which the missing force is far larger than elsewhere."""
+
+    begin: float  # s
+    end: float  # s
+    ratio: float  # of its largest force to the rms of the missing force elsewhere
+
+
+def without_outside_forces(found: Diagnosis) -> EstimationProblem | None:
+    """The problem of a search's last diagnosis, its own effects apart, without spans in which something else moves it.
+
+    None where little is left to chance, or no few spans hold what is.
+    """
+    if not force_share(found) >= MIN_CALMED_SHARE:
+        return None
+    problem = found.problem
+    try:
+        whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
+        forces = missing_forces(replace(whole, max_step=problem.max_step), found.fit)
+    except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
+        return None
+    if len(forces) != len(problem.logs):  # no filter could follow the model along them
+        return None
+    pairs = zip(forces, problem.logs, strict=True)
+    spans = [spans_of(force, (float(log.t[0]), float(log.t[-1])), problem.horizon) for force, log in pairs]
+    if not any(spans):
+        return None
+    logs = [log_without(log, own) for log, own in zip(problem.logs, spans, strict=True)]
+    held_out = [v.part.log for v in problem.data.validation if v.estimation_log is None]
+    try:
+        return prepare(problem.model, logs, held_out, horizon=problem.horizon, without=problem.without)
+    except Failure:  # too little is left
+        return None
+
+
+def force_share(found: Diagnosis) -> float:
+    """The random force that a diagnosis leaves, as a share of the drive; 0 where only sensor noise is left."""
+    strongest = found.remainder.strongest if found.remainder else None
+    return strongest.share_of_drive if strongest else 0.0
+
+
+def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
+    """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs."""
+    return force_share(found) * CALM_RATIO <= force_share(before)
+
+
+def spans_of(missing: MissingForce, ends: tuple[float, float], horizon: float) -> list[Span]:
+    """The few short spans of a log that hold most of what is missing, with a margin; none where it is spread.
+
+    What would be left between one and one of the log's ``ends`` [s], and is shorter than the horizon [s], belongs to
+    it. Of the rows that one counts whose force is the most uneven.
+    """
+    found = (_spans_of_row(missing.t, np.abs(force), ends, horizon) for force in missing.force.T)
+    return max(found, key=_unevenness, default=[])
+
+
+def _unevenness(spans: Sequence[Span]) -> float:
+    return max((s.ratio for s in spans), default=0.0)
+
+
+def _spans_of_row(t: np.ndarray, size: np.ndarray, ends: tuple[float, float], horizon: float) -> list[Span]:
+    """The spans of one row, with the sizes (N,) of its missing force at times t (N,) [s]."""
+    margin = MARGIN_HORIZON_SHARE * horizon
+    peaks = _ranges(size > PEAK_SHARE * size.max(), t, margin)
+    outside = np.ones(len(t), dtype=bool)
+    for first, last in peaks:
+        outside[first : last + 1] = False
+    usual = float(np.sqrt(np.mean(size[outside] ** 2))) if outside.any() else np.inf
+    if not 0.0 < usual <= size.max() / MIN_PEAK_RATIO:
+        return []
+    spans = []
+    for first, last in (_widened(size > EDGE_RATIO * usual, *peak) for peak in peaks):
+        begin, end, ratio = t[first] - margin, t[last] + margin, size[first : last + 1].max() / usual
+        begin = begin if begin - ends[0] > horizon else ends[0]
+        end = end if ends[1] - end > horizon else ends[1]
+        spans += [Span(float(begin), float(end), float(ratio))] if ratio >= MIN_PEAK_RATIO else []
+    lost = sum(s.end - s.begin for s in spans)
+    return spans if len(spans) <= MAX_SPANS and lost <= MAX_SPAN_SHARE * (ends[1] - ends[0]) else []
+
+
+def _ranges(chosen: np.ndarray, t: np.ndarray, near: float) -> list[tuple[int, int]]:
+    """First and last places of the runs of chosen samples (N,); runs are one where they are nearer than twice that."""
+    places = np.flatnonzero(chosen)
+    parted = np.flatnonzero(np.diff(t[places]) > 2.0 * near)
+    begins, ends = places[np.r_[0, parted + 1]], places[np.r_[parted, len(places) - 1]]
+    return list(zip(begins.tolist(), ends.tolist(), strict=True))
+
+
+def _widened(chosen: np.ndarray, first: int, last: int) -> tuple[int, int]:
+    """A range of samples with the chosen ones (N,) that adjoin it."""
+    others = np.flatnonzero(~chosen)
+    before, after = others[others < first], others[others > last]
+    return (int(before[-1]) + 1 if len(before) else 0, int(after[0]) - 1 if len(after) else len(chosen) - 1)
+
+
+def log_without(log: Log, spans: Sequence[Span]) -> Log:
+    """A log in whose spans nothing is known of the input, so that no segment has a part in them, and a warning."""
+    if not spans:
+        return log
+    voltage = np.array(log.voltage, dtype=float)
+    for span in spans:
+        voltage[(log.t >= span.begin) & (log.t <= span.end)] = np.nan
+    return replace(log, voltage=voltage, warnings=(*log.warnings, *map(_sentence, spans)))
+
+
+def _sentence(span: Span) -> str:
+    return (f"Between {span.begin:.4g} and {span.end:.4g} s something outside the model moves it, {span.ratio:.2g} "
+            "times as hard as what else is missing: a hand that holds it, a blow, a stop, a sensor that fails? This "
+            "time is left out of the search.")  # fmt: skip
