@@ -19,6 +19,7 @@ ladder, `Comparison`. Question: what is missing, how sure is that, and how much 
 - `negligible`: effects that are certain and too small to matter.
 - `verdict`: the candidates that are named, and their equivalents.
 - `alternatives`: an event, or backlash, in place of a lasting effect.
+- `outside_force`: short times in which something else moves the machine, and the logs without them.
 - `rounds`: one round of score test, refits and verdict.
 - `stepwise`: rounds one after the other, forward and backward; `diagnose`.
 - `explain`: the error ladder.
