@@ -48,6 +48,19 @@ EFFECT_ROWS = (
         remarks=("Gravity shows it.",),
     ),
     Effect(
+        "link_scale",
+        "sensor",
+        "The scale of the first link's angle sensor is off.",
+        "measured θ1 = (1 + k) true",
+        (EffectParameter("scale", "1", letter="k", minimum=-0.9, typical=0.05),),
+        SensorMap("theta_1", lambda reading, scale: (1 + scale) * reading),
+        means="A potentiometer whose travel is less than a turn, or an encoder whose counts per turn are not what the "
+        "software believes.",
+        residual="next to none while the swing is small: then other values of X1, X2, ... give the same readings.",
+        resembles="on small swings other values of X1, X2, ...; `tether_spring`.",
+        remarks=("Gravity shows it, from large angles.",),
+    ),
+    Effect(
         "second_encoder_zero",
         "sensor",
         "The encoder of the second link does not read zero where the link hangs straight down.",

@@ -1,5 +1,6 @@
 """A hand that holds the machine, or a blow, does not hide what the rest of a log shows."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -8,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from wheelpend import Log, Model, diagnose
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
-from wheelpend.diagnosis.outside_force import Span, log_without, spans_of
+from wheelpend.diagnosis.outside_force import Span, begins_at_a_step, idle_ends, log_without, spans_of
 from wheelpend.diagnosis.verdict import Diagnosis
 
 INERTIA = 0.0244  # s²: of the link over the torque that gravity has on it where it is level
@@ -123,3 +124,27 @@ def test_no_segment_of_the_log_that_is_left_reaches_into_the_span():
     ranges = [(float(log.t[s.begin]), float(log.t[s.end - 1])) for s in left.stretches]
     assert ranges == [pytest.approx((0.0, 1.99)), pytest.approx((3.01, float(log.t[-1])))]
     assert np.isfinite(log.voltage).all() and "Between 2 and 3 s" in left.warnings[-1]
+
+
+def test_what_begins_as_the_command_jumps_is_not_from_outside():
+    log = held_log()
+    stepped = replace(log, voltage=np.where(log.t < 4.0, 0.0, 2.0))
+    assert begins_at_a_step(stepped, Span(3.9, 4.4, 20.0), 0.1)
+    assert not begins_at_a_step(stepped, Span(3.7, 4.4, 20.0), 0.1)  # the controller answers what happened before
+    assert not begins_at_a_step(stepped, Span(4.1, 4.4, 20.0), 0.1)
+    slow = replace(log, voltage=np.clip(log.t - 4.0, 0.0, 2.0))
+    assert not begins_at_a_step(slow, Span(3.9, 4.4, 20.0), 0.1)
+    assert not begins_at_a_step(log, Span(3.9, 4.4, 20.0), 0.1)
+
+
+def test_short_ends_at_which_nothing_is_commanded_are_idle():
+    log = held_log()
+    switched = replace(log, voltage=np.where((log.t < 1.0) | (log.t > 11.2), 0.0, np.sin(7.0 * log.t)))
+    begin, end = idle_ends(switched, HORIZON_S)
+    assert (begin.begin, begin.end) == pytest.approx((0.0, 1.0)) and begin.ratio == 0.0
+    assert (end.begin, end.end) == pytest.approx((11.21, float(log.t[-1])), abs=0.011)
+    assert "nothing is commanded" in log_without(switched, [begin]).warnings[-1]
+    assert idle_ends(switched, 1.1) == []  # neither lasts a horizon
+    assert idle_ends(log, HORIZON_S) == []  # nothing drives it at all
+    late = replace(log, voltage=np.where(log.t < 4.0, 0.0, 1.0))
+    assert idle_ends(late, HORIZON_S) == []  # a third of the log, which swings freely there

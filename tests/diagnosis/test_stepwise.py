@@ -84,6 +84,13 @@ def ended(*effects, verdict="nothing_missing", by_likelihood=False):
     return [*below, last]
 
 
+def by_likelihood_alone(monkeypatch, likely):
+    """A search by likelihood that ends so, of logs in which nothing outside moves the machine."""
+    monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
+    monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: [])
+    monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: likely)
+
+
 @pytest.mark.parametrize(
     ("likely", "tried"),
     [
@@ -99,7 +106,7 @@ def test_two_effects_that_hide_each_other_are_sought_where_likelihood_finds_none
     seen = []
     monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: first)
     monkeypatch.setattr(stepwise, "_with_backlash_instead", lambda rounds, *rest: rounds)
-    monkeypatch.setattr(stepwise, "rounds_by_likelihood", lambda *rest: likely)
+    by_likelihood_alone(monkeypatch, likely)
     monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
     monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: None)
@@ -109,6 +116,34 @@ def test_two_effects_that_hide_each_other_are_sought_where_likelihood_finds_none
     assert found == (pair if tried else likely)
 
 
+QUIET, FOUND, OTHER = (ended(*e, by_likelihood=True) for e in ((), ("coulomb_drive",), ("slope",)))
+LEFT = ended("coulomb_drive", verdict="unexplained", by_likelihood=True)
+
+
+@pytest.mark.parametrize(
+    ("calm", "likely", "is_calmer", "answer", "searched"),
+    [
+        (FOUND, OTHER, False, "calm", False),  # it names and explains: the logs as they are need no search
+        (QUIET, OTHER, False, "likely", True),  # a delay of a few steps would look like this
+        (QUIET, OTHER, True, "calm", True),
+        (LEFT, OTHER, False, "likely", True),
+        ([], OTHER, True, "likely", True),
+    ],
+)
+def test_logs_without_the_times_of_a_force_from_outside_count_where_they_explain_or_leave_far_less(
+    calm, likely, is_calmer, answer, searched, monkeypatch
+):
+    (first,), asked = ended(verdict="unexplained"), []
+    monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: first)
+    monkeypatch.setattr(stepwise, "_with_backlash_instead", lambda rounds, *rest: rounds)
+    monkeypatch.setattr(stepwise, "likely_model", lambda *rest: None)
+    monkeypatch.setattr(stepwise, "_rounds_aside", lambda *rest: calm)
+    monkeypatch.setattr(stepwise, "rounds_from", lambda *rest: asked.append(rest) or likely)
+    monkeypatch.setattr(stepwise, "is_far_calmer", lambda found, before: is_calmer)
+    assert stepwise.stepwise(None, {}, lambda rounds: False) is {"calm": calm, "likely": likely}[answer]
+    assert bool(asked) is searched
+
+
 def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_without_a_needless_effect(monkeypatch):
     (first,), pair, backlash = ended(verdict="unexplained"), ended("slope", "coulomb_drive"), ended("backlash")[0]
     (again,) = ended(verdict="unexplained")
@@ -116,7 +151,7 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
     begun, seen, needless = iter([first, again]), [], iter(["slope", None])
     monkeypatch.setattr(stepwise, "first_round", lambda problem, start, progress: next(begun))
     monkeypatch.setattr(stepwise, "_with_backlash_instead", lambda rounds, *rest: [backlash])
-    monkeypatch.setattr(stepwise, "rounds_by_likelihood", lambda *rest: ended(verdict="unexplained"))
+    by_likelihood_alone(monkeypatch, ended(verdict="unexplained"))
     monkeypatch.setattr(stepwise, "with_partner", lambda found, progress: seen.append(found) or pair[0])
     monkeypatch.setattr(stepwise, "next_round", lambda found, progress: pair[pair.index(found) + 1])
     monkeypatch.setattr(stepwise, "find_redundant_effect", lambda rounds, progress: next(needless))
@@ -125,10 +160,6 @@ def test_a_pair_is_sought_behind_backlash_that_explains_a_part_and_once_more_wit
     problem = Problem(redundant_effects=())
     assert stepwise.stepwise(problem, {}, lambda rounds: False) == pair
     assert seen == [first, again]
-
-
-QUIET, FOUND, OTHER = (ended(*e, by_likelihood=True) for e in ((), ("coulomb_drive",), ("slope",)))
-LEFT = ended("coulomb_drive", verdict="unexplained", by_likelihood=True)
 
 
 @pytest.mark.parametrize(

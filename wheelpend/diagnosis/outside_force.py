@@ -1,9 +1,10 @@
 """Short times in which something outside the machine moves it: a hand that holds it, a blow, a stop, a dead sensor.
 
 A random force that is as large in one second of a log as in another describes none of these. It grows until it covers
-them, and hides behind itself whatever law the rest of the log would show. So where a search leaves such a force, and
-the smoother finds most of it in a few short spans, the search is made once more on the logs without these. It counts if
-far less is left to chance: without a few hundredths of its samples a force that is always there would hardly be less.
+them, and hides behind itself whatever law the rest of the log would show. So where a model leaves such a force, and the
+smoother finds most of it in a few short spans, a search is made on the logs without these. It counts if it explains
+what is left by a law, or leaves far less to chance. What a command that jumps makes at once is no such span: so a delay
+would look, or an amplifier at its limit.
 """
 
 from __future__ import annotations
@@ -14,20 +15,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
 from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
+from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.identification.remainder import Remainder
 from wheelpend.logs.log import Log
 
 MAX_SPANS, MAX_SPAN_SHARE = 3, 0.15  # of a log that are left out, and their share of its time: more is no exception
 PEAK_SHARE = 0.3  # of the largest missing force, above which a span holds it
-MIN_PEAK_RATIO = 5.0  # of that largest to the rms elsewhere: four standard deviations are nothing odd in a log
+MIN_PEAK_RATIO = 8.0  # of that largest to the rms elsewhere: a model gone astray makes six
 EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsewhere
 MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
 MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
+STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step
 CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
 
 
@@ -36,26 +41,26 @@ class Span(NamedTuple):
 
     begin: float  # s
     end: float  # s
-    ratio: float  # of its largest force to the rms of the missing force elsewhere
+    ratio: float  # of its largest force to the rms of the missing force elsewhere; 0 where nothing is commanded
 
 
-def without_outside_forces(found: Diagnosis) -> EstimationProblem | None:
-    """The problem of a search's last diagnosis, its own effects apart, without spans in which something else moves it.
+def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
+    """A model's problem on logs without the spans in which something else moves the machine.
 
     None where little is left to chance, or no few spans hold what is.
     """
-    if not force_share(found) >= MIN_CALMED_SHARE:
+    problem = model.problem
+    if share_of_drive(model.remainder()) < MIN_CALMED_SHARE:
         return None
-    problem = found.problem
     try:
         whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
-        forces = missing_forces(replace(whole, max_step=problem.max_step), found.fit)
+        forces = missing_forces(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
     except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
         return None
     if len(forces) != len(problem.logs):  # no filter could follow the model along them
         return None
     pairs = zip(forces, problem.logs, strict=True)
-    spans = [spans_of(force, (float(log.t[0]), float(log.t[-1])), problem.horizon) for force, log in pairs]
+    spans = [_spans_of_log(log, force, problem.horizon) for force, log in pairs]
     if not any(spans):
         return None
     logs = [log_without(log, own) for log, own in zip(problem.logs, spans, strict=True)]
@@ -66,15 +71,44 @@ def without_outside_forces(found: Diagnosis) -> EstimationProblem | None:
         return None
 
 
-def force_share(found: Diagnosis) -> float:
-    """The random force that a diagnosis leaves, as a share of the drive; 0 where only sensor noise is left."""
-    strongest = found.remainder.strongest if found.remainder else None
+def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
+    """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs."""
+    return share_of_drive(found.remainder) * CALM_RATIO <= share_of_drive(before.remainder)
+
+
+def share_of_drive(left: Remainder | None) -> float:
+    """The largest random force on a row as a share of its drive; 0 where only sensor noise is left."""
+    strongest = left.strongest if left else None
     return strongest.share_of_drive if strongest else 0.0
 
 
-def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
-    """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs."""
-    return force_share(found) * CALM_RATIO <= force_share(before)
+def _spans_of_log(log: Log, missing: MissingForce, horizon: float) -> list[Span]:
+    """The spans of a log that no jump of a command begins, and its ends at which nothing is commanded."""
+    found = spans_of(missing, (float(log.t[0]), float(log.t[-1])), horizon)
+    from_outside = [s for s in found if not begins_at_a_step(log, s, MARGIN_HORIZON_SHARE * horizon)]
+    return [*from_outside, *idle_ends(log, horizon)]
+
+
+def idle_ends(log: Log, horizon: float) -> list[Span]:
+    """The begin and the end of a log in which nothing is commanded for the horizon [s] or more, where both are short.
+
+    A machine that is held until it is switched on, or caught and switched off, looks so, and a motor without current
+    does not brake.
+    """
+    if not any(np.ptp(u) > 0.0 for u in log.inputs):
+        return []
+    active = np.flatnonzero((np.abs(np.nan_to_num(log.inputs)) > 0.0).any(axis=0))
+    first, last = float(log.t[0]), float(log.t[-1])
+    spans = [(first, float(log.t[active[0]])), (float(log.t[min(active[-1] + 1, len(log) - 1)]), last)]
+    found = [Span(begin, end, 0.0) for begin, end in spans if end - begin >= horizon]
+    return found if sum(s.end - s.begin for s in found) <= MAX_SPAN_SHARE * (last - first) else []
+
+
+def begins_at_a_step(log: Log, span: Span, margin: float) -> bool:
+    """True of a span, with a margin [s] before it, at whose beginning a command jumps by half of its range or more."""
+    near = (log.t[1:] >= span.begin) & (log.t[1:] <= span.begin + 2.0 * margin)
+    jumps = [np.abs(np.diff(u))[near] >= STEP_SHARE * np.ptp(u) for u in log.inputs if np.ptp(u) > 0.0]
+    return any(bool(j.any()) for j in jumps)
 
 
 def spans_of(missing: MissingForce, ends: tuple[float, float], horizon: float) -> list[Span]:
@@ -137,6 +171,10 @@ def log_without(log: Log, spans: Sequence[Span]) -> Log:
 
 
 def _sentence(span: Span) -> str:
+    if not span.ratio:
+        return (f"Between {span.begin:.4g} and {span.end:.4g} s, at an end of the log, nothing is commanded: whether "
+                "the machine is held then, or the motor is off, it does not say. This time is left out of the "
+                "search.")  # fmt: skip
     return (f"Between {span.begin:.4g} and {span.end:.4g} s something outside the model moves it, {span.ratio:.2g} "
             "times as hard as what else is missing: a hand that holds it, a blow, a stop, a sensor that fails? This "
             "time is left out of the search.")  # fmt: skip

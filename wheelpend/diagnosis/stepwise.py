@@ -12,7 +12,8 @@ from wheelpend.diagnosis.criteria import (
     MIDDLE_HORIZON_SHARE,
     MIN_RELATIVE_ERROR_DECREASE,
 )
-from wheelpend.diagnosis.likelihood.search import leaves_a_force, rounds_by_likelihood
+from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
+from wheelpend.diagnosis.likelihood.search import leaves_a_force, likely_model, rounds_by_likelihood, rounds_from
 from wheelpend.diagnosis.outside_force import is_far_calmer, without_outside_forces
 from wheelpend.diagnosis.refit import Progress
 from wheelpend.diagnosis.rounds import first_round, next_round, with_partner
@@ -86,42 +87,57 @@ def stepwise(
 ) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
 
-    Where something outside moves the machine for a short time of a log, they are of the log without that time.
-    """
-    rounds = _search(problem, start, is_done, progress)
-    calm = without_outside_forces(rounds[-1]) if rounds[-1].by_likelihood else None
-    if calm is None:
-        return rounds
-    progress("searching once more without the times in which something outside moves the machine")
-    again = _search(*best_start(calm.with_effects(problem.model.effects)), is_done, progress)
-    return again if is_far_calmer(again[-1], rounds[-1]) else rounds
-
-
-def _search(
-    problem: EstimationProblem,
-    start: dict[str, float],
-    is_done: Callable[[Rounds], bool],
-    progress: Progress,
-) -> Rounds:
-    """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
-
     An effect that resembles two others lowers the error more than either alone, and is redundant beside both. So
     where everything is explained, each effect but the last is taken out again; if the error does not rise by enough
     to name it, the selection is repeated without it, and that one counts if it gets as far. Backlash that explains
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
     sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
+    Where something outside moves the machine for a short time, the logs are searched without that time.
     """
     first = first_round(problem, start, progress)
-    rounds, is_paired = forward_pass(first, is_done, progress), False
+    rounds = forward_pass(first, is_done, progress)
     if not rounds[-1].is_explained:
         rounds = _with_backlash_instead(rounds, is_done, progress)
-    if not rounds[-1].is_explained:
-        likely = rounds_by_likelihood(problem, start, is_done, progress)
-        if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
-            rounds, is_paired = forward_pass(with_partner(first, progress), is_done, progress), True
-        if not rounds[-1].is_explained:
-            return likely
+    if rounds[-1].is_explained:
+        rounds, problem = _without_redundant(rounds, problem, start, is_done, progress)
+        return _with_what_shows_later(rounds, problem, start, is_done, progress)
+    model = likely_model(problem, start, progress)
+    calm = _rounds_aside(model, is_done, progress)
+    if calm and calm[-1].is_explained and calm[0].named:
+        return calm
+    likely = rounds_from(model, is_done, progress)
+    if calm and is_far_calmer(calm[-1], likely[-1]):
+        return calm
+    if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
+        rounds = forward_pass(with_partner(first, progress), is_done, progress)
+        if rounds[-1].is_explained:
+            return _without_redundant(rounds, problem, start, is_done, progress, is_paired=True)[0]
+    return likely
+
+
+def _rounds_aside(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
+    """The rounds of a search on logs without the times in which something outside moves the machine; none where it
+    does so at no such times.
+    """
+    progress("looking for times in which something outside moves the machine")
+    problem = without_outside_forces(model)
+    return stepwise(*best_start(problem), is_done, progress) if problem else []
+
+
+def _without_redundant(
+    rounds: Rounds,
+    problem: EstimationProblem,
+    start: dict[str, float],
+    is_done: Callable[[Rounds], bool],
+    progress: Progress,
+    *,
+    is_paired: bool = False,
+) -> tuple[Rounds, EstimationProblem]:
+    """Rounds that explain everything, without effects that others make needless, and the problem that bars these.
+
+    Where two that hide each other were sought together, so they are in what takes the place of the rounds.
+    """
     for _ in range(MAX_BACKWARD_STEPS):
         redundant = find_redundant_effect(rounds, progress)
         if redundant is None:
@@ -134,7 +150,7 @@ def _search(
         if not (best_result(other)[0] <= (1.0 + MIN_RELATIVE_ERROR_DECREASE) * best_result(rounds)[0]):
             break
         rounds = other
-    return rounds if is_paired else _with_what_shows_later(rounds, problem, start, is_done, progress)
+    return rounds, problem
 
 
 def _with_what_shows_later(

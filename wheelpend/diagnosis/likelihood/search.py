@@ -75,12 +75,21 @@ def rounds_by_likelihood(
     is_done: Callable[[Rounds], bool],
     progress: Progress,
 ) -> Rounds:
+    """Diagnoses, each with the first candidate of the one before in its model, the last with none worth naming."""
+    return rounds_from(likely_model(problem, start, progress), is_done, progress)
+
+
+def likely_model(problem: EstimationProblem, start: Mapping[str, float], progress: Progress) -> FilteredModel:
+    """The model of a problem, made likely with random forces: where a search by likelihood begins."""
+    progress("fitting with random forces")
+    return refitted(filtered_model(problem, [start], progress))
+
+
+def rounds_from(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, the last with none worth naming.
 
     An effect that later ones have made needless is taken out, and the search made once more without it.
     """
-    progress("fitting with random forces")
-    model = refitted(filtered_model(problem, [start], progress))
     rounds, needless = _forward(model, is_done, progress)
     for _ in range(MAX_BACKWARD_STEPS):
         if not needless:
