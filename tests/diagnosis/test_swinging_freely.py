@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from wheelpend import Log, Model, diagnose
+from wheelpend import Log, Model, diagnose, explain
 from wheelpend.diagnosis.verdict import Diagnosis
 
 INERTIA = 0.0244  # s²: of the link over the torque that gravity has on it where it is level
@@ -15,8 +15,8 @@ MODEL = 'plant = "pendulum"\neffects = []\n'
 SHARPNESS_S = 1e3  # 1/(rad/s): of a dry friction that the integrator can follow
 
 
-def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0) -> Log:
-    """A pendulum let go from 63 degrees, by SciPy's integrator, with white noise of the camera."""
+def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0, scale: float = 0.0) -> Log:
+    """A pendulum let go from 63 degrees, by SciPy's integrator, with the scale and the white noise of the sensor."""
 
     def rates(_, state):
         angle, speed = state
@@ -25,7 +25,7 @@ def swinging_log(viscous: float = 0.0, dry: float = 0.0, quadratic: float = 0.0)
 
     t = np.arange(0.0, SPAN_S, 1.0 / RATE_HZ)
     swing = solve_ivp(rates, (0.0, SPAN_S), (BEGIN_RAD, 0.0), "LSODA", t, rtol=1e-9, atol=1e-9, max_step=0.02)
-    seen = swing.y[0] + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
+    seen = (1.0 + scale) * swing.y[0] + NOISE_RAD * np.random.default_rng(7).standard_normal(t.size)
     return Log("camera", t, np.zeros(t.size), seen[:, None], ("theta_1",), rates={})
 
 
@@ -45,6 +45,13 @@ def test_viscous_damping_is_named_with_its_size_where_every_prediction_is_alread
     assert found.error < 1.1 * found.noise_floor and found.verdict == "effect_missing"
     assert found.named[0].effect == "viscous_drive"
     assert found.named[0].coefficients["coefficient"] == pytest.approx(0.004, rel=0.03)
+
+
+def test_a_sensor_with_another_scale_than_it_should_have_is_told_by_gravity():
+    ladder = explain(Model.parse(MODEL), [swinging_log(viscous=0.004, scale=0.045)])
+    assert {step.effect for step in ladder.steps} == {"viscous_drive", "link_scale"}
+    assert ladder.parameters["link_scale.scale"].value == pytest.approx(0.045, abs=0.002)
+    assert ladder.parameters["viscous_drive.coefficient"].value == pytest.approx(0.004, rel=0.05)
 
 
 @pytest.mark.slow
