@@ -125,7 +125,9 @@ LEFT = ended("coulomb_drive", verdict="unexplained", by_likelihood=True)
     [
         (FOUND, OTHER, False, "calm", False),  # it names and explains: the logs as they are need no search
         (QUIET, OTHER, False, "likely", True),  # a delay of a few steps would look like this
-        (QUIET, OTHER, True, "calm", True),
+        (QUIET, OTHER, True, "likely", True),
+        (QUIET, LEFT, True, "calm", True),
+        (QUIET, LEFT, False, "likely", True),
         (LEFT, OTHER, False, "likely", True),
         ([], OTHER, True, "likely", True),
     ],

@@ -162,13 +162,13 @@ def explain(
     Effects named in ``without`` are not tried. With ``law`` a free-form law is fitted to what no effect explains.
     """
     problem = prepare(model, logs, holdout, without=without)
-    nominal = nominal_error(problem)
     progress("finding a start")
     problem, start = best_start(problem)
     rounds = stepwise(problem, start, lambda found: len(found) > max_effects, progress)
     last = with_repeating_force(revise_verdict(rounds[-1], rounds[-1]), progress=progress)
     last = with_structures(with_remainder(last, progress=progress), rounds)
     first = with_missing_force(revise_verdict(rounds[0], rounds[-1]) if rounds[1:] else last, progress=progress)
+    nominal = nominal_error(rounds[0].problem)  # on the data of all the steps
     return _error_ladder(rounds, first, with_law(last, progress=progress) if law else last, nominal)
 
 
@@ -217,10 +217,7 @@ def step_between(before: Diagnosis, after: Diagnosis) -> Step:
 
 def remaining_force(found: Diagnosis) -> float | None:
     """The largest random force that is left on a row, as a share of its drive; None where it was not measured."""
-    if found.remainder is None:
-        return None
-    strongest = found.remainder.strongest
-    return strongest.share_of_drive if strongest else 0.0
+    return None if found.remainder is None else found.remainder.share_of_drive
 
 
 def overall_verdict(steps: Sequence[Step], last: Diagnosis) -> str:

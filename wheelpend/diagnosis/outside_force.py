@@ -17,14 +17,13 @@ import numpy as np
 
 from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
-from wheelpend.diagnosis.missing_force.smoothed_force import missing_forces
+from wheelpend.diagnosis.missing_force.smoothed_force import forces_by_filter
 from wheelpend.diagnosis.verdict import Diagnosis
 from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
-from wheelpend.identification.remainder import Remainder
-from wheelpend.logs.log import Log
+from wheelpend.logs.log import REST_SHARE, Log
 
 MAX_SPANS, MAX_SPAN_SHARE = 3, 0.15  # of a log that are left out, and their share of its time: more is no exception
 PEAK_SHARE = 0.3  # of the largest missing force, above which a span holds it
@@ -42,6 +41,7 @@ class Span(NamedTuple):
     begin: float  # s
     end: float  # s
     ratio: float  # of its largest force to the rms of the missing force elsewhere; 0 where nothing is commanded
+    onset: float = 0.0  # s, at which that force begins
 
 
 def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
@@ -50,16 +50,14 @@ def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
     None where little is left to chance, or no few spans hold what is.
     """
     problem = model.problem
-    if share_of_drive(model.remainder()) < MIN_CALMED_SHARE:
+    if model.remainder().share_of_drive < MIN_CALMED_SHARE:
         return None
     try:
         whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
-        forces = missing_forces(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
+        forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
     except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
         return None
-    if len(forces) != len(problem.logs):  # no filter could follow the model along them
-        return None
-    pairs = zip(forces, problem.logs, strict=True)
+    pairs = zip(forces, problem.logs, strict=False)  # none where no filter could follow the model
     spans = [_spans_of_log(log, force, problem.horizon) for force, log in pairs]
     if not any(spans):
         return None
@@ -72,43 +70,65 @@ def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
 
 
 def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
-    """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs."""
-    return share_of_drive(found.remainder) * CALM_RATIO <= share_of_drive(before.remainder)
+    """True where the last diagnosis of a search leaves far less to chance than that of one with all of the logs.
 
-
-def share_of_drive(left: Remainder | None) -> float:
-    """The largest random force on a row as a share of its drive; 0 where only sensor noise is left."""
-    strongest = left.strongest if left else None
-    return strongest.share_of_drive if strongest else 0.0
+    A model that reaches sensor noise over the horizon leaves nothing.
+    """
+    shares = [one.remainder.share_of_drive if one.remainder else 0.0 for one in (found, before)]
+    return shares[0] * CALM_RATIO < shares[1]
 
 
 def _spans_of_log(log: Log, missing: MissingForce, horizon: float) -> list[Span]:
-    """The spans of a log that no jump of a command begins, and its ends at which nothing is commanded."""
+    """The spans of a log that no jump of a command begins, and its ends at which it moves without a command."""
     found = spans_of(missing, (float(log.t[0]), float(log.t[-1])), horizon)
-    from_outside = [s for s in found if not begins_at_a_step(log, s, MARGIN_HORIZON_SHARE * horizon)]
-    return [*from_outside, *idle_ends(log, horizon)]
+    from_outside = [s for s in found if not begins_at_a_step(log, s.onset, MARGIN_HORIZON_SHARE * horizon)]
+    spans = joined([*from_outside, *idle_ends(log, horizon)])
+    return spans if sum(s.end - s.begin for s in spans) <= MAX_SPAN_SHARE * log.duration else []
+
+
+def joined(spans: Sequence[Span]) -> list[Span]:
+    """Spans in the order of time, those that overlap as one."""
+    found: list[Span] = []
+    for span in sorted(spans):
+        if found and span.begin <= found[-1].end:
+            last = found.pop()
+            span = last._replace(end=max(last.end, span.end), ratio=max(last.ratio, span.ratio))
+        found.append(span)
+    return found
 
 
 def idle_ends(log: Log, horizon: float) -> list[Span]:
-    """The begin and the end of a log in which nothing is commanded for the horizon [s] or more, where both are short.
+    """The begin and the end of a log in which it moves for the horizon [s] or longer, and nothing is commanded.
 
     A machine that is held until it is switched on, or caught and switched off, looks so, and a motor without current
     does not brake.
     """
-    if not any(np.ptp(u) > 0.0 for u in log.inputs):
+    commanded = np.isnan(log.inputs) | (log.inputs != 0.0)  # what is not known may be anything
+    active = np.flatnonzero(commanded.any(axis=0))
+    if not len(active):
         return []
-    active = np.flatnonzero((np.abs(np.nan_to_num(log.inputs)) > 0.0).any(axis=0))
-    first, last = float(log.t[0]), float(log.t[-1])
-    spans = [(first, float(log.t[active[0]])), (float(log.t[min(active[-1] + 1, len(log) - 1)]), last)]
-    found = [Span(begin, end, 0.0) for begin, end in spans if end - begin >= horizon]
-    return found if sum(s.end - s.begin for s in found) <= MAX_SPAN_SHARE * (last - first) else []
+    found = []
+    for first, last in ((0, int(active[0])), (int(active[-1]) + 1, len(log))):
+        if last - first > 1 and log.t[last - 1] - log.t[first] >= horizon and _moves(log, first, last):
+            found.append(Span(float(log.t[first]), float(log.t[last - 1]), 0.0))
+    return found
 
 
-def begins_at_a_step(log: Log, span: Span, margin: float) -> bool:
-    """True of a span, with a margin [s] before it, at whose beginning a command jumps by half of its range or more."""
-    near = (log.t[1:] >= span.begin) & (log.t[1:] <= span.begin + 2.0 * margin)
-    jumps = [np.abs(np.diff(u))[near] >= STEP_SHARE * np.ptp(u) for u in log.inputs if np.ptp(u) > 0.0]
-    return any(bool(j.any()) for j in jumps)
+def _moves(log: Log, first: int, last: int) -> bool:
+    """True where a channel does not rest from one sample to before another."""
+    with np.errstate(invalid="ignore"):
+        spread, whole = (np.nanmax(m, axis=0) - np.nanmin(m, axis=0) for m in (log.measured[first:last], log.measured))
+        return bool(np.any(spread > REST_SHARE * whole))
+
+
+def begins_at_a_step(log: Log, onset: float, margin: float) -> bool:
+    """True of a force that begins [s] within a margin [s] of where a command jumps by half of its range or more."""
+    near = np.abs(log.t[1:] - onset) <= margin
+    for command in log.known_voltage.reshape(len(log), -1).T:
+        jumps, width = np.abs(np.diff(command)), np.ptp(command)
+        if width > 0.0 and np.any(jumps[near] >= STEP_SHARE * width):
+            return True
+    return False
 
 
 def spans_of(missing: MissingForce, ends: tuple[float, float], horizon: float) -> list[Span]:
@@ -128,7 +148,9 @@ def _unevenness(spans: Sequence[Span]) -> float:
 def _spans_of_row(t: np.ndarray, size: np.ndarray, ends: tuple[float, float], horizon: float) -> list[Span]:
     """The spans of one row, with the sizes (N,) of its missing force at times t (N,) [s]."""
     margin = MARGIN_HORIZON_SHARE * horizon
-    peaks = _ranges(size > PEAK_SHARE * size.max(), t, margin)
+    peaks = _ranges(size > PEAK_SHARE * size.max(), t, margin) if size.any() else []
+    if not 0 < len(peaks) <= MAX_SPANS:
+        return []
     outside = np.ones(len(t), dtype=bool)
     for first, last in peaks:
         outside[first : last + 1] = False
@@ -140,9 +162,9 @@ def _spans_of_row(t: np.ndarray, size: np.ndarray, ends: tuple[float, float], ho
         begin, end, ratio = t[first] - margin, t[last] + margin, size[first : last + 1].max() / usual
         begin = begin if begin - ends[0] > horizon else ends[0]
         end = end if ends[1] - end > horizon else ends[1]
-        spans += [Span(float(begin), float(end), float(ratio))] if ratio >= MIN_PEAK_RATIO else []
-    lost = sum(s.end - s.begin for s in spans)
-    return spans if len(spans) <= MAX_SPANS and lost <= MAX_SPAN_SHARE * (ends[1] - ends[0]) else []
+        if ratio >= MIN_PEAK_RATIO:
+            spans.append(Span(float(begin), float(end), float(ratio), float(t[first])))
+    return spans if sum(s.end - s.begin for s in joined(spans)) <= MAX_SPAN_SHARE * (ends[1] - ends[0]) else []
 
 
 def _ranges(chosen: np.ndarray, t: np.ndarray, near: float) -> list[tuple[int, int]]:
@@ -171,10 +193,12 @@ def log_without(log: Log, spans: Sequence[Span]) -> Log:
 
 
 def _sentence(span: Span) -> str:
-    if not span.ratio:
-        return (f"Between {span.begin:.4g} and {span.end:.4g} s, at an end of the log, nothing is commanded: whether "
-                "the machine is held then, or the motor is off, it does not say. This time is left out of the "
-                "search.")  # fmt: skip
-    return (f"Between {span.begin:.4g} and {span.end:.4g} s something outside the model moves it, {span.ratio:.2g} "
-            "times as hard as what else is missing: a hand that holds it, a blow, a stop, a sensor that fails? This "
-            "time is left out of the search.")  # fmt: skip
+    times = f"Between {span.begin:.2f} and {span.end:.2f} s"
+    said = (
+        f"{times} something outside the model moves it, {span.ratio:.0f} times as hard as what else is missing: a hand "
+        "that holds it, a blow, a stop, a sensor that fails?"
+        if span.ratio
+        else f"{times}, at an end of the log, it moves and nothing is commanded: a hand that holds it, or a motor "
+        "that is off?"
+    )
+    return f"{said} This time is left out of the search; cut it off the log for other commands too."

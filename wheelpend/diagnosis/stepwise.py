@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from wheelpend.diagnosis.alternatives import with_backlash
 from wheelpend.diagnosis.criteria import (
     MAX_ADDED_EFFECTS,
@@ -84,6 +86,8 @@ def stepwise(
     start: dict[str, float],
     is_done: Callable[[Rounds], bool],
     progress: Progress = lambda text: None,
+    *,
+    leaves_out: bool = True,
 ) -> Rounds:
     """Diagnoses, each with the first candidate of the one before in its model, until they are enough.
 
@@ -93,7 +97,8 @@ def stepwise(
     more than a selection that leaves a rest takes its place. Where all this leaves more than sensor noise, effects are
     judged by likelihood; and where that names none though something repeats, two effects that hide each other are
     sought. Where only sensor noise is left, but a random force along the whole log, what lasts is judged by likelihood.
-    Where something outside moves the machine for a short time, the logs are searched without that time.
+    Where something outside moves the machine for a short time, the logs are searched without that time, which this
+    ``leaves_out`` once.
     """
     first = first_round(problem, start, progress)
     rounds = forward_pass(first, is_done, progress)
@@ -103,11 +108,11 @@ def stepwise(
         rounds, problem = _without_redundant(rounds, problem, start, is_done, progress)
         return _with_what_shows_later(rounds, problem, start, is_done, progress)
     model = likely_model(problem, start, progress)
-    calm = _rounds_aside(model, is_done, progress)
-    if calm and calm[-1].is_explained and calm[0].named:
+    calm = _rounds_aside(model, is_done, progress) if leaves_out else []
+    if calm and _names_and_explains(calm):
         return calm
     likely = rounds_from(model, is_done, progress)
-    if calm and is_far_calmer(calm[-1], likely[-1]):
+    if calm and not _names_and_explains(likely) and is_far_calmer(calm[-1], likely[-1]):
         return calm
     if _explains_nothing(first) and not likely[0].named and likely[-1].verdict == "unexplained":
         rounds = forward_pass(with_partner(first, progress), is_done, progress)
@@ -117,12 +122,23 @@ def stepwise(
 
 
 def _rounds_aside(model: FilteredModel, is_done: Callable[[Rounds], bool], progress: Progress) -> Rounds:
-    """The rounds of a search on logs without the times in which something outside moves the machine; none where it
-    does so at no such times.
+    """The rounds of a search on logs without the times in which something outside moves the machine.
+
+    None where it does so at no such times, or what is left is too little for a search.
     """
     progress("looking for times in which something outside moves the machine")
     problem = without_outside_forces(model)
-    return stepwise(*best_start(problem), is_done, progress) if problem else []
+    if problem is None:
+        return []
+    try:
+        return stepwise(*best_start(problem), is_done, progress, leaves_out=False)
+    except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
+        return []
+
+
+def _names_and_explains(rounds: Rounds) -> bool:
+    """True where rounds name an effect and explain the rest."""
+    return bool(rounds[0].named) and rounds[-1].is_explained
 
 
 def _without_redundant(

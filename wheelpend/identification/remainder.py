@@ -89,6 +89,11 @@ class Remainder:
         """The force that is the largest share of its row's drive; None without any."""
         return max(self.force.values(), key=lambda f: f.share_of_drive, default=None)
 
+    @property
+    def share_of_drive(self) -> float:
+        """The force that is the largest share of its row's drive, as that share; 0 without any."""
+        return self.strongest.share_of_drive if self.strongest else 0.0
+
     def to_json(self) -> dict[str, Any]:
         """The remainder under the keys of JSON."""
         return {

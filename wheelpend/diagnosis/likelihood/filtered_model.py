@@ -76,9 +76,9 @@ class FilteredModel:
 
     @cached_property
     def row_drives(self) -> np.ndarray:
-        """Size of the modelled forces on each row (rows,), in the rows' own unit; the largest where a row has none."""
+        """Size of the modelled forces on each row (rows,), in its own unit; the largest of all where it has none."""
         drives = modelled_forces(self.problem.module, self.problem.logs, self.log_values[0])
-        return np.where(drives > 0.0, drives, drives.max())
+        return np.where(drives > 0.0, drives, drives.max() or 1.0)
 
     def remainder(self) -> Remainder:
         """What the model leaves to chance."""

@@ -46,6 +46,7 @@ from wheelpend.estimation.validation import validation_residuals
 
 CONFIRMATION_LEVEL = 0.05  # of a single test on held-out data, or of either part where both say much together
 MIN_FORCE_SHARE = 1e-3  # of the drive on its row: below that a force is negligible
+MAX_SHARE = 10.0  # of the drive on its row, from which a force says that next to nothing drives it
 MIN_CLEAR_STATISTIC = 2.0  # standard errors between blocks by which one prediction is clearly better than another
 
 
@@ -228,10 +229,10 @@ def falls_of_force(smaller: FilteredModel, larger: FilteredModel) -> tuple[float
     """Relative fall of the random force's rms from one model to another: of all rows, and the largest on a row.
 
     Each row's force is measured by the drive on that row, as rows may have different units. A row whose force is
-    negligible against its drive tells nothing.
+    negligible against its drive, or far larger, tells nothing.
     """
     drives = smaller.row_drives
-    before, after = (np.sqrt(m.row_forces_squared) / drives for m in (smaller, larger))
+    before, after = (np.minimum(np.sqrt(m.row_forces_squared) / drives, MAX_SHARE) for m in (smaller, larger))
     if not before.any():
         return 0.0, 0.0
     total = 1.0 - np.linalg.norm(after) / np.linalg.norm(before)

@@ -39,14 +39,17 @@ NOTHING_FREE = np.zeros(0)  # θ of a model at its values
 
 def missing_forces(problem: EstimationProblem, fitted: Fit) -> tuple[MissingForce, ...]:
     """The missing force along each of the problem's logs, of the model at a fit to them."""
+    return forces_by_filter(problem, fitted) or (estimate_missing_force(problem, fitted),)
+
+
+def forces_by_filter(problem: EstimationProblem, fitted: Fit) -> tuple[MissingForce, ...]:
+    """The same by the smoother alone; none where no filter can follow the model along the logs."""
     estimator = estimator_of_forces(problem, fitted)
     point = likeliest_forces(estimator, problem)
     if not np.isfinite(point.deviance):
-        return (estimate_missing_force(problem, fitted),)
-    found = [force_along(estimator, point.theta, own, number) for number, own in enumerate(point.sources)]
-    if not all(np.isfinite(f.force).all() and np.isfinite(f.sigma).all() for f in found):
-        return (estimate_missing_force(problem, fitted),)
-    return tuple(found)
+        return ()
+    found = tuple(force_along(estimator, point.theta, own, number) for number, own in enumerate(point.sources))
+    return found if all(np.isfinite(f.force).all() and np.isfinite(f.sigma).all() for f in found) else ()
 
 
 def estimator_of_forces(problem: EstimationProblem, fitted: Fit) -> FilterEstimator:
