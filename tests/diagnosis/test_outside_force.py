@@ -212,4 +212,9 @@ def test_ends_at_which_it_moves_without_a_command_are_idle():
 def test_a_machine_that_rests_until_the_command_begins_is_not_held():
     log = held_log()
     at_rest = replace(log, measured=np.where(log.t[:, None] < 1.0, 0.9, log.measured))
-    assert idle_ends(replace(at_rest, voltage=np.where(log.t < 1.0, 0.0, 1.0)), HORIZON_S) == []
+    switched = replace(at_rest, voltage=np.where(log.t < 1.0, 0.0, 1.0))
+    assert idle_ends(switched, HORIZON_S) == []
+    noise = 0.05 * np.random.default_rng(2).standard_normal(log.measured.shape)  # 5 % of the swing, as of a gyro
+    assert idle_ends(replace(switched, measured=at_rest.measured + noise), HORIZON_S) == []
+    silent = np.where(log.t[:, None] < 1.0, np.nan, log.measured)  # a sensor that wakes with the motor
+    assert idle_ends(replace(switched, measured=silent), HORIZON_S) == []

@@ -32,6 +32,7 @@ EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsew
 MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
 MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
 STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step
+REST_SCATTER_STEPS = 10.0  # usual steps from sample to sample: so wide is the scatter of a sensor at rest
 CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
 
 
@@ -115,10 +116,14 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
 
 
 def _moves(log: Log, first: int, last: int) -> bool:
-    """True where a channel does not rest from one sample to before another."""
-    with np.errstate(invalid="ignore"):
-        spread, whole = (np.nanmax(m, axis=0) - np.nanmin(m, axis=0) for m in (log.measured[first:last], log.measured))
-        return bool(np.any(spread > REST_SHARE * whole))
+    """True where a channel does more than rest, or scatter, from one sample to before another."""
+    for channel in log.measured.T:
+        known, part = channel[np.isfinite(channel)], channel[first:last][np.isfinite(channel[first:last])]
+        if part.size > 1:
+            scatter = REST_SCATTER_STEPS * float(np.median(np.abs(np.diff(part))))
+            if np.ptp(part) > max(REST_SHARE * np.ptp(known), scatter):
+                return True
+    return False
 
 
 def begins_at_a_step(log: Log, onset: float, margin: float) -> bool:
