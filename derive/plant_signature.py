@@ -101,6 +101,7 @@ class PlantWords(NamedTuple):
     failed: str = "left it"  # the same after what it must do: "must stay up, but it fell"
     strays: str = "leaves its range"  # what a simulation does: "it falls over"
     stands: str = "is within its range"  # "a stretch in which the robot stands"
+    anywhere: str = ""  # how to say that it may leave its range: "set range = "any" in [assumptions]"
     works: str = "the motor works"  # a log in which something happens
     controlled: str = ""  # what is controlled; the channel's name where there is no word
     sensed: str = ""  # what its sensors read: "angle, pitch or rate"; the channels' names where there are no words

@@ -215,7 +215,10 @@ def test_a_pitch_in_degrees_a_fall_and_a_still_sensor_are_remarked_on(tmp_path):
     fall = [[*row[:3], str(0.06 * k), row[4]] for k, row in enumerate(rows())]
     still = [[*row[:2], "0.5", *row[3:]] for row in rows()]
     assert 'theta_p = { column = "theta_p", unit = "deg" }' in load_log(write(tmp_path, degrees)).warnings[0]
-    assert "from t = 0.27 s: the robot fell over" in load_log(write(tmp_path, fall)).warnings[0]
+    (fell,) = load_log(write(tmp_path, fall)).warnings
+    assert "from t = 0.27 s: the robot fell over" in fell and 'a swing-up, set range = "any" in [assumptions].' in fell
+    late = [[*row[:3], str(0.06 * k if k > 28 else 0.1 * (k % 2)), row[4]] for k, row in enumerate(rows())]
+    assert "swing-up" not in load_log(write(tmp_path, late)).warnings[0]  # it stood for nearly all of the log
     assert load_log(write(tmp_path, still)).warnings == ("theta_w is 0.5 throughout: this sensor says nothing.",)
 
 

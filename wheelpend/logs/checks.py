@@ -17,6 +17,7 @@ MAX_VALUE = 1e12  # in SI units; nothing that a machine does is larger, and squa
 READABLE_INTERVALS_S = 1e-12, 1e12  # s; with the right unit no log is beyond, and a wrong one can still be told
 MOTION_BLOCK_S = 0.1  # over which readings are averaged to tell motion from noise
 MOVE_CURE = "Record a log in which {words.works} and the {words.machine} moves."
+MIN_SWING_UP_PERCENT = 10.0  # of a log's samples beyond the range, from which on that may be meant
 MAX_FIRST_STEP_SHARE = 0.25  # of the largest step, of a machine that begins at rest
 STILL_BAND_SIGMAS = 8.0  # standard deviations of these means within which a channel stands still: a thousand reach 6.5
 
@@ -192,10 +193,12 @@ def range_warnings(log: Log, table: ColumnTable, sources: Mapping[str, ColumnSou
         )
     if len(outside):
         share = 100 * len(outside) / len(angle)
+        meant = share >= MIN_SWING_UP_PERCENT and table.words.anywhere
         found.append(
             f"{name} is beyond ±π/2 from t = {log.t[outside[0]]:.6g} s: the {table.words.machine} "
             f"{table.words.left}. "
             f"Those samples ({share:.2g} %) are left out."
+            + (f" If it was meant to go there, as in a swing-up, {table.words.anywhere}." if meant else "")
         )
     return found
 
