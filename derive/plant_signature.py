@@ -108,6 +108,13 @@ class PlantWords(NamedTuple):
     travels: str = ""  # motion of the first coordinate that is not controlled: "wheels turn"
     input: str = ""  # what the input is; by its unit where there is no word
 
+    def upright(self) -> PlantWords:
+        """The words where it must stay up and its assumption ``range`` says so."""
+        return self._replace(
+            stay="stay up", leaves="falls", left="fell over", failed="fell", strays="falls over", stands="stands",
+            anywhere='set range = "any" in [assumptions]',
+        )  # fmt: skip
+
 
 WORDS_FOR_ANY = PlantWords()
 INPUT_WORDS = {"V": "voltage", "A": "current", "N m": "torque", "N": "force"}  # by unit

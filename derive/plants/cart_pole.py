@@ -38,15 +38,7 @@ POLE_SENSOR = Sensor(aliases=("pitch", "tilt", "lean", "imu", "pole"))
 POLE_GYRO = Sensor(kind=GYRO, aliases=("gyro", "angular_velocity", "pole_rate", "rate"))
 CART_SPEED_SENSOR = Sensor(aliases=("speed", "velocity", "vel"))
 WORDS_ANYWHERE = PlantWords(machine="pole", controlled="pole's angle", travels="cart moves")
-WORDS_UPRIGHT = WORDS_ANYWHERE._replace(
-    stay="stay up",
-    leaves="falls",
-    left="fell over",
-    failed="fell",
-    strays="falls over",
-    stands="stands",
-    anywhere='set range = "any" in [assumptions]',
-)
+WORDS_UPRIGHT = WORDS_ANYWHERE.upright()
 
 
 def build(assumptions: dict, free: tuple[str, ...] = ()) -> Plant:

@@ -146,15 +146,7 @@ WORDS_ANYWHERE = PlantWords(
     sensed="angle, pitch or rate",
     travels="wheels turn",
 )
-WORDS = WORDS_ANYWHERE._replace(
-    stay="stay up",
-    leaves="falls",
-    left="fell over",
-    failed="fell",
-    strays="falls over",
-    stands="stands",
-    anywhere='set range = "any" in [assumptions]',
-)
+WORDS = WORDS_ANYWHERE.upright()
 WIRING_CHECK = "wheels_and_body"
 USUAL_LIMITS = (0.4, 24.0)  # rad, V: of the paper's commands
 REVERSALS = (

@@ -19,11 +19,12 @@ from wheelpend.diagnosis.likelihood.filtered_model import FilteredModel
 from wheelpend.diagnosis.missing_force.estimate import MissingForce
 from wheelpend.diagnosis.missing_force.smoothed_force import forces_by_filter
 from wheelpend.diagnosis.verdict import Diagnosis
-from wheelpend.errors import Failure
 from wheelpend.estimation.data import prepare
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.problem import EstimationProblem
+from wheelpend.logs.checks import moves
 from wheelpend.logs.log import REST_SHARE, Log
+from wheelpend.logs.runs import runs_of
 
 MAX_SPANS, MAX_SPAN_SHARE = 3, 0.15  # of a log that are left out, and their share of its time: more is no exception
 PEAK_SHARE = 0.3  # of the largest missing force, above which a span holds it
@@ -32,7 +33,6 @@ EDGE_RATIO = 2.0  # of the missing force at the edges of a span to the rms elsew
 MARGIN_HORIZON_SHARE = 0.2  # of the horizon, left out before and after: the smoother blurs what begins at once
 MIN_CALMED_SHARE = 0.02  # of the drive: a random force below hides little
 STEP_SHARE = 0.5  # of a command's range, by which it jumps at a step
-REST_SCATTER_STEPS = 10.0  # usual steps from sample to sample: so wide is the scatter of a sensor at rest
 CALM_RATIO = 3.0  # of what is left to chance with all of the log to what is left without the spans
 
 
@@ -48,26 +48,21 @@ class Span(NamedTuple):
 def without_outside_forces(model: FilteredModel) -> EstimationProblem | None:
     """A model's problem on logs without the spans in which something else moves the machine.
 
-    None where little is left to chance, or no few spans hold what is.
+    None where little is left to chance, or no few spans hold what is. Raises Failure where they leave too little of a
+    log, and what a filter along the logs does where it cannot follow the model.
     """
     problem = model.problem
     if model.remainder().share_of_drive < MIN_CALMED_SHARE:
         return None
-    try:
-        whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
-        forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
-    except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
-        return None
+    whole = prepare(problem.model, problem.logs, horizon=problem.horizon, use_all=True, without=problem.without)
+    forces = forces_by_filter(replace(whole, max_step=problem.max_step), Fit.at({}, model.log_values))
     pairs = zip(forces, problem.logs, strict=False)  # none where no filter could follow the model
     spans = [_spans_of_log(log, force, problem.horizon) for force, log in pairs]
     if not any(spans):
         return None
     logs = [log_without(log, own) for log, own in zip(problem.logs, spans, strict=True)]
     held_out = [v.part.log for v in problem.data.validation if v.estimation_log is None]
-    try:
-        return prepare(problem.model, logs, held_out, horizon=problem.horizon, without=problem.without)
-    except Failure:  # too little is left
-        return None
+    return prepare(problem.model, logs, held_out, horizon=problem.horizon, without=problem.without)
 
 
 def is_far_calmer(found: Diagnosis, before: Diagnosis) -> bool:
@@ -116,13 +111,11 @@ def idle_ends(log: Log, horizon: float) -> list[Span]:
 
 
 def _moves(log: Log, first: int, last: int) -> bool:
-    """True where a channel does more than rest, or scatter, from one sample to before another."""
+    """True where a channel leaves its noise, and does not rest, from one sample to before another."""
     for channel in log.measured.T:
-        known, part = channel[np.isfinite(channel)], channel[first:last][np.isfinite(channel[first:last])]
-        if part.size > 1:
-            scatter = REST_SCATTER_STEPS * float(np.median(np.abs(np.diff(part))))
-            if np.ptp(part) > max(REST_SHARE * np.ptp(known), scatter):
-                return True
+        known, part = (values[np.isfinite(values)] for values in (channel, channel[first:last]))
+        if part.size and moves(part, log.dt) and np.ptp(part) > REST_SHARE * np.ptp(known):
+            return True
     return False
 
 
@@ -182,9 +175,9 @@ def _ranges(chosen: np.ndarray, t: np.ndarray, near: float) -> list[tuple[int, i
 
 def _widened(chosen: np.ndarray, first: int, last: int) -> tuple[int, int]:
     """A range of samples with the chosen ones (N,) that adjoin it."""
-    others = np.flatnonzero(~chosen)
-    before, after = others[others < first], others[others > last]
-    return (int(before[-1]) + 1 if len(before) else 0, int(after[0]) - 1 if len(after) else len(chosen) - 1)
+    mask = chosen.copy()
+    mask[first : last + 1] = True
+    return next((int(a), int(b) - 1) for a, b in runs_of(mask) if a <= first < b)
 
 
 def log_without(log: Log, spans: Sequence[Span]) -> Log:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from wheelpend.diagnosis.alternatives import with_backlash
 from wheelpend.diagnosis.criteria import (
     MAX_ADDED_EFFECTS,
@@ -127,13 +125,15 @@ def _rounds_aside(model: FilteredModel, is_done: Callable[[Rounds], bool], progr
     None where it does so at no such times, or what is left is too little for a search.
     """
     progress("looking for times in which something outside moves the machine")
-    problem = without_outside_forces(model)
-    if problem is None:
-        return []
-    try:
-        return stepwise(*best_start(problem), is_done, progress, leaves_out=False)
-    except (Failure, ZeroDivisionError, np.linalg.LinAlgError):
-        return []
+
+    def sought() -> Rounds:
+        problem = without_outside_forces(model)
+        return stepwise(*best_start(problem), is_done, progress, leaves_out=False) if problem else []
+
+    rounds, warnings = found_or_warning("Logs without these times could not be searched", sought)
+    for warning in warnings:
+        progress(warning)
+    return rounds or []
 
 
 def _names_and_explains(rounds: Rounds) -> bool:
