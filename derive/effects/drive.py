@@ -65,7 +65,11 @@ EFFECT_ROWS = (
         means="Gear teeth or brushes worn on one side: going forward costs more torque than going back.",
         residual="a constant missing force of opposite sign on the two rows, whatever the speed.",
         resembles="`voltage_offset`, always: see below; also `slope`, which acts on the wheel row alone.",
-        remarks=("|F| is not more than the dry friction it belongs to, or it would drive the machine one way.",),
+        remarks=(
+            "|F| is not more than the dry friction it belongs to, or it would drive the machine one way. Without a "
+            "motor more of it is judged impossible: with one it may be the driver's zero, `voltage_offset`.",
+        ),
+        varies="coulomb_drive",
     ),
     Effect(
         "viscous_asymmetry",

@@ -13,8 +13,21 @@ def is_possible(size: float, friction: float | None, plant: str = "slide") -> bo
     """Whether a difference between directions is possible beside so much viscous friction, nothing being fitted."""
     values = {"viscous_asymmetry.coefficient": size}
     values |= {} if friction is None else {"viscous_drive.coefficient": friction}
-    problem = SimpleNamespace(module=library_module_of(Model.parse(f'plant = "{plant}"\n'), []), logs=[None])
-    return is_within_its_friction(problem, derive.effects.find("viscous_asymmetry"), Fit.at(values, [{}]))
+    return is_within(Model.parse(f'plant = "{plant}"\n'), "viscous_asymmetry", values)
+
+
+def is_dry_possible(text: str, effect: str = "coulomb_asymmetry", **torques: float) -> bool:
+    """Whether a difference between directions of 0.2 is possible, beside dry friction in ``torques``."""
+    friction = {f"{name}.torque": torque for name, torque in torques.items()}
+    return is_within(Model.parse(text), effect, {f"{effect}.torque": 0.2, **friction})
+
+
+def is_within(model: Model, effect: str, values: dict[str, float]) -> bool:
+    """Whether a difference between directions is within its friction at values that were not fitted."""
+    problem = SimpleNamespace(
+        module=library_module_of(model, []), plant=model.plant_signature, model=model, logs=[None]
+    )
+    return is_within_its_friction(problem, derive.effects.find(effect), Fit.at(values, [{}]))
 
 
 def test_friction_is_larger_one_way_than_the_other_by_no_more_than_it_is():
@@ -29,6 +42,26 @@ def test_in_a_joint_it_is_the_joints_friction_that_counts():
 
 def test_it_is_not_judged_where_the_plants_own_parameters_contain_the_friction():
     assert is_possible(5.0, None, "wheel_pendulum")
+
+
+FREE = 'plant = "pendulum"\n[assumptions]\ndriven = false\n'
+DRIVEN = 'plant = "pendulum"\n[assumptions]\ndriven = true\n'
+ARM = 'plant = "pendulum"\n[assumptions]\nlinks = 2\ndriven = "both"\n'
+
+
+def test_dry_friction_of_a_free_swing_is_larger_one_way_by_no_more_than_it_is():
+    assert is_dry_possible(FREE, coulomb_drive=0.3)
+    assert not is_dry_possible(FREE, coulomb_drive=0.1)
+    assert not is_dry_possible(FREE)  # without friction it is a constant torque that nothing makes
+
+
+def test_where_a_motor_acts_a_constant_torque_may_be_the_zero_of_its_driver():
+    assert is_dry_possible(DRIVEN)
+    assert is_dry_possible(ARM) and is_dry_possible(ARM, "coulomb_asymmetry_joint")
+
+
+def test_a_law_that_contains_the_friction_bounds_no_difference_between_directions():
+    assert is_dry_possible(f'plant = "pendulum"\neffects = ["stribeck_drive"]\n{FREE.partition(chr(10))[2]}')
 
 
 def test_laws_of_other_kinds_have_no_friction_to_stay_within():

@@ -9,7 +9,7 @@ import itertools
 from collections.abc import Mapping
 
 import derive
-from derive.effects import Effect
+from derive.effects import DryForce, Effect
 from wheelpend.estimation.estimate import EffectEstimate, is_known_to_its_size
 from wheelpend.estimation.fit import Fit
 from wheelpend.estimation.parameter_table import conservative_standard_error
@@ -37,12 +37,15 @@ def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: F
     """True but of a difference between directions larger than the friction that differs, up to two standard errors.
 
     One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters contain
-    that friction: they contain more than it.
+    that friction, or another effect of the model: they contain more than it; nor a constant force where a motor acts:
+    its driver's zero may be off.
     """
-    if not effect.varies:
+    if not effect.varies or (isinstance(effect.enters, DryForce) and effect.enters.port in problem.plant.driven_ports):
         return True
     (size,), (friction,) = effect.full_names, derive.effects.find(effect.varies).full_names
-    if friction in problem.module.ABSORBED:
+    module = problem.module
+    contained = any(effect.varies in module.CONTAINS.get(e, {}) for e in problem.model.effects)
+    if friction in module.ABSORBED or contained:
         return True
     free = (n for n in (size, friction) if n in fitted.names)
     slack = MAX_STANDARD_ERRORS * sum(conservative_standard_error(fitted, n) for n in free)
