@@ -124,6 +124,13 @@ def test_interchanged_columns_are_found(order, command):
     assert kinds(replace(log, measured=log.measured[:, order])) == [("swapped_channels", " and ".join(names))]
 
 
+def test_a_rate_that_was_computed_from_its_angle_is_in_its_own_column():
+    log = scaled(robot()[0])
+    angle = log.measured[:, CHANNELS.index("theta_p")]
+    log.measured[:, CHANNELS.index("dtheta_p")] = np.gradient(angle, log.t)
+    assert "swapped_channels" not in [kind for kind, _ in kinds(log)]
+
+
 @pytest.mark.parametrize("command", ["aggressive", "simple"])
 @pytest.mark.parametrize("samples", [-20, 10])
 @pytest.mark.parametrize("names", [("theta_w",), ("theta_p",), ("dtheta_p",), ("theta_p", "dtheta_p")])

@@ -39,8 +39,9 @@ def remainder_warnings(left: Remainder | None) -> tuple[str, ...]:
     if not is_mostly_chance(left):
         return ()
     return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "
-            "Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`; what is missing "
-            "`wheelpend diagnose LOG` says.",)  # fmt: skip
+            "Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`, and log the mean of the "
+            "input from row to row where the controller is faster than the log; what is missing `wheelpend diagnose "
+            "LOG` says.",)  # fmt: skip
 
 
 def say_that_something_is_missing(warnings: Sequence[str]) -> bool:

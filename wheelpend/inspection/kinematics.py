@@ -77,7 +77,7 @@ def find_swapped_columns(log: Log, pair: RatePair, corrections: LogCorrections) 
         best = min(misfit, key=lambda p: misfit[p])
         if misfit[best] < MAX_RATE_NOISE_SHARE:
             break
-    if misfit[best] > MAX_SWAPPED_MISFIT_SHARE or 5 * misfit[best] > misfit[pair]:
+    if best == pair or misfit[best] > MAX_SWAPPED_MISFIT_SHARE or 5 * misfit[best] > misfit[pair]:
         return [], log
     source = interchanged_columns(RatePair(*best), pair, (own, *log.channels))
     corrections.source.update(source)
