@@ -9,10 +9,11 @@ from derive import plants
 from tests.support import simulated
 from wheelpend import Failure, Model, simulate
 from wheelpend.diagnosis.evidence import ValidatedFit
+from wheelpend.diagnosis.likelihood.resonance import Resonance
 from wheelpend.diagnosis.missing_force.estimate import _log_marginal_likelihood
 from wheelpend.diagnosis.missing_force.law_search import find_law
 from wheelpend.diagnosis.missing_force.law_terms import CoveredRange, coefficient_unit, term_library
-from wheelpend.diagnosis.missing_force.repeatability import explained_forces
+from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce, explained_forces
 from wheelpend.diagnosis.score_test import ScoreTest
 from wheelpend.diagnosis.verdict import conclude, with_repeating_force
 from wheelpend.estimation.continuation import fit_model
@@ -20,6 +21,7 @@ from wheelpend.estimation.data import prepare
 from wheelpend.estimation.free_parameters import free_names
 from wheelpend.estimation.scaled_inverse import positive_semidefinite
 from wheelpend.estimation.starts import best_start
+from wheelpend.identification.remainder import Remainder
 from wheelpend.kernels.load import free_force_module
 from wheelpend.model import model_kernels
 from wheelpend.model.units import plant_units_of
@@ -83,6 +85,13 @@ def test_dry_friction_in_the_drive_repeats_with_the_slip_and_jumps_at_zero(dry):
     assert np.all(curve.sigma > 0.0) and np.all(curve.sigma < 0.3)
     assert most_repeatable_figure((found,), plant_units_of(Model.default())) is not None
     assert repeatability_sentences((found,))[0].startswith("99 % of the missing force repeats with dtheta_w")
+
+
+def test_nothing_repeats_is_not_said_beside_what_was_found_to_repeat():
+    nothing = (ExplainedForce("wheel", (), 0.0, 0.0),)
+    assert "Nothing of the missing force repeats" in repeatability_sentences(nothing, Remainder())[0]
+    ringing = Remainder(resonances=(Resonance("theta_w", 5.0, 0.1, 0.3, 1e-6),))
+    assert ringing.what_repeats and not repeatability_sentences(nothing, ringing)
 
 
 @pytest.fixture(scope="module")

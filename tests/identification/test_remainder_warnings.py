@@ -21,6 +21,11 @@ def test_a_force_of_half_the_weight_of_the_model_is_mostly_chance_and_is_warned_
     assert bool(remainder_warnings(left(share))) is mostly
 
 
+def test_the_input_is_spoken_of_where_there_is_one():
+    (of_a_motor,), (of_none,) = remainder_warnings(left(0.8)), remainder_warnings(left(0.8), driven=False)
+    assert "log the mean of the input" in of_a_motor and "input" not in of_none
+
+
 def test_nothing_left_is_no_chance():
     assert not is_mostly_chance(None) and not is_mostly_chance(Remainder())
 

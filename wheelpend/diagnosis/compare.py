@@ -172,7 +172,7 @@ def compare(
             *problem.warnings,
             *overstated_noise(problem, error, log_segments, residuals),
             *untold,
-            *remainder_warnings(left),
+            *remainder_warnings(left, bool(problem.plant.driven_ports)),
         ),
         remainder=left,
         residual_tests=tests,

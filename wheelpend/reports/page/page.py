@@ -96,7 +96,7 @@ def page_html(
         doubts=ambiguity_sentences(explanation),
         remains=typeset_force_ranges(still_missing, quantities),
         left=[display_text(line) for line in remainder_sentences(explanation.remainder, explanation.model)],
-        repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats)],
+        repeats=[display_text(line) for line in repeatability_sentences(explanation.repeats, explanation.remainder)],
         law=law_table(explanation.law) if explanation.law else None,
         e=explanation,
         charts=page_charts(explanation, quantities, earlier),

@@ -32,7 +32,7 @@ def diagnosis_text(result: Diagnosis, model: Model, asked: LawRequest | None = N
         yield result.experiment
     yield from remainder_sentences(result.remainder, model, NOT_ADDED if result.named else "")
     yield from missing_force_text(result, plant_units_of(model))
-    yield from unexplained_text(result.repeats, result.law, asked or LawRequest(), result.verdict)
+    yield from unexplained_text(result, asked or LawRequest())
     if result.detectable:
         yield Table("It would have shown", ("effect", "from a size of"), detectable_rows(result))
     for name, why in result.not_judged.items():

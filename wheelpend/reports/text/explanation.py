@@ -34,7 +34,7 @@ def explanation_text(result: Ladder, asked: LawRequest | None = None) -> TextBlo
     yield closing_sentence(result)
     yield from structures_text(result.structures)
     yield from remainder_sentences(result.remainder, result.model)
-    yield from unexplained_text(result.repeats, result.law, asked or LawRequest(), result.verdict)
+    yield from unexplained_text(result, asked or LawRequest())
 
 
 def ladder_lines(result: Ladder) -> Iterator[str]:

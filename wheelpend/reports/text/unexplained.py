@@ -10,7 +10,10 @@ from wheelpend.diagnosis.missing_force.repeatability import ExplainedForce
 from wheelpend.reports.numbers import digits_text, incomplete_percent_text
 
 if TYPE_CHECKING:
+    from wheelpend.diagnosis.explain import Ladder
     from wheelpend.diagnosis.missing_force.law_search import FreeLaw
+    from wheelpend.diagnosis.verdict import Diagnosis
+    from wheelpend.identification.remainder import Remainder
 
 LAW_OPTION_HINT = "`--law` fits a free-form law to it, which you may accept as an effect of your own."
 
@@ -31,11 +34,16 @@ class LawPart(NamedTuple):
     parameters: list[str]  # effect.parameter
 
 
-def repeatability_sentences(repeats: Sequence[ExplainedForce]) -> list[str]:
-    """On what the missing force depends and how much of it repeats, in two or three sentences."""
+def repeatability_sentences(repeats: Sequence[ExplainedForce], left: Remainder | None = None) -> list[str]:
+    """On what the missing force depends and how much of it repeats, in two or three sentences.
+
+    None where it depends on nothing, but the filter found that a part of what is ``left`` repeats: that was said.
+    """
     if not repeats:
         return []
     best, others = repeats[0], repeats[1:]
+    if not best.depends_on and left is not None and left.what_repeats:
+        return []
     if not best.depends_on:
         return ["Nothing of the missing force repeats with a state, the input or time: "
                 "no smooth function of them predicts it on data that did not make the function."]  # fmt: skip
@@ -90,11 +98,10 @@ def law_text_lines(law: FreeLaw) -> list[str]:
     return lines
 
 
-def unexplained_text(
-    repeats: Sequence[ExplainedForce], law: FreeLaw | None, asked: LawRequest, verdict: str
-) -> Iterator[str]:
+def unexplained_text(found: Diagnosis | Ladder, asked: LawRequest) -> Iterator[str]:
     """What is unexplained, the law for it where one was found, and how to get one."""
-    yield from repeatability_sentences(repeats)
+    law, verdict = found.law, found.verdict
+    yield from repeatability_sentences(found.repeats, found.remainder)
     if law is not None:
         yield law_summary_text(law)
         yield from (f"  {line}" for line in law_text_lines(law))
@@ -104,5 +111,5 @@ def unexplained_text(
         yield "No law was found: no term lowers the held-out error by enough."
     elif asked.law:
         yield "No law was looked for: nothing is unexplained."
-    elif repeats:
+    elif found.repeats:
         yield LAW_OPTION_HINT
