@@ -66,8 +66,8 @@ EFFECT_ROWS = (
         residual="a constant missing force of opposite sign on the two rows, whatever the speed.",
         resembles="`voltage_offset`, always: see below; also `slope`, which acts on the wheel row alone.",
         remarks=(
-            "|F| is not more than the dry friction it belongs to, or it would drive the machine one way. Without a "
-            "motor more of it is judged impossible: with one it may be the driver's zero, `voltage_offset`.",
+            "|F| is not more than the dry friction it belongs to, or it would drive the machine one way. Where no "
+            "motor acts more of it is named only if it is far likelier than all else: it may stand for a wrong zero.",
         ),
         varies="coulomb_drive",
     ),

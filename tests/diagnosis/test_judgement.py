@@ -27,7 +27,17 @@ def judged(error_after=100.0, less_force=0.0, less_on_row=None, falls=(-2.0, 1.0
     relative = np.array(relative)
     forces = (less_force, on_row)
     return Judged(
-        SimpleNamespace(**told), None, None, gains, 50.0, *forces, np.zeros(1), falls, relative, BEHIND_ONE_FILTER
+        SimpleNamespace(**told),
+        None,
+        None,
+        gains,
+        50.0,
+        *forces,
+        np.zeros(1),
+        falls,
+        relative,
+        BEHIND_ONE_FILTER,
+        False,
     )
 
 
@@ -130,7 +140,7 @@ def rival(effect, in_sample, likelihood, falls, rises=0.0):
     falls = np.array(falls)
     gains = np.array(likelihood)
     return Judged(
-        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER
+        candidate, model, prediction, gains, in_sample, 0.0, 0.0, rises, falls, falls / 1e3, BEHIND_ONE_FILTER, False
     )
 
 
@@ -198,3 +208,13 @@ def test_a_lesser_law_does_not_stand_in_for_one_that_clearly_leads_it_and_is_not
     assert not_led([spring], [spring, lesser]) == [spring]
     unlikely = friction._replace(in_sample=-1.0)
     assert not_led([spring], [spring, impossible, unlikely]) == [spring]
+
+
+def test_what_would_drive_the_machine_stands_for_what_would_not_unless_it_is_far_likelier():
+    zero = rival("encoder_zero", 40.0, 2.0 * BLOCKS, 10.0 * BLOCKS)
+    pushing = rival("coulomb_asymmetry", 52.0, 2.0 * BLOCKS, 10.0 * BLOCKS)._replace(drives=True)
+    assert not_led([zero, pushing], [zero, pushing]) == [zero]
+    assert not_led([pushing], [pushing]) == [pushing]  # nothing else explains as much
+    far_likelier = pushing._replace(in_sample=55.0)
+    assert not_led([zero, far_likelier], [zero, far_likelier]) == [zero, far_likelier]
+    assert not_led([zero, pushing._replace(drives=False)], []) == [zero, pushing._replace(drives=False)]

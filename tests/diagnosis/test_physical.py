@@ -3,7 +3,8 @@
 from types import SimpleNamespace
 
 import derive
-from wheelpend.diagnosis.physical import is_determined, is_within_its_friction
+from derive.effects import Effect
+from wheelpend.diagnosis.physical import drives_one_way, is_determined, is_within_its_friction
 from wheelpend.estimation.fit import Fit
 from wheelpend.model.model_kernels import library_module_of
 from wheelpend.model.record import Model
@@ -13,21 +14,21 @@ def is_possible(size: float, friction: float | None, plant: str = "slide") -> bo
     """Whether a difference between directions is possible beside so much viscous friction, nothing being fitted."""
     values = {"viscous_asymmetry.coefficient": size}
     values |= {} if friction is None else {"viscous_drive.coefficient": friction}
-    return is_within(Model.parse(f'plant = "{plant}"\n'), "viscous_asymmetry", values)
+    return is_within_its_friction(*tried(Model.parse(f'plant = "{plant}"\n'), "viscous_asymmetry", values))
 
 
-def is_dry_possible(text: str, effect: str = "coulomb_asymmetry", **torques: float) -> bool:
-    """Whether a difference between directions of 0.2 is possible, beside dry friction in ``torques``."""
+def drives(text: str, effect: str = "coulomb_asymmetry", **torques: float) -> bool:
+    """Whether a difference of 0.2 between directions drives the machine, beside dry friction in ``torques``."""
     friction = {f"{name}.torque": torque for name, torque in torques.items()}
-    return is_within(Model.parse(text), effect, {f"{effect}.torque": 0.2, **friction})
+    return drives_one_way(*tried(Model.parse(text), effect, {f"{effect}.torque": 0.2, **friction}))
 
 
-def is_within(model: Model, effect: str, values: dict[str, float]) -> bool:
-    """Whether a difference between directions is within its friction at values that were not fitted."""
+def tried(model: Model, effect: str, values: dict[str, float]) -> tuple[SimpleNamespace, Effect, Fit]:
+    """A problem, an effect and values that were not fitted."""
     problem = SimpleNamespace(
         module=library_module_of(model, []), plant=model.plant_signature, model=model, logs=[None]
     )
-    return is_within_its_friction(problem, derive.effects.find(effect), Fit.at(values, [{}]))
+    return problem, derive.effects.find(effect), Fit.at(values, [{}])
 
 
 def test_friction_is_larger_one_way_than_the_other_by_no_more_than_it_is():
@@ -49,19 +50,25 @@ DRIVEN = 'plant = "pendulum"\n[assumptions]\ndriven = true\n'
 ARM = 'plant = "pendulum"\n[assumptions]\nlinks = 2\ndriven = "both"\n'
 
 
-def test_dry_friction_of_a_free_swing_is_larger_one_way_by_no_more_than_it_is():
-    assert is_dry_possible(FREE, coulomb_drive=0.3)
-    assert not is_dry_possible(FREE, coulomb_drive=0.1)
-    assert not is_dry_possible(FREE)  # without friction it is a constant torque that nothing makes
+def test_dry_friction_of_a_free_swing_that_differs_by_more_than_it_is_drives_it():
+    assert not drives(FREE, coulomb_drive=0.3)
+    assert drives(FREE, coulomb_drive=0.1)
+    assert drives(FREE)  # without friction it is a constant torque that nothing makes
 
 
 def test_where_a_motor_acts_a_constant_torque_may_be_the_zero_of_its_driver():
-    assert is_dry_possible(DRIVEN)
-    assert is_dry_possible(ARM) and is_dry_possible(ARM, "coulomb_asymmetry_joint")
+    assert not drives(DRIVEN)
+    assert not drives(ARM) and not drives(ARM, "coulomb_asymmetry_joint")
 
 
 def test_a_law_that_contains_the_friction_bounds_no_difference_between_directions():
-    assert is_dry_possible(f'plant = "pendulum"\neffects = ["stribeck_drive"]\n{FREE.partition(chr(10))[2]}')
+    assert not drives(f'plant = "pendulum"\neffects = ["stribeck_drive"]\n{FREE.partition(chr(10))[2]}')
+
+
+def test_a_constant_torque_is_possible_where_a_viscous_difference_of_its_kind_is_not():
+    free = Model.parse(FREE)
+    assert is_within_its_friction(*tried(free, "coulomb_asymmetry", {"coulomb_asymmetry.torque": 0.2}))
+    assert not is_within_its_friction(*tried(free, "viscous_asymmetry", {"viscous_asymmetry.coefficient": 0.2}))
 
 
 def test_laws_of_other_kinds_have_no_friction_to_stay_within():

@@ -37,17 +37,35 @@ def is_within_its_friction(problem: EstimationProblem, effect: Effect, fitted: F
     """True but of a difference between directions larger than the friction that differs, up to two standard errors.
 
     One way it would drive the machine, but for other frictions. Not judged where the plant's own parameters contain
-    that friction, or another effect of the model: they contain more than it; nor a constant force where a motor acts:
-    its driver's zero may be off.
+    that friction: they contain more than it; nor of dry friction, of which a constant torque is the difference.
     """
-    if not effect.varies or (isinstance(effect.enters, DryForce) and effect.enters.port in problem.plant.driven_ports):
-        return True
+    return isinstance(effect.enters, DryForce) or not _exceeds_its_friction(problem, effect, fitted)
+
+
+def drives_one_way(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
+    """True of a dry friction whose difference between directions is larger than it, where no motor acts.
+
+    It is then a constant torque, which nothing makes there, and may well stand for a zero that is off. With a motor it
+    may be its driver's.
+    """
+    if not isinstance(effect.enters, DryForce) or effect.enters.port in problem.plant.driven_ports:
+        return False
+    return _exceeds_its_friction(problem, effect, fitted)
+
+
+def _exceeds_its_friction(problem: EstimationProblem, effect: Effect, fitted: Fit) -> bool:
+    """True of a difference between directions larger than the friction of the model, beyond two standard errors.
+
+    Of none whose friction the plant's own parameters contain, or another effect of the model.
+    """
+    if not effect.varies:
+        return False
     (size,), (friction,) = effect.full_names, derive.effects.find(effect.varies).full_names
     module = problem.module
     contained = any(effect.varies in module.CONTAINS.get(e, {}) for e in problem.model.effects)
     if friction in module.ABSORBED or contained:
-        return True
+        return False
     free = (n for n in (size, friction) if n in fitted.names)
     slack = MAX_STANDARD_ERRORS * sum(conservative_standard_error(fitted, n) for n in free)
     in_logs = [fitted.of_log(k) for k in range(len(problem.logs))]
-    return all(abs(values[size]) <= values.get(friction, 0.0) + slack for values in in_logs)
+    return any(abs(values[size]) > values.get(friction, 0.0) + slack for values in in_logs)
