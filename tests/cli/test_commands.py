@@ -295,7 +295,9 @@ def test_after_an_identification_that_lacks_something_comes_a_diagnosis(capsys):
         say_after_identification(files, lacking)
         assert capsys.readouterr().err.endswith(f": wheelpend {command} log.csv\n")
     large = RowForce(9.0, "V", None, 0.8, 0.1, "drive")
-    assert say_that_something_is_missing(remainder_warnings(Remainder({"wheel": large})))
+    assert say_that_something_is_missing(
+        remainder_warnings(Remainder({"wheel": large}), Model.default().plant_signature)
+    )
     assert not say_that_something_is_missing(["X1 stopped at its bound of 0: the log does not ask for this effect."])
 
 

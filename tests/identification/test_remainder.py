@@ -21,6 +21,7 @@ from wheelpend.identification.remainder_at import likeliest_point, refitted_rema
 from wheelpend.model.entries import RandomForce, SensorNoise
 
 FORCE = RowForce(0.2, "V", 33.0, 0.1, 0.1, "drive")
+ROBOT = Model.default().plant_signature
 INERTIAS = ("X1", "X2", "X3", "X4")
 
 
@@ -109,9 +110,9 @@ def test_shooting_has_a_covariance_with_the_errors_of_its_table():
 @pytest.mark.parametrize(("share", "warned"), [(0.51, True), (0.49, False), (np.inf, True)])
 def test_a_force_as_large_as_the_drive_is_warned_of(share, warned):
     left = Remainder({"wheel": RowForce(1.0, "V", None, share, 0.1, "wheel")})
-    said = warnings.remainder_warnings(left)
+    said = warnings.remainder_warnings(left, ROBOT)
     assert any("More than half" in w and "wheelpend diagnose" in w for w in said) == warned
-    assert not warnings.remainder_warnings(None) and not warnings.remainder_warnings(Remainder())
+    assert not warnings.remainder_warnings(None, ROBOT) and not warnings.remainder_warnings(Remainder(), ROBOT)
 
 
 def test_a_fit_that_stopped_at_a_bound_says_which_and_what_it_means():

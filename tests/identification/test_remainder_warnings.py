@@ -10,6 +10,8 @@ from wheelpend.identification.remainder_warnings import is_mostly_chance, remain
 from wheelpend.kernels.load import free_force_module
 from wheelpend.reports.text.verdict import has_repeating
 
+ROBOT = Model.default().plant_signature
+
 
 def left(share):
     return Remainder({"wheel": RowForce(0.2, "V", None, share, 0.1, "wheel")}, places=("wheel",))
@@ -18,11 +20,12 @@ def left(share):
 @pytest.mark.parametrize(("share", "mostly"), [(0.05, False), (0.49, False), (0.51, True), (13.0, True)])
 def test_a_force_of_half_the_weight_of_the_model_is_mostly_chance_and_is_warned_of(share, mostly):
     assert is_mostly_chance(left(share)) is mostly
-    assert bool(remainder_warnings(left(share))) is mostly
+    assert bool(remainder_warnings(left(share), ROBOT)) is mostly
 
 
 def test_the_input_is_spoken_of_where_there_is_one():
-    (of_a_motor,), (of_none,) = remainder_warnings(left(0.8)), remainder_warnings(left(0.8), driven=False)
+    free = Model.parse('plant = "pendulum"\n').plant_signature
+    (of_a_motor,), (of_none,) = remainder_warnings(left(0.8), ROBOT), remainder_warnings(left(0.8), free)
     assert "log the mean of the input" in of_a_motor and "input" not in of_none
 
 

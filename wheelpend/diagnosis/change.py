@@ -107,7 +107,7 @@ def add(
         refitted_remainder, changed, [after.of_log(k) for k in range(len(changed.logs))]
     )
     undetermined = undetermined_warnings(changed.module, changed.plant, parameter_table(changed, after))
-    said = (*problem.warnings, *undetermined, *warnings, *remainder_warnings(left, bool(problem.plant.driven_ports)))
+    said = (*problem.warnings, *undetermined, *warnings, *remainder_warnings(left, problem.plant))
     return Change(step, fitted_model(changed, after, left), changed, before, after, left, said)
 
 

@@ -172,7 +172,7 @@ def compare(
             *problem.warnings,
             *overstated_noise(problem, error, log_segments, residuals),
             *untold,
-            *remainder_warnings(left, bool(problem.plant.driven_ports)),
+            *remainder_warnings(left, problem.plant),
         ),
         remainder=left,
         residual_tests=tests,

@@ -214,13 +214,13 @@ def with_repeating_force(found: Diagnosis, *, progress: Progress = lambda text: 
 
 def with_remainder(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:
     """A diagnosis that says what its model leaves to chance, or warns that this could not be found."""
-    driven = bool(found.problem.plant.driven_ports)
+    plant = found.problem.plant
     if found.remainder is not None:
-        return replace(found, warnings=(*found.warnings, *remainder_warnings(found.remainder, driven)))
+        return replace(found, warnings=(*found.warnings, *remainder_warnings(found.remainder, plant)))
     progress("measuring what is left to chance")
     values = [found.fit.of_log(k) for k in range(len(found.problem.logs))]
     left, warnings = remainder_or_warning(refitted_remainder, found.problem, values)
-    return replace(found, remainder=left, warnings=(*found.warnings, *warnings, *remainder_warnings(left, driven)))
+    return replace(found, remainder=left, warnings=(*found.warnings, *warnings, *remainder_warnings(left, plant)))
 
 
 def with_law(found: Diagnosis, *, progress: Progress = lambda text: None) -> Diagnosis:

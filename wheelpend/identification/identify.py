@@ -210,7 +210,7 @@ def _identify_by_filter_error(
     warnings = (
         *problem.warnings,
         *overstated_noise(problem, found.error, problem.data.estimation),
-        *remainder_warnings(left, bool(problem.plant.driven_ports)),
+        *remainder_warnings(left, problem.plant),
         *bound_warnings(elements, found.point.theta, found.covariance, at_bounds),
         *given_bound_warnings(at_bounds, limits),
         *undetermined_warnings(module, problem.plant, table, (*limits.fixed, *at_bounds)),

@@ -34,13 +34,14 @@ def is_mostly_chance(left: Remainder | None) -> bool:
     return force is not None and force.share_of_drive >= LARGE_FORCE_SHARE
 
 
-def remainder_warnings(left: Remainder | None, driven: bool = True) -> tuple[str, ...]:
-    """A warning where chance pushes as hard as all that is modelled; of the input too where a motor has one."""
+def remainder_warnings(left: Remainder | None, plant: PlantSignature) -> tuple[str, ...]:
+    """A warning where chance pushes as hard as all that is modelled; of the input too where a plant has one."""
     if not is_mostly_chance(left):
         return ()
     of_input = ", and log the mean of the input from row to row where the controller is faster than the log"
+    further = of_input if plant.driven_ports else ""
     return ("More than half of the motion's forces are unmodelled: a random force as large as the drive is left. "
-            f"Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`{of_input * driven}; "
+            f"Values mean little yet. Check units, signs and clock with `wheelpend inspect LOG`{further}; "
             "what is missing `wheelpend diagnose LOG` says.",)  # fmt: skip
 
 
